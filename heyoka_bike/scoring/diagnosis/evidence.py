@@ -62,6 +62,8 @@ class Weights:
     of_motion, mostly
         What is written wrongly is explained if no more is left than so many times the error of the
         other columns, or if it falls by so much.
+    little
+        Of the scales: the motion is right to three digits.
     nearly
         By so much it must fall for a direction to be named: of a fork 1 cm to the side the term to
         first order leaves a hundredth; of tyres 2 cm wide, which no force explains, the best one
@@ -128,6 +130,7 @@ class Weights:
     worse: float = 2.0
     of_motion: float = 10.0
     mostly: float = 100.0
+    little: float = 1e-3
     nearly: float = 30.0
     strange: float = 0.25
     nothing: float = 1e-8
@@ -232,7 +235,11 @@ class Hypothesis:
         plausible = all(is_plausible(x.name, x.value) for x in self.found)
         if not self.reaches_the_end or not self.changed or not plausible:
             return float("-inf")
-        return log_ratio(self.before, self.after, self.changed) + log_odds_before(self.mistakes)
+        # Few rows have fewer independent values: the first is given, one tells the error's size.
+        rows = [len(next(iter(columns.values()))) - 2 for columns in self.expected]
+        share = min(1.0, max(rows, default=1000) / WEIGHTS.values)
+        seen = share * log_ratio(self.before, self.after, self.changed)
+        return seen + log_odds_before(self.mistakes)
 
     @property
     def is_possible(self) -> bool:
@@ -265,7 +272,7 @@ class Hypothesis:
     def leaves_nothing(self) -> bool:
         """True if no other cause could explain more."""
         w = WEIGHTS
-        return all(
+        return bool(self.after) and all(
             x <= max(w.nothing, w.at_floor * self.floors.get(k, 0.0)) for k, x in self.after.items()
         )
 

@@ -19,18 +19,19 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, WholeRuns
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.report import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
+# The first row is given, and of one more the error may have any size: that tells nothing.
+_FEWEST_ROWS = 3
 _LINEAR = {m.code for m in LINEAR_PROGRAMS}
 _OF_MODEL = [
     *(m for m in MISTAKES if m.kind == "model" and m.code not in _LINEAR),
@@ -77,19 +78,19 @@ def explain(
     `progress` is called with the part of the work that is done, 0 to 1.
     """
     parts = [upright(part, understand(parts)) for part in parts]
-    file = SeenFile(parts, reference, simulator or Simulator())
-    progress(0.1)
-    residual = file.residual(_OF_MODEL)
+    if max(len(part.time) for part in parts) < _FEWEST_ROWS:
+        return Diagnosis((), 0)
+    file = SeenFile(parts, reference, simulator or Simulator(), _OF_MODEL)
+    residual = file.residual
     progress(0.3)
-    has_one_speed = has_constant_speed(parts)
-    found = _alone(file, residual, has_one_speed=has_one_speed)
+    found = _alone(file)
     progress(0.6)
-    found = _together(file, residual, found, has_one_speed=has_one_speed)
+    found = _together(file, found)
     progress(0.9)
-    classes = _compared(file, found, residual)
+    classes = _compared(file, found)
     if not classes and residual is not None and not residual.methods:
         # The start leaves nothing in the equations.
-        classes = _compared(file, [*found, *_of_start(file, residual)], residual)
+        classes = _compared(file, [*found, *_of_start(file, residual)])
     progress(1.0)
     tried = file.tried + (len(_OF_MODEL) if residual else 0)
     if not classes:
@@ -99,33 +100,31 @@ def explain(
     return Diagnosis(classes, tried, residual, file.curves(best), units)
 
 
-def _alone(file: SeenFile, residual: Residual | None, *, has_one_speed: bool) -> list[Hypothesis]:
+def _alone(file: SeenFile) -> list[Hypothesis]:
     """Single mistakes and values, and pairs that the equations speak for.
 
     The likeliest first; what leaves next to nothing ends the search.
     """
     found: list[Hypothesis] = []
-    for asked in _in_order(file, residual, has_one_speed=has_one_speed):
+    for asked in _in_order(file):
         found += file.judged(asked)
-        if any(h.leaves_nothing or _explains_mostly(h, residual) for h in found):
+        if any(h.leaves_nothing or _explains_mostly(h, file.residual) for h in found):
             break
     return found
 
 
-def _in_order(
-    file: SeenFile, residual: Residual | None, *, has_one_speed: bool
-) -> Iterator[list[Mistakes]]:
+def _in_order(file: SeenFile) -> Iterator[list[Mistakes]]:
     """Programs that are worth a simulation, the likeliest by the equations of motion first."""
-    if has_one_speed:
+    if file.has_one_speed:
         yield [(m,) for m in LINEAR_PROGRAMS]
-    if residual is None:
-        yield [(m,) for m in _OF_MODEL]
-    else:
-        likely, others = _of_equations(residual)
-        yield [*likely, *((m,) for m in _values(file, residual))]
+    if file.residual is not None:
+        likely, others = _of_equations(file.residual)
+        yield [*likely, *((m,) for m in _values(file, file.residual))]
         yield others
-    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(residual))
-    yield [(m,) for m in (*_starts(file, residual), *beside)]
+    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(file.residual))
+    yield [(m,) for m in (*_starts(file), *beside)]
+    if file.residual is None or file.residual.is_blown_up:
+        yield file.possible([(m,) for m in _OF_MODEL])
 
 
 def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
@@ -138,10 +137,10 @@ def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
     singles = [h for h in ranked if len(h.mistakes) == 1]
     pairs = [h for h in ranked if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     relief = w.also if residual.is_resolved else 0.0
-    likely = [h for h in singles if h.log_odds > least and h.relief > relief][: w.simulated]
-    others = [] if residual.is_shown else singles[len(likely) :]
-    if not residual.is_blown_up:
-        others = [h for h in others if h.relief > w.kept][: w.simulated]
+    most = w.pairs if residual.is_blown_up else w.simulated
+    likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
+    others = [h for h in singles[len(likely) :] if h.relief > w.kept][: w.simulated]
+    others = [] if residual.is_shown or residual.is_blown_up else others
     return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
 
 
@@ -152,28 +151,23 @@ def _values(file: SeenFile, residual: Residual) -> list[Mistake]:
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     values = [h.mistakes[0] for h in likely]
-    if residual.is_open:
-        # Where a force is left no values are those of the file.
+    if residual.is_open or residual.is_blown_up:
+        # Where a force is left, or no motion is seen, no values are those of the file.
         return values
-    shooting = Shooting(residual.motions, file.program, file.simulator)
-    return shooting.refined(values, with_others=True)
+    runs = WholeRuns(residual.motions, file.program, file.simulator)
+    return runs.refined(values, with_others=True)
 
 
-def _starts(file: SeenFile, residual: Residual | None) -> list[Mistake]:
+def _starts(file: SeenFile) -> list[Mistake]:
     """Mistakes of the start that may be; all of them where the file does not show its start."""
     every = len(file.right.expected)
-    if residual is None or sum(m.beginning is not None for m in residual.motions) < every:
+    seen = file.residual
+    if seen is None or sum(m.beginning is not None for m in seen.motions) < every:
         return _OF_START
-    return residual.starts_nearby(_OF_START)
+    return seen.starts_nearby(_OF_START)
 
 
-def _together(
-    file: SeenFile,
-    residual: Residual | None,
-    found: Sequence[Hypothesis],
-    *,
-    has_one_speed: bool,
-) -> list[Hypothesis]:
+def _together(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Single mistakes, and pairs that are likelier than each of their mistakes alone.
 
     The best mistakes are tried with those of the output, the very best with those of the start; and
@@ -183,7 +177,7 @@ def _together(
     ranked = sorted((h for h in alone.values() if h.gain > 1.0), key=lambda h: -h.log_odds)
     leaders = [h for h in ranked if h.log_odds > ranked[0].log_odds - WEIGHTS.refuted]
     leaders = leaders[: WEIGHTS.leaders]
-    if has_one_speed:
+    if file.has_one_speed:
         # What linear programs have in common.
         leaders += [h for h in ranked if h.codes == (LINEARISED,) and h not in leaders]
     asked: list[Mistakes] = []
@@ -191,10 +185,10 @@ def _together(
         (first,) = leader.mistakes
         others = [*_OF_OUTPUT, *file.order_beside(leader)]
         if leader is ranked[0]:
-            others += _starts(file, residual)
+            others += _starts(file)
         if leader is ranked[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
-        elif residual is None or not residual.is_shown:
+        elif file.residual is None or not file.residual.is_shown:
             others += [h.mistakes[0] for h in ranked[: WEIGHTS.rivals]]
         asked += _with_others(first, others)
 
@@ -214,8 +208,8 @@ def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
 
 def _of_start(file: SeenFile, residual: Residual) -> list[Hypothesis]:
     """Starts to which the file's rows lead back: that of each maneuver must be likely by itself."""
-    shooting = Shooting(residual.motions, file.program, file.simulator)
-    found = file.judged([(m,) for m in shooting.refined(residual.other_starts())])
+    runs = WholeRuns(residual.motions, file.program, file.simulator)
+    found = file.judged([(m,) for m in runs.refined(residual.other_starts())])
     found = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
 
@@ -235,9 +229,7 @@ def _clock(residual: Residual | None) -> list[Mistake]:
     ]
 
 
-def _compared(
-    file: SeenFile, found: Sequence[Hypothesis], residual: Residual | None
-) -> tuple[tuple[Hypothesis, ...], ...]:
+def _compared(file: SeenFile, found: Sequence[Hypothesis]) -> tuple[tuple[Hypothesis, ...], ...]:
     """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
     worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     count = len({n for h in worth for n, _ in h.after})
@@ -257,7 +249,7 @@ def _compared(
             classes[-1].append(h)
         else:
             classes.append([h])
-    explain = [[h for h in c if _explains(h, residual)] for c in classes]
+    explain = [[h for h in c if _explains(h, file.residual)] for c in classes]
     return tuple(tuple(c) for c in explain if c) if classes and explain[0] else ()
 
 
@@ -272,5 +264,7 @@ def _explains(h: Hypothesis, residual: Residual | None) -> bool:
 
 
 def _explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
-    """True if a further cause can only be beside this one."""
-    return h.is_possible and h.gain > WEIGHTS.mostly and _explains(h, residual)
+    """True if a further cause can only be beside this one, and small beside one of the output."""
+    is_small = max(h.after.values(), default=1.0) < WEIGHTS.little
+    is_large = h.is_possible and h.gain > WEIGHTS.mostly and _explains(h, residual)
+    return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))

@@ -23,6 +23,7 @@ from heyoka_bike.scoring.diagnosis.evidence import (
     log_ratio,
 )
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, Start, beginning
@@ -58,16 +59,19 @@ class _SeenPart:
     def compared(self) -> NDArray[np.intp]:
         return self.rows[self.pick]
 
+    def names(self) -> list[str]:
+        """Names of the columns that are compared."""
+        return [name for name in _COLUMNS if name in self.part.reference.at_any_time]
+
     def right(self) -> Columns:
         """Columns of the right motion."""
-        names = [name for name in _COLUMNS if name in self.part.reference.at_any_time]
-        return self.part.reference.approximate(self.part.time[self.compared], names)
+        return self.part.reference.approximate(self.part.time[self.compared], self.names())
 
-    def written_by(self, program: Program, columns: Columns, names: Iterable[str]) -> Columns:
+    def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
         for change in program.rows:
             columns = change(columns, self.time)
-        return {name: columns[name][self.pick] for name in names}
+        return {name: columns[name][self.pick] for name in self.names()}
 
     def asked(self, program: Program) -> AskedMotion:
         """Return the motion of a program."""
@@ -87,11 +91,22 @@ class SeenFile:
         The correct one.
     right : Hypothesis
         It, and what is left of it.
+    residual : Residual or None
+        What the equations leave of the file's motion; None where it does not show it.
+    has_one_speed
+        True if the forward speed never changes.
     tried
         Number of programs that were compared.
     """
 
-    def __init__(self, parts: Sequence[Part], reference: Reference, simulator: Simulator) -> None:
+    def __init__(
+        self,
+        parts: Sequence[Part],
+        reference: Reference,
+        simulator: Simulator,
+        library: Sequence[Mistake],
+    ) -> None:
+        self._reference = reference
         starts = {n: _start(reference[n].inputs) for n in reference}
         self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
         self.simulator = simulator
@@ -106,6 +121,8 @@ class SeenFile:
         self.right = Hypothesis(
             (), typical, typical, (), self._limits(understood, right), True, right, understood
         )
+        self.residual = self._residual(library) if library else None
+        self.has_one_speed = has_constant_speed(parts)
 
     def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> list[Hypothesis]:
         """Simulate programs with these mistakes and compare them with the file.
@@ -125,6 +142,15 @@ class SeenFile:
             made = self._written([program for _, program in together])
             found += [self._judge(*x, e) for x, e in zip(together, made, strict=True)]
         return found
+
+    def possible(self, hypotheses: Sequence[tuple[Mistake, ...]]) -> list[tuple[Mistake, ...]]:
+        """Those that leave the first maneuver no farther off, by simulating it alone."""
+        if len(self._parts) == 1:
+            return list(hypotheses)
+        first = SeenFile([self._parts[0].part], self._reference, self.simulator, ())
+        kept = [h.mistakes for h in first.judged(hypotheses) if h.gain > 1.0 / WEIGHTS.worse]
+        self.tried += first.tried - len(kept)
+        return kept
 
     def _judge(
         self, mistakes: tuple[Mistake, ...], program: Program, expected: Expected
@@ -176,8 +202,26 @@ class SeenFile:
         order = columns_in_another_order(written, h.expected)
         return [order] if order else []
 
-    def residual(self, library: Sequence[Mistake]) -> Residual | None:
-        """What the equations leave of the file's motion; None where it does not show it."""
+    def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
+        """Return what a hypothesis leaves, in the column of each maneuver that it explains best."""
+        relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
+        # The best column of a maneuver is the last to be put into its place.
+        best = dict(sorted(relief, key=relief.__getitem__))
+        found = []
+        for p, *expected in zip(self._parts, self.right.expected, h.expected, strict=True):
+            if p.part.number not in best:
+                continue
+            key = best[p.part.number]
+            u, rows = h.understood[key], p.compared
+            values = u.sign * factor(u.unit)[0] * p.part.values[key][rows] - u.offset
+            before, after = (np.abs(values - e[u.column.name]) for e in expected)
+            good = np.isfinite(after)
+            time = p.part.time[rows][good]
+            found.append(Curve(p.part.number, key, u.column.unit, time, before[good], after[good]))
+        return tuple(sorted(found, key=lambda c: c.maneuver))
+
+    def _residual(self, library: Sequence[Mistake]) -> Residual | None:
+        """Put the motion into the equations, as it is understood best."""
         equations = Equations.binary64(self.program.bicycle)
         found: list[Residual] = []
         tried: list[Understandings] = []
@@ -197,24 +241,6 @@ class SeenFile:
         # Rates that contradict the angles are not understood.
         return max(found, key=lambda r: (not r.is_blown_up, r.most), default=None)
 
-    def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
-        """Return what a hypothesis leaves, in the column of each maneuver that it explains best."""
-        relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
-        # The best column of a maneuver is the last to be put into its place.
-        best = dict(sorted(relief, key=relief.__getitem__))
-        found = []
-        for p, *expected in zip(self._parts, self.right.expected, h.expected, strict=True):
-            if p.part.number not in best:
-                continue
-            key = best[p.part.number]
-            u, rows = h.understood[key], p.compared
-            values = u.sign * factor(u.unit)[0] * p.part.values[key][rows] - u.offset
-            before, after = (np.abs(values - e[u.column.name]) for e in expected)
-            good = np.isfinite(after)
-            time = p.part.time[rows][good]
-            found.append(Curve(p.part.number, key, u.column.unit, time, before[good], after[good]))
-        return tuple(sorted(found, key=lambda c: c.maneuver))
-
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[p.part.number] for p in self._parts)
@@ -226,14 +252,11 @@ class SeenFile:
         """Columns that each program writes."""
         asked = [(p, part, part.asked(p)) for p in programs for part in self._parts]
         made = iter(self.simulator.run_all([m for p, _, m in asked if not p.linear]))
-        names = [[*columns] for columns in self.right.expected]
-        each = iter(
+        each = (
             part.written_by(
-                p,
-                linear_columns(m.bicycle, m.start, m.time, p.linear) if p.linear else next(made),
-                names[i % len(names)],
+                p, linear_columns(m.bicycle, m.start, m.time, p.linear) if p.linear else next(made)
             )
-            for i, (p, part, m) in enumerate(asked)
+            for p, part, m in asked
         )
         return ([next(each) for _ in self._parts] for _ in programs)
 

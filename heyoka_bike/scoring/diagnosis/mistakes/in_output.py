@@ -1,5 +1,6 @@
 """Mistakes in what is written of a right motion."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,15 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     output_mistake,
 )
 
+# Rates by the angles that they are derivatives of: those of another roll angle are of another
+# definition of the rate.
+_RATES = {
+    "roll_rate": "roll_angle",
+    "steer_rate": "steer_angle",
+    "roll_rate_tait_bryan_xyz_rate": "roll_angle_tait_bryan_xyz",
+    "roll_rate_zyx_rate": "roll_angle_zyx",
+}
+
 
 def _differences(which: str) -> Change:
     """Rates from the angles of neighbouring rows."""
@@ -23,47 +33,40 @@ def _differences(which: str) -> Change:
     def rate(angle: Array, time: Array) -> Array:
         if len(angle) < 3:
             return np.full_like(angle, np.nan)
-        forward = np.diff(angle) / np.diff(time)
+        slopes = np.diff(angle) / np.diff(time)
         if which == "forward":
-            return np.append(forward, forward[-1])
-        if which == "backward":
-            return np.insert(forward, 0, forward[0])
+            return np.append(slopes, slopes[-1])
         found: Array = np.gradient(angle, time)
-        return found
+        return np.insert(slopes, 0, slopes[0]) if which == "backward" else found
 
     def change(columns: Columns, time: Array) -> Columns:
-        made = dict(columns)
-        for key in ("roll", "steer"):
-            made[f"{key}_rate"] = rate(columns[f"{key}_angle"], time)
-        # The derivative of another roll angle is of another definition of the rate.
-        for angle, definition in (("tait_bryan_xyz", "tait_bryan_xyz_rate"), ("zyx", "zyx_rate")):
-            made[f"roll_rate_{definition}"] = rate(columns[f"roll_angle_{angle}"], time)
-        return made
+        return {**columns, **{key: rate(columns[angle], time) for key, angle in _RATES.items()}}
 
     return change
+
+
+def _changed(
+    columns: Columns, keys: Sequence[str], change: Callable[[Array], Array]
+) -> dict[str, Array]:
+    """Columns with every definition of some quantities changed."""
+    names = {c.name for key in keys for c in DEFINITIONS[key]} & columns.keys()
+    return {**columns, **{name: change(columns[name]) for name in names}}
 
 
 def _rates_shifted(rows: float) -> Change:
     """Rates of so many rows later than their angles."""
 
     def change(columns: Columns, time: Array) -> Columns:
-        keys = [c.name for key in ("roll_rate", "steer_rate") for c in DEFINITIONS[key]]
         if len(time) <= DEGREE:
             return columns
         step = rows * float(np.median(np.diff(time)))
         meant = np.clip(time + step, time[0], time[-1]) - time
-        return {
-            **columns,
-            **{
-                name: np.sum(
-                    local_polynomials(time, columns[name], DEGREE)
-                    * meant[:, None] ** np.arange(DEGREE + 1),
-                    axis=1,
-                )
-                for name in keys
-                if name in columns
-            },
-        }
+        powers = meant[:, None] ** np.arange(DEGREE + 1)
+        return _changed(
+            columns,
+            ("roll_rate", "steer_rate"),
+            lambda x: np.sum(local_polynomials(time, x, DEGREE) * powers, axis=1),
+        )
 
     return change
 
@@ -80,20 +83,14 @@ def _energies(kinetic: float = 1.0, potential: float = 1.0, without: str | None 
     return change
 
 
-def _difference(sign: int) -> Change:
+def _difference(columns: Columns, sign: int) -> Columns:
     """The kinetic less the potential energy in the place of their sum, or the reverse."""
-
-    def change(columns: Columns, _: Array) -> Columns:
-        difference = columns["kinetic_energy"] - columns["potential_energy"]
-        return {**columns, "mechanical_energy": sign * difference}
-
-    return change
+    difference = columns["kinetic_energy"] - columns["potential_energy"]
+    return {**columns, "mechanical_energy": sign * difference}
 
 
 def _first_speed(columns: Columns, _: Array) -> Columns:
-    names = [c.name for c in DEFINITIONS["forward_speed"] if c.name in columns]
-    first = {name: np.where(np.isfinite(columns[name]), columns[name][0], np.nan) for name in names}
-    return {**columns, **first}
+    return _changed(columns, ("forward_speed",), lambda v: np.where(np.isfinite(v), v[0], np.nan))
 
 
 def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
@@ -103,8 +100,7 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
         ratio = float(program.bicycle[radius]) / float(program.bicycle[other])
 
         def change(columns: Columns, _: Array) -> Columns:
-            names = [c.name for c in DEFINITIONS["forward_speed"] if c.name in columns]
-            return {**columns, **{name: ratio * columns[name] for name in names}}
+            return _changed(columns, ("forward_speed",), lambda v: ratio * v)
 
         return replace(program, rows=(*program.rows, change))
 
@@ -149,9 +145,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     output_mistake("potential_sign", "the potential energy falls with the height", _SUM,
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
-                   "one", _SUM, _difference(1)),
+                   "one", _SUM, lambda c, _: _difference(c, 1)),
     output_mistake("energy_difference_reversed", "the mechanical energy is the potential minus the "
-                   "kinetic one", _SUM, _difference(-1)),
+                   "kinetic one", _SUM, lambda c, _: _difference(c, -1)),
     output_mistake("speed_of_start", "the forward speed written is that of the start in every row",
                    "where the forward speed comes from: it varies", _first_speed),
     _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "

@@ -239,10 +239,26 @@ def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
     return tuple(state)
 
 
+Values = tuple[tuple[str, Exact], ...]
+"""Parameters of a bicycle."""
+
+
+@lru_cache(512)
+def equations_of(values: Values) -> Equations:
+    """The equations of a bicycle with any parameters, in binary64.
+
+    Raises
+    ------
+    ZeroDivisionError
+        One half has neither mass nor inertia.
+    """
+    return Equations.of(Bicycle("", dict(values)), Arrays())
+
+
 @lru_cache(256)
-def _upright(values: tuple[tuple[str, Exact], ...]) -> tuple[Moving, float]:
+def _upright(values: Values) -> tuple[Moving, float]:
     """The bicycle upright and straight, and its unit of length [m]."""
-    equations = Equations.of(Bicycle("", dict(values)), Arrays())
+    equations = equations_of(values)
     with np.errstate(all="ignore"):
         return Moving(equations, [np.zeros(())] * 7), float(equations.k.length)
 
@@ -251,7 +267,7 @@ def beginning(program: Program, number: int) -> tuple[float, ...]:
     """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
     roll, pitch, steer, *rates = initial_state(program.bicycle, program.starts[number])
     if steer != 0.0:
-        k = Equations.of(program.bicycle, Arrays()).k
+        k = equations_of(tuple(program.bicycle.values.items())).k
         pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
     return roll, pitch, steer, *rates
 

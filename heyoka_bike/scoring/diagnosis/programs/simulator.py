@@ -17,9 +17,8 @@ from numpy.polynomial.legendre import leggauss
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
-from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.following import following
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     TENSORS_TURNING,
@@ -27,11 +26,9 @@ from heyoka_bike.scoring.diagnosis.programs.forces import (
     dot,
     rates_altered,
 )
-from heyoka_bike.scoring.diagnosis.programs.program import NAMES
+from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Values, equations_of
 from heyoka_bike.system.resources import benchmark_bicycle
 
-# Rotations and products of the constants keep binary64 with some digits to spare.
-_DIGITS = 25
 # So many points in intervals so long [s] leave 1e-13 of the benchmark's motions; 12 points in half
 # as long ones leave as much in twice the time. The shorter ones are for motions that these lose: a
 # steer axis may swing round within some hundredths of a second.
@@ -77,11 +74,9 @@ class Simulator:
     """Motions of bicycles, each with its columns."""
 
     def __init__(self) -> None:
-        self._arithmetic = Multiprecision(_DIGITS)
         # Equations of which only matters what constants there are.
-        self._any = Equations.of(read_bicycle(benchmark_bicycle()), self._arithmetic)
+        self._any = Equations.of(read_bicycle(benchmark_bicycle()), Arrays())
         self._known: dict[object, Array] = {}
-        self._constants = lru_cache(None)(self._compute_constants)
 
     def run(
         self, bicycle: Bicycle, start: Sequence[float], time: Array,
@@ -101,10 +96,11 @@ class Simulator:
 
     def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
         """Return the columns that `run` has of each motion, in less time."""
-        constants = [self._constants(tuple(m.bicycle.values.items())) for m in motions]
+        values = [tuple(m.bicycle.values.items()) for m in motions]
+        constants = [_constants(v) for v in values]
         keys = [
-            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
-            for m, c in zip(motions, constants, strict=True)
+            (v, tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
+            for m, v in zip(motions, values, strict=True)
         ]
         new: dict[object, tuple[AskedMotion, _Constants]] = {}
         for key, m, c in zip(keys, motions, constants, strict=True):
@@ -157,16 +153,18 @@ class Simulator:
         left = iter(constants)
         return self._any.convert(lambda _: next(left), Arrays())
 
-    def _compute_constants(self, values: tuple[tuple[str, Exact], ...]) -> _Constants | None:
-        """Constants of the equations, and the unit of length [m]; None without a motion."""
-        found: list[float] = []
-        try:
-            exact = Equations.of(Bicycle("", dict(values)), self._arithmetic)
-        except ZeroDivisionError:
-            # Without any mass or inertia of one half.
-            return None
-        exact.convert(lambda x: found.append(float(x)), exact.a)
-        return np.array(found), float(exact.k.length)
+
+@lru_cache(512)
+def _constants(values: Values) -> _Constants | None:
+    """Constants of the equations, and the unit of length [m]; None without a motion."""
+    found: list[float] = []
+    try:
+        equations = equations_of(values)
+    except ZeroDivisionError:
+        # Without any mass or inertia of one half.
+        return None
+    equations.convert(lambda x: found.append(float(x)), equations.a)
+    return np.array(found), float(equations.k.length)
 
 
 @cache

@@ -189,10 +189,9 @@ def gauss_newton(errors: Errors, x: Array, sizes: Array, floors: Array) -> tuple
             break
         for half in range(_HALVINGS):
             ahead = x + steps[0] / 2.0**half
-            found = linearised(errors, ahead, sizes, floors)
-            if found.left < b.left:
+            if left(errors([ahead])[0], floors) < b.left:
                 break
         else:
             break
-        x, b = ahead, found
+        x, b = ahead, linearised(errors, ahead, sizes, floors)
     return x, b

@@ -8,34 +8,37 @@ What remains of an equation of motion in a maneuver is a *block*. Its size is un
 minimised is the sum of the logarithms of what is left in the blocks, as in `linear_fits`. Causes
 are the mistakes of the library, alone and two together, and one, two or three parameters and forces
 whose values are fitted. They are compared by their odds, see `evidence`, with the equations in the
-place of the columns.
+place of the columns. The likeliest values are then refined by whole runs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
-from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING, Moving
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Mistake,
     Program,
+    Values,
     apply,
     beginning,
     changed,
+    equations_of,
     other_values,
 )
+from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     Errors,
     best_subsets,
     gauss_newton,
+    left,
     linearised,
+    solve,
     uncertain,
 )
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
@@ -52,8 +55,14 @@ UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fi
 _SIZES, _BESIDE = ((1, 6), (2, 3), (3, 2)), 12
 # Left by equations that have no solution, in parts of the accelerations.
 _ALL = 1e9
-_Values = tuple[tuple[str, Exact], ...]
 _TINY = float(np.finfo(np.float64).tiny)
+# Values that are found together.
+_MOST = 3
+# What leaves so small a part is known well enough.
+_ENOUGH = 1e-6
+_COMPARED = 251
+# Nothing is seen of a column below this part.
+_NOTHING = 1e-12
 
 
 class Residual:
@@ -128,7 +137,7 @@ class Residual:
     @cached_property
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
-        return find_methods(_equations(tuple(self.program.bicycle.values.items())), self.motions)
+        return find_methods(equations_of(tuple(self.program.bicycle.values.items())), self.motions)
 
     @property
     def most(self) -> float:
@@ -187,8 +196,8 @@ class Residual:
             [(x @ m.windows.T).ravel() for x, m in zip(parts, self.motions, strict=True)]
         )
 
-    def _along_the_motions(self, values: _Values, still: float) -> Moving:
-        equations = _equations(values)
+    def _along_the_motions(self, values: Values, still: float) -> Moving:
+        equations = equations_of(values)
         k = equations.k
         key = k.tilt, k.d1, k.d2, k.d3, k.h0, k.h1, k.h2, k.h3
 
@@ -271,12 +280,12 @@ class Residual:
     def _errors(self, names: Sequence[str]) -> Errors:
         """From values of unknowns, as changes, to what they leave."""
 
-        def left(x: Array) -> list[Array]:
+        def missing(x: Array) -> list[Array]:
             changes = {name: float(v) for name, v in zip(names, x, strict=True) if v}
             made = self.of(changed(self.program, changes))
             return self.blocks(self._weights * (self.observed - made))
 
-        return lambda several: [left(x) for x in several]
+        return lambda several: [missing(x) for x in several]
 
     def _refined(self, names: Sequence[str], sizes: Array) -> Hypothesis:
         x, b = gauss_newton(self._errors(names), 0.0 * sizes, sizes, self._floors)
@@ -315,6 +324,102 @@ class Residual:
         return found
 
 
+class WholeRuns:
+    """Whole runs of programs with changed values, compared with the motions of a file.
+
+    What is minimised is the sum of the logarithms of what is left in roll, steer, their rates and
+    the speed of each maneuver, each in parts of its size.
+    """
+
+    def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
+        self._motions, self._right, self._simulator = motions, right, simulator
+        self._rows = [spread(len(m.time), _COMPARED) for m in motions]
+        self._floors = np.full(len(motions) * len(STATE), _NOTHING)
+
+    def refined(self, several: Iterable[Mistake], *, with_others: bool = False) -> list[Mistake]:
+        """Values near some, that whole runs show.
+
+        Or, of rivals, those that leave nothing, or also the single one with others beside it.
+        """
+        found = []
+        for mistake in several:
+            found.append(self._of_values(mistake.changes, mistake))
+            if with_others and found[-1][1] < _ENOUGH:
+                return [found[-1][0]]
+        alone = next((x for x in found if len(x[0].found) == 1), None)
+        if with_others and alone is not None:
+            found.append(self._with_others(*alone))
+        return [mistake for mistake, _ in found]
+
+    def _with_others(self, best: Mistake, left: float) -> tuple[Mistake, float]:
+        """Add the parameter that leaves least, as long as it leaves far less."""
+        while len(best.found) < _MOST:
+            more, rest = self._of_values(self._further(best.changes))
+            fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
+            cost = WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said
+            if fall < cost or left < WEIGHTS.beside * rest:
+                break
+            best, left = more, rest
+        return best, left
+
+    def _of_values(
+        self, changes: Mapping[str, float], known: Mistake | None = None
+    ) -> tuple[Mistake, float]:
+        """Values nearby that leave least, and how much that is; those that are known if enough."""
+        errors, start = self._errors(changes), np.array([*changes.values()])
+        if known is not None:
+            near = left(errors([start])[0], self._floors)
+            if near < _ENOUGH:
+                return known, near
+        x, b = gauss_newton(errors, start, self._sizes(changes), self._floors)
+        found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
+        return other_values(found, off, self._right), b.left
+
+    def _further(self, changes: Mapping[str, float]) -> dict[str, float]:
+        """Values with one more parameter, that to first order leaves least of what these leave."""
+        every = {**changes, **{name: 0.0 for name in PARAMETERS if name not in changes}}
+        names, x = [*every], np.array([*every.values()])
+        b = linearised(self._errors(names), x, self._sizes(names), self._floors)
+        known = range(len(changes))
+        subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
+        steps, gains = solve(b, subsets)
+        i = int(np.argmax(gains))
+        values = x[subsets[i]] + steps[i]
+        return dict(zip([names[k] for k in subsets[i]], values.tolist(), strict=True))
+
+    def _sizes(self, names: Iterable[str]) -> Array:
+        return np.array([size_of(self._right.bicycle, name) for name in names])
+
+    def _errors(self, names: Iterable[str]) -> Errors:
+        """From values to the errors of their programs in the states, in parts of each column."""
+
+        def errors(several: Sequence[Array]) -> list[list[Array]]:
+            asked = []
+            for x in several:
+                p = changed(self._right, dict(zip(names, x.tolist(), strict=True)))
+                asked += [
+                    AskedMotion(p.bicycle, beginning(p, m.number), m.time[rows], dict(p.amounts))
+                    for m, rows in zip(self._motions, self._rows, strict=True)
+                ]
+            made = iter(self._simulator.run_all(asked))
+            return [
+                [
+                    _part(columns[key], m.state[key][rows])
+                    for m, rows, columns in zip(self._motions, self._rows, made, strict=False)
+                    for key in STATE
+                ]
+                for _ in several
+            ]
+
+        return errors
+
+
+def _part(values: Array, written: Array) -> Array:
+    """What is missing from a column in parts of its size; all of it after the motion's end."""
+    size = float(np.sqrt(np.mean(written**2))) + float(np.finfo(np.float64).tiny)
+    return np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)
+
+
 def _rms(x: Array) -> float:
     return float(np.sqrt(np.mean(np.square(x))))
 
@@ -334,9 +439,3 @@ def size_of(bicycle: Bicycle, name: str) -> float:
     if name in FORCES:
         return FORCES[name].size
     return abs(float(bicycle[name])) or 1.0 if name in bicycle.values else 1.0
-
-
-@lru_cache(256)
-def _equations(values: _Values) -> Equations:
-    # Differences over 1e-6 need no more digits than these.
-    return Equations.of(Bicycle("", dict(values)), Arrays())
