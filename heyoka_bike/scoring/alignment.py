@@ -352,7 +352,7 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
 def _of_another(
     part: Part, rows: Rows, reference: Reference, results: Results
 ) -> tuple[Finding, ...]:
-    """A word if the values are clearly those of other columns or another maneuver than told."""
+    """Return a finding if the values clearly fit other columns, or another maneuver, than told."""
     if order := _another_order(part):
         option = "columns=" if results.format == "array" else "--columns "
         said = f"the columns seem to be in another order: {', '.join(order.values())}"

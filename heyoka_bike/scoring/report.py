@@ -13,7 +13,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import verdict
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.headings import recognise
 from heyoka_bike.scoring.scored import Scored
 from heyoka_bike.scoring.verdict import WHOLE as WHOLE
 from heyoka_bike.scoring.verdict import Grade
@@ -322,7 +322,7 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def grades(self) -> list[Grade]:
-        """Those of all columns; a file has the worst of them."""
+        """Grades of all columns; a file has the worst of them."""
         return [c.grade for m in self.maneuvers for c in m.columns]
 
     @property

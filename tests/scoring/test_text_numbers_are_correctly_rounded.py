@@ -7,7 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading.text.blocks import NOTHING, parse_block
+from heyoka_bike.scoring.reading.quanta import places_of, significant
+from heyoka_bike.scoring.reading.text.blocks import parse_block
 
 sign = st.sampled_from(["", "-", "+"])
 digits = st.text("0123456789", min_size=1, max_size=22)
@@ -61,10 +62,10 @@ def check(tokens, separator):
         assert block.values[j].tolist() == [hi, hi]
         assert block.lo[j].tolist() == [lo, lo]
         plain = token.partition("e")[0].lstrip("+-0.").replace(".", "")
-        assert block.digits[j, 0] == (len(plain) if np.isfinite(hi) else 0)
+        assert block.written[j][0] == token
+        assert significant(token) == plain
         has_places = "e" not in token
-        places = len(token.partition(".")[2]) if has_places else -1
-        assert block.places[j, 0] == (places if np.isfinite(hi) else NOTHING)
+        assert places_of(token) == (len(token.partition(".")[2]) if has_places else -1)
     assert block.lines.tolist() == [0, 1]
 
 

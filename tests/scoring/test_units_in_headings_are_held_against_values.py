@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.names.columns import named_unit
-from heyoka_bike.scoring.reading.names.units import _SPELLINGS, quantities, unknown_unit
+from heyoka_bike.scoring.reading.names.headings import named_unit
+from heyoka_bike.scoring.reading.names.units import _WORDS, quantities, unknown_unit
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import UNITS, factor
 
@@ -109,7 +109,7 @@ def test_units_that_are_not_known_are_told(name, unit, tmp_path):
 
 
 def test_every_unit_that_a_heading_may_name_can_be_converted():
-    spelt = {f"{word}{per}" for word in _SPELLINGS for per in ("", "/s", " per min")}
+    spelt = {f"{word}{per}" for word in _WORDS for per in ("", "/s", " per min")}
     named = {unit for word in spelt for unit in quantities(word).values()}
     assert {"degree s-1", "revolution min-1", "foot", "W h", "mile h-1", "knot"} <= named
     assert all(factor(u)[0] > 0 for u in named)

@@ -13,19 +13,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, warning
-from heyoka_bike.scoring.reading.names.columns import (
-    TIME,
-    is_maneuver,
-    left_out,
-    listed,
-    may_mean,
-    named_unit,
-    names_found,
-    recognise,
-    set_aside,
-    unit_in,
-    unknown_units,
-)
+from heyoka_bike.scoring.reading.names import headings
 from heyoka_bike.scoring.reading.names.numbers import Found, meanings
 from heyoka_bike.scoring.reading.names.units import is_si, quantities
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
@@ -106,13 +94,13 @@ def _of_the_reference(
         raise request.error(f"found {others[0]}, expected 1 to {request.count}")
     if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
         raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
-    return known, [left_out(others)] if others else []
+    return known, [headings.left_out(others)] if others else []
 
 
 def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
     """The rows of each maneuver, if a column tells of which they are; else the table alone."""
     names, count = request.names or table.names or (), request.count
-    at = next((j for j, name in enumerate(names) if is_maneuver(name)), None)
+    at = next((j for j, name in enumerate(names) if headings.is_maneuver(name)), None)
     if at is None or at >= len(table.columns) or table.maneuver is not None:
         return [table]
     numbers = table.columns[at].values
@@ -171,9 +159,9 @@ def _rows(
         finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
         values[key] = finite[order]
     lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}
-    units = {key: unit for key, name in named.items() if (unit := named_unit(name, key))}
-    may_be = {key: keys for key, name in named.items() if key in (keys := may_mean(name))}
-    quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
+    units = {key: unit for key, name in named.items() if (unit := headings.named_unit(name, key))}
+    may_be = {key: keys for key, name in named.items() if key in (keys := headings.may_mean(name))}
+    quantum = {key: table.columns[j].quantum for key, j in {headings.TIME: time, **columns}.items()}
     return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 
 
@@ -200,16 +188,17 @@ def _layout(vectors: Vectors, request: Request) -> _ColumnLayout:
     width = len(vectors.columns)
     found = meanings(names, request.count)
     known = [f[0] for f in found if f]
-    is_named = TIME in known and len(known) > 1
+    is_named = headings.TIME in known and len(known) > 1
     # The benchmark's order has no place for what is not of the benchmark.
-    is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS} or any(map(is_maneuver, names))
+    is_beyond = not {*known} <= {headings.TIME, *BENCHMARK_COLUMNS}
+    is_beyond |= any(map(headings.is_maneuver, names))
     places = _by_place(width, request.count) if vectors.is_ordered else None
     if request.names or (is_named and (places is None or None not in found or is_beyond)):
         return _settled(names, found, vectors, request)
     if places is not None:
         settled = _settled([""] * width, places, vectors, request)
         return replace(settled, findings=_names_unused(names, found, places))
-    raise request.not_columns(names_found(names, found), vectors.heading)
+    raise request.not_columns(headings.names_found(names, found), vectors.heading)
 
 
 def _by_place(width: int, count: int) -> Sequence[Found] | None:
@@ -218,7 +207,8 @@ def _by_place(width: int, count: int) -> Sequence[Found] | None:
     by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
     if (numbers := by_width.get(width)) is None:
         return None
-    return [(TIME, None), *((key, number) for number in numbers for key in BENCHMARK_COLUMNS)]
+    columns = ((key, number) for number in numbers for key in BENCHMARK_COLUMNS)
+    return [(headings.TIME, None), *columns]
 
 
 def _settled(
@@ -242,19 +232,19 @@ def _settled(
                 vectors.heading,
             )
         meant[meaning] = best
-    time = meant[TIME, None]
+    time = meant[headings.TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
     alone = 1 if alone is None and request.count == 1 else alone
     maneuvers: dict[int | None, dict[str, int]] = {}
     for (key, number), i in meant.items():
-        if key != TIME:
+        if key != headings.TIME:
             maneuvers.setdefault(alone if number is None else number, {})[key] = i
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
         said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
         raise request.error(said, vectors.heading)
     findings = _left_out(names, found, {*meant.values()}, request)
-    findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
-    unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
+    findings += headings.unknown_units({names[i]: key for (key, _), i in meant.items()})
+    unit = quantities(headings.unit_in(names[time])[1] or "").get("s", "s")
     return _ColumnLayout(time, maneuvers, tuple(findings), unit)
 
 
@@ -263,16 +253,16 @@ def _left_out(
 ) -> list[Finding]:
     """Return findings about columns that are not used, unless the user left them out."""
     left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
-    left = [i for i in left if not is_maneuver(names[i])]
-    known = [names[i] for i in left if found[i] is None and recognise(names[i])]
+    left = [i for i in left if not headings.is_maneuver(names[i])]
+    known = [names[i] for i in left if found[i] is None and headings.recognise(names[i])]
     unknown = [names[i] for i in left if names[i] not in known]
-    findings = [set_aside(known, request)] if known else []
-    return [*findings, left_out(unknown)] if unknown else findings
+    findings = [headings.set_aside(known, request)] if known else []
+    return [*findings, headings.left_out(unknown)] if unknown else findings
 
 
 def _oddity(name: str) -> tuple[bool, bool]:
     """True if a name has a unit other than SI, and true if it has its unit as an ending."""
-    _, unit, is_ending = unit_in(name)
+    _, unit, is_ending = headings.unit_in(name)
     return not is_si(unit), is_ending
 
 
@@ -286,8 +276,9 @@ def _names_unused(
         return ()
     unknown = [name for name, f in zip(names, found, strict=True) if f is None]
     said = (
-        f"Not all column names are known ({listed(unknown)}), so the columns are taken in the "
-        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}."
+        f"Not all column names are known ({headings.listed(unknown)}), so the columns are taken in "
+        f"the benchmark's order, although column {wrong[0] + 1} is named "
+        f"{quoted(names[wrong[0]])}."
     )
     shown = [quoted(name)[1:-1] for name in unknown[:100]]
     return (warning("names_not_used", said, columns=[i + 1 for i in wrong], unknown=shown),)

@@ -1,24 +1,20 @@
 """The resolution of columns: how finely their values are written."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import floor, log10
+from math import floor, isfinite, log10
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.vectors import Vector
 
-NOTHING = -2
-"""The digits after the point of what is not finite."""
 BINARY64_DIGITS = 17
 """Decimal digits that tell any two binary64 numbers apart."""
 # Decimal digits of the usual binary formats, to the nearest.
 _DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
 
-_MANY = np.iinfo(np.int64).max
 # With fewer decimal digits single precision numbers are no longer told apart.
 _SINGLE_DIGITS = 9
 _ENOUGH_SINGLE = 20
@@ -30,6 +26,11 @@ def significant(number: str) -> str:
     """Significant digits written in a decimal, zeros at the end included."""
     mantissa = number.replace("E", "e").partition("e")[0]
     return mantissa.lstrip("+-0.").replace(".", "")
+
+
+def places_of(number: str) -> int:
+    """Digits written after the point of a decimal; -1 with an exponent."""
+    return -1 if "e" in number else len(number.partition(".")[2])
 
 
 def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
@@ -44,31 +45,31 @@ def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
 
 
 def written_column(
-    values: Array, lo: Array | None, digits: NDArray[np.int64], places: NDArray[np.int64],
-    is_time: bool,
-) -> Vector:  # fmt: skip
-    """A column of a text, by the digits and places of samples of it; see `text.blocks.Block`."""
-    significant = int(digits.max(initial=0))
-    fewest = int(np.where(places < -1, _MANY, places).min(initial=_MANY))
-    most = int(places.max(initial=-1))
+    values: Array, lo: Array | None, written: Iterable[str], is_time: bool
+) -> Vector:
+    """A column of a text; some of its numbers, as they are written, tell how finely it is."""
+    finite = [x for x in written if isfinite(float(x))]
+    digits = max((len(significant(x)) for x in finite), default=0)
+    places = {places_of(x) for x in finite} or {-1}
+    fewest, most = min(places), max(places)
     largest = _largest(values)
-    varies = _tells_digits(values, lo, significant)
+    varies = _tells_digits(values, lo, digits)
     # The times 0.07 and 10 are written to the same places, without the zeros.
-    is_fixed_time = is_time and fewest >= 0 and significant < BINARY64_DIGITS
+    is_fixed_time = is_time and fewest >= 0 and digits < BINARY64_DIGITS
     if (is_fixed_time or fewest == most >= 0) and varies and 10.0**-most >= np.spacing(largest):
         count = max(1, floor(log10(largest)) + 1 + most)
-        return Vector(values, lo, Quantum(10, places=most), count, significant)
-    if _SINGLE_DIGITS <= significant < BINARY64_DIGITS and _are_single_written(values, significant):
+        return Vector(values, lo, Quantum(10, places=most), count, digits)
+    if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
         # Printed longer than they are.
-        return Vector(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
+        return Vector(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], digits)
     # The times always have their rest.
-    if 0 < significant < BINARY64_DIGITS or (lo is not None and significant > BINARY64_DIGITS):
-        quantum, known = Quantum(10, digits=significant), significant
+    if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
+        quantum, known = Quantum(10, digits=digits), digits
     else:
         bits = binary_digits(values) if varies else 53
         quantum = Quantum(2, digits=bits)
         known = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
-    return Vector(values, lo, quantum, known if varies else None, significant)
+    return Vector(values, lo, quantum, known if varies else None, digits)
 
 
 def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
@@ -114,11 +115,8 @@ def column_of_steps(values: Array, step: float) -> Vector:
 
 def binary_digits(values: Array) -> int:
     """24 if all values are single precision numbers, and not only integers; else 53."""
-    some = values[:100]
-    if not are_single(some) or not are_single(values):
-        return 53
     finite = values[np.isfinite(values)]
-    return 53 if (finite == np.rint(finite)).all() else 24
+    return 24 if are_single(values) and (finite != np.rint(finite)).any() else 53
 
 
 def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
@@ -140,7 +138,7 @@ def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
 
 def are_single(values: Array) -> bool:
     """True if all finite values are single precision numbers."""
-    return bool(((_as_single(values) == values) | ~np.isfinite(values)).all())
+    return bool(((as_single(values) == values) | ~np.isfinite(values)).all())
 
 
 def _are_single_written(values: Array, digits: int) -> bool:
@@ -153,10 +151,10 @@ def _are_single_written(values: Array, digits: int) -> bool:
         return False
     # Half a digit, and the rounding of its reading.
     nearest = 0.501 * Quantum(10, digits=digits).at(some)
-    return bool((np.abs(some - _as_single(some)) <= nearest).all())
+    return bool((np.abs(some - as_single(some)) <= nearest).all())
 
 
-def _as_single(values: Array) -> Array:
+def as_single(values: Array) -> Array:
     """Values rounded to single precision."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         return values.astype(np.float32).astype(np.float64)

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, divide, two_product
 from heyoka_bike.scoring.findings import Finding, info, warning
+from heyoka_bike.scoring.reading.quanta import as_single
 
 # Picoseconds; finer decimals are hardly meant.
 _MOST_PLACES = 12
@@ -112,16 +112,16 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     # A larger number is no nearer to one multiple than to another.
     if len(hi) < _FEWEST_ROWS or not (np.abs(hi) < 2.0**53).all():
         return None
-    with np.errstate(over="ignore", under="ignore"):
-        single = hi.astype(np.float32).astype(np.float64)
+    single = as_single(hi)
     candidates: list[tuple[Array, type[np.floating]]] = [(hi, np.float64)]
     if (single == hi).all() or (digits in _SINGLE_DIGITS and _are_written(single, hi, digits)):
         candidates.append((single, np.float32))
-    found = [(d, x) for x, kind in candidates if (d := _places(x, kind)) is not None]
-    if not found:
-        return None
     # As decimals, 0.0700000003 and the like are multiples too, of a smaller step.
-    places, hi = min(found, key=itemgetter(0))
+    each = ((d, x, kind) for d in range(_MOST_PLACES + 1) for x, kind in candidates)
+    found = next(((d, x) for d, x, kind in each if _are_multiples(x, d, kind)), None)
+    if found is None:
+        return None
+    places, hi = found
     ten = 10.0**places
     exact, lo = np.empty_like(hi), np.empty_like(hi)
     for piece in _pieces(len(hi)):
@@ -133,12 +133,8 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     return places, exact, lo
 
 
-def _places(hi: Array, kind: type[np.floating]) -> int | None:
-    """The smallest d for which all times are the nearest numbers to multiples of 10^-d."""
-    return next((d for d in range(_MOST_PLACES + 1) if _are_multiples(hi, d, kind)), None)
-
-
 def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
+    """True if all times are the nearest numbers to multiples of 10^-places."""
     ten, chance, last = 10.0**places, 0.0, 0.0
     for piece in _pieces(len(hi)):
         times = hi[piece]
@@ -167,8 +163,5 @@ def _pieces(count: int) -> Iterator[slice]:
 
 def _are_written(single: Array, hi: Array, digits: int) -> bool:
     """True if the single precision numbers, written with so many digits, give these times."""
-    for n in (_FIRST_ROWS, len(hi)):
-        again = [float(f"{x:.{digits - 1}e}") for x in single[:n].tolist()]
-        if not np.array_equal(again, hi[:n]):
-            return False
-    return True
+    both = zip(single.tolist(), hi.tolist(), strict=True)
+    return all(float(f"{x:.{digits - 1}e}") == time for x, time in both)

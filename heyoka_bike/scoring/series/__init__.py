@@ -26,8 +26,8 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.findings import Finding, warning
-from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.source import results_of, several
 from heyoka_bike.scoring.report import Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
 from heyoka_bike.scoring.series.convergence import columns_of, converge, falling, nothing_shared
@@ -167,9 +167,8 @@ def _series(
 
 
 def _steps_unknown(is_told: bool) -> Finding:
-    why = "several files are given as alike"
-    if not is_told:
-        why = "the rows of several files are equally far apart"
+    apart = "the rows of several files are equally far apart"
+    why = "several files are given as alike" if is_told else apart
     said = (
         f"{why}, so the step sizes do not tell the runs apart; give those of the integrator "
         "(--step) to see the order of convergence, or the tolerances of its solver (--tolerance)"

@@ -14,13 +14,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, two_sum
-from heyoka_bike.scoring.reading.names.columns import group_number
-from heyoka_bike.scoring.reading.quanta import (
-    are_beyond_binary64,
-    binary_column,
-    column_of_steps,
-    written_column,
-)
+from heyoka_bike.scoring.reading import quanta
+from heyoka_bike.scoring.reading.names.headings import group_number
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import plain_row, read_rows
 from heyoka_bike.scoring.reading.text.dialects import Dialect
@@ -134,11 +129,12 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> Vector
     """
     array = read_array(source, request).ravel()
     if step := getattr(array, "step", None):
-        return column_of_steps(np.asarray(array), step)
-    if array.dtype.kind == "O" and lo is None:
-        return _decimal_column(_decimals(array, request), is_time)
+        return quanta.column_of_steps(np.asarray(array), step)
     if array.dtype.kind == "O":
-        array = np.array([float(x) for x in _decimals(array, request)])
+        numbers = _decimals(array, request)
+        if lo is None:
+            return _decimal_column(numbers, is_time)
+        array = np.array(numbers, dtype=np.float64)
     bits = 53 if array.dtype.kind != "f" else int(np.finfo(array.dtype).nmant) + 1
     remainder: Array | None = None
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -156,7 +152,7 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> Vector
             remainder = (array - values).astype(np.float64)
     if remainder is not None:
         remainder[~np.isfinite(values)] = 0.0
-    column = binary_column(values, remainder, bits)
+    column = quanta.binary_column(values, remainder, bits)
     return column if lo is None else column.with_exact_values()
 
 
@@ -189,12 +185,10 @@ def _decimals(array: NDArray[Any], request: Request) -> list[str]:
 def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
     some = [x for x in numbers if x != "nan"]
     looked_at = some[:: max(1, len(some) // _LOOKED_AT)]
-    is_exact = bool(some) and are_beyond_binary64(looked_at, is_time)
+    is_exact = bool(some) and quanta.are_beyond_binary64(looked_at, is_time)
     rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
     block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
-    column = written_column(
-        block.values[0], block.lo.get(0), block.digits[0], block.places[0], is_time
-    )
+    column = quanta.written_column(block.values[0], block.lo.get(0), block.written[0], is_time)
     return column.with_exact_values() if is_time and is_exact else column
 
 

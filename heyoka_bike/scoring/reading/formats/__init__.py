@@ -158,7 +158,7 @@ FORMATS = (
 
 
 def why_not_read(head: bytes, suffix: str) -> str:
-    """Say in words that a file is of no format that is read."""
+    """Return words that say that a file is of no format that is read."""
     found = _not_read(head)
     if found == _SPREADSHEET or (not found and suffix in _SPREADSHEETS):
         return "is a spreadsheet; save it as xlsx or CSV"

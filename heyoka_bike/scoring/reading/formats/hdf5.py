@@ -13,16 +13,16 @@ import numpy as np
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.reading.arrays.columns import StoredArray, unpacked
-from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, MOST_MEMBERS
+from heyoka_bike.scoring.reading.arrays.shapes import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
 
 def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
-    """Its arrays and groups, and what those of MATLAB and Octave stand for.
+    """Read the arrays and groups of the file; those of MATLAB and Octave as what they stand for.
 
-    MATLAB's are as `matlab_bytes.matlab_variables` has those of its older files.
+    MATLAB's variables are as `matlab_bytes.matlab_variables` has those of older files.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class _OwnFile:
             return found.T if self._is_turned else found
 
     def _check_filters(self, dataset: Any) -> None:
-        """Say it if the array was compressed by what is not here."""
+        """Raise an error that names the filter if the array needs one that is not installed."""
         made = dataset.id.get_create_plist()
         for i in range(made.get_nfilters()):
             code, _, _, name = made.get_filter(i)

@@ -12,12 +12,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import (
-    are_names,
-    group_number,
-    is_maneuver,
-    recognise,
-)
+from heyoka_bike.scoring.reading.names import headings
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
@@ -90,17 +85,18 @@ def _shaped(x: Any, request: Request, depth: int = 0) -> Any:
         return None
     if _are_scalars(x):
         return np.array(x, object)
-    if _is_list_of(x, list):
-        return _rows(x, request) if _are_scalars(chain(*x)) else _lists([below(y) for y in x])
-    return _objects(x, below) if _is_list_of(x, dict) else None
-
-
-def _lists(parts: list[Any]) -> Any:
-    """An array of all parts if they are arrays of one shape; else each is of a maneuver."""
-    shapes = {getattr(x, "shape", None) for x in parts}
+    if _is_list_of(x, dict):
+        return _objects(x, below)
+    if not _is_list_of(x, list):
+        return None
+    if _are_scalars(chain(*x)):
+        return _rows(x, request)
+    # An array of all parts if they are arrays of one shape; else each is of a maneuver.
+    parts = [below(y) for y in x]
+    shapes = {getattr(y, "shape", None) for y in parts}
     if len(shapes) == 1 and None not in shapes:
         return np.stack(parts)
-    return _known((f"maneuver_{i}", x) for i, x in enumerate(parts, 1))
+    return _known((f"maneuver_{i}", y) for i, y in enumerate(parts, 1))
 
 
 def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
@@ -119,10 +115,10 @@ def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
 
 def _member(name: str, x: Any, below: Callable[[Any], Any]) -> tuple[str, Any]:
     """Name and values of a member, which may be an object of its values and their unit."""
-    if is_maneuver(name) and isinstance(x, str):
+    if headings.is_maneuver(name) and isinstance(x, str):
         return name, np.array(x, object)
     lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, dict) else []
-    if len(lists) != 1 or not recognise(name):
+    if len(lists) != 1 or not headings.recognise(name):
         return name, below(x)
     unit = x.get("unit", x.get("units"))
     return f"{name} [{unit}]" if isinstance(unit, str) else name, below(lists[0])
@@ -143,9 +139,9 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
     members = list(x.values())
     if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
         # The index of the rows has names, outside or inside.
-        if are_names(list(x), request):
+        if headings.are_names(list(x), request):
             return {name: np.array([y.get(k) for k in members[0]], object) for name, y in x.items()}
-        if are_names(list(members[0]), request):
+        if headings.are_names(list(members[0]), request):
             return _records(members)
     return None
 
@@ -179,9 +175,9 @@ def _records(items: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def _number(x: Mapping[str, Any]) -> int | None:
     """Number of the maneuver that an object says it is of."""
     for name, y in x.items():
-        if isinstance(y, str) and (is_maneuver(name) or name.lower() in ("name", "id")):
-            word = f"maneuver {y}" if y.isdecimal() and is_maneuver(name) else y
-            if number := group_number(word):
+        if isinstance(y, str) and (headings.is_maneuver(name) or name.lower() in ("name", "id")):
+            word = f"maneuver {y}" if y.isdecimal() and headings.is_maneuver(name) else y
+            if number := headings.group_number(word):
                 return number
     return None
 

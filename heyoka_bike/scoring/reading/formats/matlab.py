@@ -11,7 +11,7 @@ from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass, matlab_variables
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.headings import recognise
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.vectors import Vectors

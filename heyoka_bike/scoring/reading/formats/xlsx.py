@@ -5,7 +5,7 @@ from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.formats.text_files import read_table
-from heyoka_bike.scoring.reading.names.columns import group_number, listed
+from heyoka_bike.scoring.reading.names.headings import group_number, listed
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.vectors import Vectors

@@ -9,7 +9,7 @@ if that is said in words.
 import re
 from collections.abc import Mapping, Sequence
 
-from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise
+from heyoka_bike.scoring.reading.names.headings import TIME, may_mean, recognise
 from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
 
 Found = tuple[str, int | None] | None
@@ -54,10 +54,8 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
     if not any(f and f[1] is not None for f in found):
         return _in_turn(found, count)
     # Beside numbered columns one without a number tells nothing, and no reference has others.
-    return [
-        f if f is None or f[0] == TIME or (f[1] is not None and 1 <= f[1] <= count) else None
-        for f in found
-    ]
+    numbers = range(1, count + 1)
+    return [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
 
 
 def is_coordinate(name: str) -> bool:
@@ -77,14 +75,14 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
     They are where t and v stand beside them, or where each is a second column of its meaning and
     other energies are there.
     """
-    plain = [stem.strip() if unit is None else "" for stem, unit in map(split_unit, names)]
-    bare = [split_unit(name)[0].strip() for name in names]
+    split = [(stem.strip(), unit) for stem, unit in map(split_unit, names)]
+    plain = [stem if unit is None else "" for stem, unit in split]
     others = [f for name, f in zip(plain, found, strict=True) if f and name not in _CAPITALS]
     meant = list(found)
     for name, (small, alone, energy) in _CAPITALS.items():
         is_second = (alone, None) in others and (energy, None) not in others
         words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
-        if not {*small}.isdisjoint(bare) or (is_second and words & _ENERGIES):
+        if any(stem in [*small] for stem, _ in split) or (is_second and words & _ENERGIES):
             meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
     return meant
 
@@ -93,9 +91,9 @@ def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
     """Meanings in which an ambiguous small letter means what no other column does."""
     apart = list(found)
     for i, (name, f) in enumerate(zip(names, found, strict=True)):
-        if f and apart.count(f) > 1 and f[0] in may_mean(name) and name not in _CAPITALS:
-            free = [(k, f[1]) for k in may_mean(name) if (k, f[1]) not in apart]
-            apart[i] = free[0] if free else f
+        keys = may_mean(name)
+        if f and f[0] in keys and apart.count(f) > 1 and name not in _CAPITALS:
+            apart[i] = next(((k, f[1]) for k in keys if (k, f[1]) not in apart), f)
     return apart
 
 
@@ -109,7 +107,7 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
         numbers.setdefault(key, set()).add(number)
     are_from_zero = all(0 in n for n in numbers.values())
     are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
-    if not numbers or not (are_from_zero or are_of_pandas):
+    if not (are_from_zero or are_of_pandas):
         return found
     return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
 
@@ -126,11 +124,12 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
     """Meanings without columns whose numbers are not those of maneuvers."""
     every = set(range(1, count + 1)) if count > 1 else None
+    stems = [split_unit(name)[0].lower() for name in names]
     plain: dict[str, dict[int, int | None]] = {}
     words: dict[str, dict[int, int | None]] = {}
     letters: dict[str, dict[int, int | None]] = {}
     for i, key, number in _columns(found):
-        numbered = letters if _letter(split_unit(names[i])[0]) else words
+        numbered = letters if _letter(stems[i]) else words
         (plain if number is None else numbered).setdefault(key, {})[i] = number
     of_words = {number for group in words.values() for number in group.values()}
     # That of a letter is one if those of words are, or if its own are those of all maneuvers.
@@ -141,15 +140,10 @@ def _without_indices(names: Sequence[str], found: list[Found], count: int) -> li
             kept.append(group)
     trusted = set().union(*kept)
     are_most = every in [{*group.values()} for group in kept] or len(kept) > len(plain)
-    if plain and not are_most and not any(_is_in_words(names[i]) for i in trusted):
+    if plain and not are_most and not any(_IN_WORDS.search(stems[i]) for i in trusted):
         trusted = set()
     out = set().union(*words.values(), *letters.values()) - trusted
     return [None if i in out else f for i, f in enumerate(found)]
-
-
-def _is_in_words(name: str) -> bool:
-    """True if a name says that its number is that of a maneuver."""
-    return _IN_WORDS.search(split_unit(name)[0].lower()) is not None
 
 
 def _in_turn(found: list[Found], count: int) -> list[Found]:

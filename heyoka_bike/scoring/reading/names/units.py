@@ -28,15 +28,7 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "lbf": ("lb",),
     "J": ("joule",),
     "W": ("watt",),
-    "W h": ("wh",),
     "knot": ("kt",),
-    "N m": ("nm",),
-    "kN m": ("knm",),
-    "mN m": ("mnm",),
-    "MN m": ("MNm",),
-    "N mm": ("nmm",),
-    "N cm": ("ncm",),
-    "kg m": ("kgm",),
     "m/s": ("mps",),
     "km/h": ("kmh", "kph"),
     "foot/s": ("fps",),
@@ -47,12 +39,16 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "revolution/s": ("rps",),
     "revolution/min": ("rpm", "r/min"),
 }
-"""Other spellings, in small letters but for a mega, without the s of a plural."""
+"""Other spellings, in small letters, without the s of a plural."""
+_PRODUCTS = ("W h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m")
+"""Units that are written without their blank, too."""
 _WORDS: Mapping[str, str] = {
     # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
     **{unit.lower(): unit for unit in reversed([*WORDS])},
     **{unit: unit for unit in WORDS},
     **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
+    **{unit.replace(" ", "").lower(): unit for unit in _PRODUCTS},
+    "MNm": "MN m",
     **{
         f"{prefix}{spelling}": f"{short}{unit}"
         for prefix, short in (("kilo", "k"), ("milli", "m"), ("micro", "u"), ("mega", "M"))

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.reading.quanta import NOTHING, significant
 
 Ints = NDArray[np.int64]
 
@@ -32,17 +31,15 @@ class Block:
         By column, correctly rounded.
     lines : ndarray of int, shape (rows,)
         Index, in the block, of the line of each row.
-    digits, places : ndarray of int, shape (columns, sampled rows)
-        Significant digits written and digits after the point (-1 with an exponent, `NOTHING` if
-        the value is not finite), of some of the rows.
+    written : list of tuple of str
+        By column, the numbers of some of the rows.
     lo : mapping of int to ndarray, shape (rows,)
         By index of the column: the written decimal minus the value, correctly rounded.
     """
 
     values: list[Array]
     lines: Ints
-    digits: Ints
-    places: Ints
+    written: list[tuple[str, ...]]
     lo: dict[int, Array] = field(default_factory=dict)
 
 
@@ -102,18 +99,13 @@ def read_rows(
     if table.shape != (len(rows), columns):
         raise ValueError("rows of another number of columns")
     values = [np.ascontiguousarray(column) for column in table.T]
-    sampled = slice(None, None, max(1, len(rows) // samples))
-    fields = ([x.strip() for x in row.split(mark)] for row in rows[sampled])
-    written = [[(len(significant(x)), _places(x)) for x in row] for row in fields]
-    # Two of columns and rows.
-    digits, places = np.array(written, np.int64).reshape(-1, columns, 2).T
-    is_finite = np.isfinite(table[sampled].T)
-    digits, places = np.where(is_finite, digits, 0), np.where(is_finite, places, NOTHING)
+    sampled = rows[:: max(1, len(rows) // samples)]
+    written = [*zip(*([x.strip() for x in row.split(mark)] for row in sampled), strict=True)]
     lo = {}
     for j in exact:
         numbers = (row.split(mark, j + 1)[j] for row in rows)
         lo[j] = np.array([rest(x, hi) for x, hi in zip(numbers, values[j].tolist(), strict=True)])
-    return Block(values, lines, digits, places, lo)
+    return Block(values, lines, written or [()] * columns, lo)
 
 
 def rest(number: str, hi: float) -> float:
@@ -121,8 +113,3 @@ def rest(number: str, hi: float) -> float:
     if hi == 0.0 or not isfinite(hi):
         return 0.0
     return float(_EXACT.subtract(Decimal(number), Decimal(hi)))
-
-
-def _places(number: str) -> int:
-    """Digits after the point; -1 with an exponent."""
-    return -1 if "e" in number else len(number.partition(".")[2])

@@ -56,20 +56,15 @@ class Dialect:
 
     def number(self, field: str) -> str | None:
         """The number in the form that `float` reads, ``nan`` if it is not finite; None if none."""
+        if len(field) > 1 and field[0] == field[-1] and field[0] in "\"'":
+            field = field[1:-1].strip(" \t")
+        if self.decimal == ",":
+            if "." in field:
+                return None
+            field = field.replace(",", ".")
         match = _NUMBER.fullmatch(field)
         if match is None:
-            field = _unquoted(field)
-            if self.decimal == ",":
-                if "." in field:
-                    return None
-                field = field.replace(",", ".")
-            if _NOT_FINITE.fullmatch(field):
-                return "nan"
-            match = _NUMBER.fullmatch(field)
-        elif self.decimal == "," and "." in field:
-            return None
-        if match is None:
-            return None
+            return "nan" if _NOT_FINITE.fullmatch(field) else None
         sign, mantissa, power, bare = match.groups()
         if power is None and bare is None:
             return field
@@ -148,9 +143,3 @@ def best_dialect(
                 best = (times * (1 + fits), fits)
                 found = dialect, count, [i for i, n in enumerate(counts) if n == count]
     return found
-
-
-def _unquoted(field: str) -> str:
-    if len(field) > 1 and field[0] == field[-1] and field[0] in "\"'":
-        return field[1:-1].strip(" \t")
-    return field

@@ -7,16 +7,11 @@ from dataclasses import dataclass
 from itertools import chain, dropwhile, islice
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import are_names, names_found, time_among
+from heyoka_bike.scoring.reading.names.headings import are_names, names_found, time_among
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
 from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.text.dialects import (
-    DIALECTS,
-    Dialect,
-    best_dialect,
-    without_comment,
-)
+from heyoka_bike.scoring.reading.text import dialects
 
 # Enough to tell the dialect by the majority, and quickly.
 _SAMPLE_LINES = 300
@@ -61,7 +56,7 @@ class Opening:
         Columns with more digits than binary64 has.
     """
 
-    dialect: Dialect
+    dialect: dialects.Dialect
     width: int
     skip: int
     names: list[str] | None
@@ -119,15 +114,15 @@ def find_opening(text: str, request: Request) -> Opening:
 
 def _first_rows(
     lines: Sequence[str], widths: Collection[int]
-) -> tuple[list[_Line], Dialect, int, list[_Line]]:
+) -> tuple[list[_Line], dialects.Dialect, int, list[_Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
-    contents = ((i, content) for i, line in enumerate(lines) if (content := without_comment(line)))
+    contents = ((i, x) for i, line in enumerate(lines) if (x := dialects.without_comment(line)))
     while sample := list(islice(contents, _SAMPLE_LINES)):
-        if found := best_dialect([content for _, content in sample], widths):
+        if found := dialects.best_dialect([content for _, content in sample], widths):
             dialect, width, at = found
             is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
-    return [], DIALECTS[0], 0, []
+    return [], dialects.DIALECTS[0], 0, []
 
 
 def row_error(
@@ -148,12 +143,12 @@ def _headings(line: str) -> Iterator[list[str]]:
     """The names in a heading, for all ways to separate them."""
     if line.startswith("\t"):
         # pandas leaves the name of its index blank.
-        yield DIALECTS[0].split(line)
+        yield dialects.DIALECTS[0].split(line)
     text = _COMMENT_SIGNS.sub("", line, count=1) if _COMMENT_SIGNS.match(line) else line
     text = text.strip()
     if not (text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0"):
         return
-    for dialect in DIALECTS[::2]:
+    for dialect in dialects.DIALECTS[::2]:
         if dialect.separator in text:
             yield dialect.split(text)
     yield [part for part in _TWO_BLANKS.split(text) if part]
@@ -208,7 +203,7 @@ def _wrong_width(lines: Sequence[str], width: int, rows: int, request: Request) 
     return request.wrong_width(width, rows, len(lines) + 1)
 
 
-def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
+def _counts_columns(content: str, dialect: dialects.Dialect, width: int) -> bool:
     """True if the row is 1 2 3 ... or 0 1 2 ..., which counts the columns."""
     # 0 1 may well be the first of rows that have names.
     if width < _FEWEST_COUNTED:
@@ -218,7 +213,7 @@ def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
 
 
 def _refuse_damaged_row(
-    sample: Sequence[_Line], first: int, dialect: Dialect, width: int, request: Request
+    sample: Sequence[_Line], first: int, dialect: dialects.Dialect, width: int, request: Request
 ) -> None:
     """Raise an error if what stands before the rows looks like a row and not like a heading."""
     for i, content in sample:

@@ -19,7 +19,11 @@ from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
-_COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
+# Numbers as `parse_block` reads them; beside a decimal comma a point has no place.
+_PLAIN = {
+    ".": bytes.maketrans(b"EDdQq", b"eeeee"),
+    ",": bytes.maketrans(b".,EDdQq", b"?.eeeee"),
+}
 
 
 def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vectors:
@@ -65,14 +69,15 @@ class _Reader:
         if self.line == 0:
             self.line = self.opening.skip
             text = text.split("\n", self.line)[-1]
+        dialect, width = self.opening.dialect, self.opening.width
         samples = _COUNTED_LATER if self.blocks else _COUNTED
-        block = None if self.cut else self._quickly(text, samples)
+        plain = text.rstrip("\n").encode().translate(_PLAIN[dialect.decimal]) + b"\n"
+        separator = dialect.separator.encode()
+        block = None if self.cut else parse_block(plain, width, separator, self.exact, samples)
         if block is None:
             rows = self._line_by_line(text)
             lines = np.array(list(rows), dtype=np.int64)
-            block = read_rows(
-                list(rows.values()), lines, None, self.opening.width, self.exact, samples
-            )
+            block = read_rows(list(rows.values()), lines, None, width, self.exact, samples)
         self.blocks.append(replace(block, lines=block.lines + self.line + 1))
         self.line += text.count("\n")
 
@@ -84,58 +89,39 @@ class _Reader:
             said = f"The last row (line {number}) is not complete and left out."
             findings = (warning("last_row_incomplete", said, line=number),)
         opening, blocks = self.opening, self.blocks
-        digits = np.concatenate([block.digits for block in blocks], axis=1)
-        places = np.concatenate([block.places for block in blocks], axis=1)
         columns = []
         for j in range(opening.width):
             lo = np.concatenate([block.lo.pop(j) for block in blocks]) if j in self.exact else None
             values = _together([block.values for block in blocks], j)
-            columns.append(written_column(values, lo, digits[j], places[j], j == opening.time))
+            written = chain.from_iterable(block.written[j] for block in blocks)
+            columns.append(written_column(values, lo, written, j == opening.time))
         columns = evened(columns, opening.time)
         if opening.time in opening.exact:
             columns[opening.time] = columns[opening.time].with_exact_values()
         lines = np.concatenate([block.lines for block in blocks])
         return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
 
-    def _quickly(self, text: str, samples: int) -> Block | None:
-        dialect, width = self.opening.dialect, self.opening.width
-        plain = text.encode()
-        if dialect.decimal == ",":
-            # A point has no place here.
-            plain = plain.translate(_COMMAS)
-        plain = plain.translate(_EXPONENTS)
-        plain = plain if plain.endswith(b"\n") else plain + b"\n"
-        return parse_block(plain, width, dialect.separator.encode(), self.exact, samples)
-
     def _line_by_line(self, text: str) -> dict[int, str]:
-        """Rows of plain decimals, by index of the line."""
-        at_end = not text.endswith("\n")
+        """Rows of plain decimals, by index of the line; only the last one may be incomplete."""
+        dialect, width = self.opening.dialect, self.opening.width
         lines = text.split("\n")
         rows = {}
         for i, line in enumerate(lines):
-            row = self._row(line, self.line + i + 1, at_end and i == len(lines) - 1)
-            if row is not None:
-                rows[i] = plain_row(row)
-        return rows
-
-    def _row(self, line: str, number: int, at_end: bool) -> list[str] | None:
-        """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
-        dialect, width = self.opening.dialect, self.opening.width
-        content = without_comment(line)
-        fields = dialect.split(content)
-        if not any(fields):
-            return None
-        if self.cut is not None:
-            raise self.cut
-        row = dialect.numbers(fields)
-        if len(fields) == width and None not in row:
-            return row  # type: ignore[return-value]
-        error = row_error(fields, row, width, self.request, number)
-        if dialect.is_cut(fields, width, at_end):
-            # Only the last row may be incomplete.
+            fields = dialect.split(without_comment(line))
+            if not any(fields):
+                continue
+            if self.cut is not None:
+                raise self.cut
+            row = dialect.numbers(fields)
+            numbers = [x for x in row if x is not None]
+            if len(numbers) == len(fields) == width:
+                rows[i] = plain_row(numbers)
+                continue
+            error = row_error(fields, row, width, self.request, self.line + i + 1)
+            if not dialect.is_cut(fields, width, at_end=i == len(lines) - 1):
+                raise error
             self.cut = error
-            return None
-        raise error
+        return rows
 
 
 def _together(blocks: Sequence[list[Array]], j: int) -> Array:

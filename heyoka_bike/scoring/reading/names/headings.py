@@ -311,7 +311,7 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
 
 
 def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
-    """Say in words that too few of the names are known, or mean what is found."""
+    """Return words that say that too few of the names are known, or mean what is found."""
     known = [recognise(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
     if unknown:
