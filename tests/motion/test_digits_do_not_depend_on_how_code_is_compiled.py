@@ -18,8 +18,8 @@ duration = "0.04"
 spacing = "0.01"
 """
 
-# Other levels of optimisation than heyoka's 3, or 0 with MPFR, and registers as wide as the processor
-# likes. Unrolled code at 70 digits takes minutes to compile and is left out.
+# Other levels of optimisation than heyoka's 3, or 0 with MPFR, and registers as wide as the
+# processor likes. Unrolled code at 70 digits takes minutes to compile and is left out.
 VARIANTS = [{"opt_level": 0}, {"opt_level": 3, "force_avx512": True, "slp_vectorize": True}]
 
 
