@@ -22,7 +22,7 @@ from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import apply, changed
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
-from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.showing.figures.style import BLACK, BLUE, ORANGE, VERMILLION, WIDTH, render, style
 
 MANEUVER, MADE, DIGITS = 2, "sign_IHxz", 7
@@ -40,12 +40,12 @@ def remainders(reference):
     parts = align(results(reference, {MANEUVER: written}), reference).parts
     program = correct(reference)
     motion = observe(parts[0], understand(parts), Equations.binary64(program.bicycle))
-    a = Accelerations([motion], program)
-    right, steer = a.of(program), a.block == 1
-    found = {"": a.observed - right}
-    found |= {code: a.of(apply(program, [known[code]])) - right for code in TERMS}
-    assert np.allclose(a.of(changed(program, {})), right)
-    return motion.windows @ motion.time, {code: x[steer] for code, x in found.items()}
+    residual = Residual([motion], program, [known[code] for code in TERMS])
+    right = residual.of(program)
+    found = {"": residual.observed - right}
+    found |= {code: residual.of(apply(program, [known[code]])) - right for code in TERMS}
+    assert np.allclose(residual.of(changed(program, {})), right)
+    return motion.windows @ motion.time, {code: residual.blocks(x)[1] for code, x in found.items()}
 
 
 def draw(time, found):

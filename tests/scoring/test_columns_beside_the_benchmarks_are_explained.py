@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis.beside import beside
+from heyoka_bike.scoring.diagnosis.plain import beside
 from heyoka_bike.scoring.score import score
 
 HEADINGS = {"roll_angle": "phi", "steer_angle": "delta", "yaw": "psi", "yaw_rate": "yaw_rate"}

@@ -22,9 +22,8 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving, rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
-from heyoka_bike.scoring.diagnosis.residual.causes import find_causes, log_odds
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
-from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 LINEAR = {m.code for m in LINEAR_PROGRAMS}
@@ -39,7 +38,7 @@ def equations(reference):
 
 def likely(found):
     """Causes of the library that the equations speak for."""
-    return [c for c in found.known if log_odds(c, len(found.motions)) > WEIGHTS.said]
+    return [h for h in found.known if h.log_odds > WEIGHTS.said]
 
 
 def causes_of(results, reference, equations, *, understood=None):
@@ -47,7 +46,7 @@ def causes_of(results, reference, equations, *, understood=None):
     known = understood or understand(parts)
     motions = [observe(part, known, equations) for part in parts]
     library = [*LIBRARY, *EQUATION_MISTAKES]
-    return find_causes(Accelerations(motions, correct(reference)), library, motions)
+    return Residual(motions, correct(reference), library)
 
 
 def test_the_reference_leaves_nothing(reference, equations):
@@ -82,8 +81,9 @@ def test_a_parameter_is_found_where_nothing_of_it_is_left(reference, equations, 
     right = float(correct(reference).bicycle[symbol])
     zero = other_values({symbol: -right}, {symbol: 0.0}, correct(reference))
     found = causes_of(results_of(reference, [zero]), reference, equations)
-    assert list(found.fitted[0].changes) == [symbol]
-    assert found.fitted[0].changes[symbol] == pytest.approx(-right, rel=1e-6)
+    changes = found.fitted[0].mistakes[0].changes
+    assert list(changes) == [symbol]
+    assert changes[symbol] == pytest.approx(-right, rel=1e-6)
     assert not found.is_open
 
 

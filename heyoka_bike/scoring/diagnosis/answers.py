@@ -1,6 +1,6 @@
 """A diagnosis in words: ranked findings, each with its evidence, and "cannot tell" where so."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import floor, log10
 from typing import Any
 
@@ -14,9 +14,9 @@ from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
-from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
@@ -24,8 +24,6 @@ from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
 NOTHING_WRONG = "nothing_to_explain"
 """Code of the finding that all that is diagnosed is right."""
 
-# Classes of hypotheses worth a sentence.
-_MOST = 3
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
 # What is seen at once and is the whole cause.
@@ -42,26 +40,46 @@ _SEEN = 1e-6
 # A part of a term that is all of it.
 _WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
+_OF_FORCES = (
+    "The benchmark has no force but gravity, and all terms of the equations of motion: check what "
+    "your program applies beside gravity, by default or in its joints"
+)
+_OF_STARTS = (
+    ". Where rolling does not allow a start, the nearest velocities in kinetic energy are taken, "
+    "as an impulse of the constraint forces leaves them"
+)
 
 
 def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     """Say what explains the file, or what its error looks like if nothing does."""
-    columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
+    columns = [(m, c) for places in report.by_column().values() for m, c in places]
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (warning("cannot_tell", "Most columns hold nothing but zeros"),)
+    units = _units_beside(diagnosis.units)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
-        return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
-    found = [
-        _cause(rank, hypotheses, report, diagnosis.causes)
-        for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
-    ]
-    found += _units_beside(diagnosis) if found else []
-    first = list(plain.shown(report))
-    if found:
+        return (_linearised(diagnosis.classes[0][0]), *units)
+    first = plain.shown(report)
+    falls = [f for f in first if f.code == plain.FALLS]
+    if diagnosis.classes:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
-        falls = [f for f in first if f.code == plain.FALLS]
-        return (*(f for f in first if f.code not in ("another_start", plain.FALLS)), *found, *falls)
-    return _without_cause(diagnosis, report, columns, first)
+        named = [f for f in first if f not in falls and f.code != "another_start"]
+        said = (
+            _cause(rank, hypotheses, report, diagnosis.causes)
+            for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.most_said], 1)
+        )
+        return (*named, *said, *units, *falls)
+    if any(f.code in _EXPLAIN for f in first):
+        return first
+    # Nothing about the motion where it is right.
+    whole = plain.columns_apart(report) or _method(diagnosis.causes)
+    nothing = _no_mistake(diagnosis, columns)
+    if whole is not None:
+        return *first, whole, nothing
+    forces = [*_forces(diagnosis.causes)]
+    if falls:
+        return *forces, *first
+    shape = [f for f in numerical.findings(report) if not forces or f.code != "smooth_error"]
+    return *forces, *first, nothing, *shape
 
 
 def is_right(report: Report) -> bool:
@@ -69,51 +87,21 @@ def is_right(report: Report) -> bool:
     return all(c.is_at_floor(_AT_FLOOR) for m in report.maneuvers for c in m.columns if c.values)
 
 
-def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
+def _units_beside(units: Mapping[str, str]) -> list[Finding]:
     """Say that beside the motion that explains the file its units are others than were scored."""
-    if not diagnosis.units:
+    if not units:
         return []
-    said = " and ".join(in_units(diagnosis.units))
-    return [
-        info(
-            UNITS_BESIDE,
-            f"By that motion the file has {said}: the score, which knows the right "
-            "motion only, took other units, and its errors are too large. A unit in a heading, or "
-            "in --columns (roll_angle_deg), decides it",
-            units=dict(diagnosis.units),
-        )
-    ]
+    message = (
+        f"By that motion the file has {' and '.join(in_units(units))}: the score, which knows the "
+        "right motion only, took other units, and its errors are too large. A unit in a heading, "
+        "or in --columns (roll_angle_deg), decides it"
+    )
+    return [info(UNITS_BESIDE, message, units=dict(units))]
 
 
 def nothing_wrong(which: str) -> Finding:
     """Columns that are right."""
     return info(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
-
-
-def _without_cause(
-    diagnosis: Diagnosis, report: Report,
-    columns: Sequence[tuple[ManeuverScore, ColumnScore]], shown: Sequence[Finding],
-) -> tuple[Finding, ...]:  # fmt: skip
-    """Return the findings where neither a mistake nor a parameter explains the file."""
-    if any(f.code in _EXPLAIN for f in shown):
-        return tuple(shown)
-    nothing = _no_mistake(diagnosis, columns)
-    apart = plain.columns_apart(report)
-    if apart is not None:
-        # Nothing about the motion, which is right.
-        return *shown, apart, nothing
-    method = _method(diagnosis.causes)
-    if method is not None:
-        return *shown, method, nothing
-    shape = list(numerical.findings(report))
-    falls = any(f.code == plain.FALLS for f in shown)
-    nearly = _nearly(diagnosis.causes)
-    is_open = _open(diagnosis, is_beside=bool(nearly))
-    if falls:
-        return *nearly, *is_open, *shown
-    if is_open or nearly:
-        shape = [f for f in shape if f.code != "smooth_error"]
-    return *nearly, *is_open, *shown, nothing, *shape
 
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
@@ -150,70 +138,91 @@ def _linearised(found: Hypothesis) -> Finding:
     )
 
 
-def _method(causes: Causes | None) -> Finding | None:
+def _method(causes: Residual | None) -> Finding | None:
     """The integrator that makes the error."""
     methods = [m for m in causes.methods if m.says != CLOCK] if causes else []
     if not methods:
         return None
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in methods)
-    best = methods[0]
+    relief = methods[0].relief
     return info(
         "integrator",
         f"{names[0].upper()}{names[1:]} makes this error. What it leaves of the exact equations, "
         "in the rates of the angles and in the accelerations, falls by a factor of "
-        f"{best.relief:.2g} with the first term of the method's own error. Take a smaller step, "
+        f"{relief:.2g} with the first term of the method's own error. Take a smaller step, "
         "or a method of higher order",
         methods=[{"method": m.says, "step": m.step} for m in methods],
-        relief=best.relief,
+        relief=relief,
     )
 
 
-def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
-    """Say that there is a force or a term which nothing explains, alone or beside another cause."""
-    causes = diagnosis.causes
-    if causes is None or not causes.is_open or causes.is_blown_up:
-        return []
-    names = {"roll": 0.0, "steer": 0.0, "speed": 0.0} | dict(causes.shares)
-    where = max(names, key=names.__getitem__)
-    what = (
-        "What is left has another cause, a force or a term that is none of those known here"
-        if is_beside
-        else "A force or a term is missing, or one too many, and it is none that is known here"
-    )
-    return [
-        warning(
-            "term_unexplained",
-            f"{what}. The file's own roll acceleration is off from the exact equations by "
-            f"{_part(names['roll'])}, its steer acceleration by {_part(names['steer'])}. An "
-            f"integrator would leave {causes.above:.2g} times less, by the slopes of the angles. "
-            f"Look at the equation of {where} first, and at what acts beside gravity",
-            shares=names,
-            above=causes.above,
-        )
-    ]
+def _forces(causes: Residual | None) -> Iterator[Finding]:
+    """Name the cause that explains nearly all of the residual, but not the whole run.
 
-
-def _nearly(causes: Causes | None) -> list[Finding]:
-    """Name the cause that explains nearly all of the residual, but not the whole run."""
-    if causes is None or causes.best is None:
-        return []
-    said, relief = _said(causes.best), causes.relief(causes.best)
-    return [
-        info(
+    Say that there is a force or a term which nothing explains, alone or beside it.
+    """
+    best = causes.best if causes else None
+    if best is not None:
+        yield info(
             "direction",
-            f"Nearly explained by this: {said}. What disagrees with the exact equations falls by a "
-            f"factor of {relief:.2g} with it",
-            mistakes=[m.code for m in causes.best],
-            relief=relief,
+            f"Nearly explained by this: {_said(best.mistakes)}. What disagrees with the exact "
+            f"equations falls by a factor of {best.relief:.2g} with it",
+            mistakes=list(best.codes),
+            relief=best.relief,
         )
-    ]
+    if causes is None or not causes.is_open or causes.is_blown_up:
+        return
+    what = (
+        "A force or a term is missing, or one too many, and it is none that is known here"
+        if best is None
+        else "What is left has another cause, a force or a term that is none of those known here"
+    )
+    shares = causes.shares
+    where = max(shares, key=shares.__getitem__)
+    yield warning(
+        "term_unexplained",
+        f"{what}. The file's own roll acceleration is off from the exact equations by "
+        f"{_part(shares['roll'])}, its steer acceleration by {_part(shares['steer'])}. An "
+        f"integrator would leave {causes.above:.2g} times less, by the slopes of the angles. "
+        f"Look at the equation of {where} first, and at what acts beside gravity",
+        shares=shares,
+        above=causes.above,
+    )
 
 
 def _said(mistakes: Sequence[Mistake]) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
 
 
-def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
+def _part(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
+
+
+def _cause(
+    rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Residual | None
+) -> Finding:
+    """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
+    first, *others = hypotheses
+    said = _said(first.mistakes)
+    if first.found:
+        said = f"{_COUNTS.get(len(first.found), 'These explain')} it: {said}"
+    text = ("" if rank == 1 else "or, less likely: ") + said
+    text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}. {_advice(first, report)}"
+    if others:
+        same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.most_said])
+        text += f". The file cannot tell this from {same}"
+    made = warning if rank == 1 else info
+    if first.found:
+        changes = [[_as_evidence(x) for x in h.found] for h in hypotheses if h.found]
+        numbers = {"rank": rank, "gain": first.gain, "relief": first.relief}
+        return made("parameters", text, **numbers, changes=changes)
+    codes, *alike = [list(h.codes) for h in hypotheses]
+    return made(
+        "mistake", text, rank=rank, mistakes=codes, **_evidence(first), indistinguishable=alike
+    )
+
+
+def _evidence_of(h: Hypothesis, causes: Residual | None) -> str:
     """Say how much is explained, by whole runs and in which equation."""
     said = f"Simulated with this, the error falls by a factor of {h.relief:.1g}"
     if causes is None or all(m.kind != "model" for m in h.mistakes):
@@ -228,90 +237,54 @@ def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
     return said
 
 
-def _part(share: float) -> str:
-    return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
-
-
-def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
-    """Columns whose first rows have the start that is given, not the one that is fitted."""
-    columns = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns if c.values}
-    for x in found:
-        key = _STARTS.get(x.name)
-        if x.maneuver is None or key is None or (x.maneuver, key) not in columns:
-            continue
-        trace = columns[x.maneuver, key].trace
-        is_first = trace.time[0] == 0.0
-        if is_first and abs(float(trace.error[0])) < _AS_GIVEN * abs(x.value - x.right):
-            yield f"{key} of maneuver {x.maneuver}"
-
-
-def _cause(
-    rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Causes | None
-) -> Finding:
-    """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
-    first, *others = hypotheses
-    said = _said(first.mistakes)
-    if first.found:
-        said = f"{_COUNTS.get(len(first.found), 'These explain')} it: {said}"
-    text = ("" if rank == 1 else "or, less likely: ") + said
-    text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}. {_advice(first, report)}"
-    if others:
-        same = "; or ".join(_said(h.mistakes) for h in others[:_MOST])
-        text += f". The file cannot tell this from {same}"
-    made = warning if rank == 1 else info
-    if first.found:
-        changes = [[_as_evidence(x) for x in h.found] for h in hypotheses if h.found]
-        numbers = {"rank": rank, "gain": first.gain, "relief": first.relief}
-        return made("parameters", text, **numbers, changes=changes)
-    codes, *alike = [list(h.codes) for h in hypotheses]
-    return made(
-        "mistake", text, rank=rank, mistakes=codes, **_evidence(first), indistinguishable=alike
-    )
-
-
 def _advice(h: Hypothesis, report: Report) -> str:
     """Say what to look at."""
     if any(x.name in FORCES for x in h.found):
-        return (
-            "The benchmark has no force but gravity, and all terms of the equations of motion: "
-            "check what your program applies beside gravity, by default or in its joints"
-        )
-    if as_given := list(_written_as_given(h.found, report)):
+        return _OF_FORCES
+    if as_given := [key for x in h.found if (key := _written_as_given(x, report))]:
         return (
             f"But the first row has {' and '.join(as_given)} as given: the motion is another "
             "from the second row on, so look at the first step, not at the input"
         )
     text = "Check " + ", and ".join(dict.fromkeys(m.check for m in h.mistakes))
-    if not h.found and any(m.kind == "start" for m in h.mistakes):
-        text += (
-            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
-            "taken, as an impulse of the constraint forces leaves them"
-        )
-    return text
+    is_of_start = not h.found and any(m.kind == "start" for m in h.mistakes)
+    return text + (_OF_STARTS if is_of_start else "")
+
+
+def _written_as_given(x: Found, report: Report) -> str:
+    """Name the column whose first row has the start that is given, not the one that is fitted."""
+    key = _STARTS.get(x.name, "")
+    for m, c in report.by_column().get(key, ()):
+        is_small = abs(float(c.trace.error[0])) < _AS_GIVEN * abs(x.value - x.right)
+        if m.maneuver == x.maneuver and c.trace.time[0] == 0.0 and is_small:
+            return f"{key} of maneuver {x.maneuver}"
+    return ""
 
 
 def _changed(found: Sequence[Found]) -> str:
-    parts = []
-    for x in found:
-        if x.name in FORCES and FORCES[x.name].is_part:
-            how = (
-                "is missing"
-                if abs(x.value - 1.0) < _WHOLE
-                else f"is {1.0 - x.value:.4g} times what it should be"
-            )
-            parts.append(f"the {FORCES[x.name].says} {how}")
-            continue
-        # So many digits as the uncertainty allows, no more than anybody reads.
-        size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
-        least = max(x.uncertain, _MOST_DIGITS * size)
-        decimals = max(1, -floor(log10(least))) if least else 1
-        after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
-        # What changes next to nothing of what is left is not known at all; a rounding is not said.
-        is_known = _MOST_DIGITS * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
-        within = f" (+- {x.uncertain:.1g})" if is_known else ""
-        right = f"{round(x.right, 12) + 0.0:.10g}"
-        parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {right}")
-    return ", and ".join(parts)
+    return ", and ".join(
+        _as_part(x) if x.name in FORCES and FORCES[x.name].is_part else _as_value(x) for x in found
+    )
+
+
+def _as_part(x: Found) -> str:
+    says = FORCES[x.name].says
+    is_whole = abs(x.value - 1.0) < _WHOLE
+    times = "is missing" if is_whole else f"is {1.0 - x.value:.4g} times what it should be"
+    return f"the {says} {times}"
+
+
+def _as_value(x: Found) -> str:
+    # So many digits as the uncertainty allows, no more than anybody reads.
+    size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
+    least = max(x.uncertain, _MOST_DIGITS * size)
+    decimals = max(1, -floor(log10(least))) if least else 1
+    after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
+    # What changes next to nothing of what is left is not known at all; a rounding is not said.
+    is_known = _MOST_DIGITS * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
+    within = f" (+- {x.uncertain:.1g})" if is_known else ""
+    right = f"{round(x.right, 12) + 0.0:.10g}"
+    return f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {right}"
 
 
 def _named(x: Found) -> str:

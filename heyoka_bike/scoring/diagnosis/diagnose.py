@@ -18,9 +18,9 @@ from heyoka_bike.scoring.diagnosis.answers import (
     is_right,
     nothing_wrong,
 )
-from heyoka_bike.scoring.diagnosis.beside import beside
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
+from heyoka_bike.scoring.diagnosis.plain import beside
 from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.judge.signs import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report

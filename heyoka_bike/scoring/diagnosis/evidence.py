@@ -8,29 +8,34 @@ each maneuver, the likelihood of a cause is size^-n there, and the odds of two c
 
 each a geometric mean over the columns in which the two differ, times the odds before the file is
 looked at: "none of these" is the likeliest before, one of the many mistakes of the library less so,
-and each value that is fitted costs more, as it always explains something.
+and each value that is fitted costs more, as it always explains something. The same holds for what
+is left of the equations of motion along the file's own motion: there the equations take the place
+of the columns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import exp, log
 from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.programs.forces import is_plausible
 
 if TYPE_CHECKING:
+    from heyoka_bike.numbers.double import Array
+    from heyoka_bike.scoring.definitions import Understandings
     from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 
 Place = tuple[int, str]
-"""A maneuver's number and a column's key."""
+"""A maneuver's number, and a column's key or the name of an equation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """Constants of the odds, each with the experiment that gave it.
+    """Constants of the diagnosis, each with the experiment that gave it.
 
     Attributes
     ----------
@@ -70,6 +75,45 @@ class Weights:
         by up to 9.
     resolved
         The simulation's relative roundoff, at most.
+    most_said
+        Causes, or classes of them that cannot be told apart, that are worth a sentence.
+    simulated, pairs, refined
+        Causes that the equations do not speak against: so many mistakes of the library, alone and
+        two together, are simulated, and so many fitted values are found by whole runs.
+    rivals
+        Causes that are tried together: of each one with each of the library in the equations, and
+        of the very best by whole runs where the file does not show its motion.
+    kept
+        What leaves this part less of the equations is simulated where they tell little.
+    leaders
+        Single causes that are tried with others by whole runs.
+    starts
+        Mistakes of the start that are simulated. One that is made comes far nearer to the file's
+        own start, but for what follows within the first rows.
+    also
+        Two mistakes that explain so many times more than each of them are compared: whole runs
+        tell more of a small one beside a large one.
+    promise
+        To first order a large change explains little: this power of its relief is hoped for.
+    enough
+        What explains this part of all that the digits show needs no further value.
+    above
+        The best cause leaves of the equations so many times what the rates are off from the slopes
+        of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
+        solves for the rates), in those of engines that slip and yield up to 662.
+    blown_up
+        Where the rates are off by more than so much of themselves.
+    spacing
+        Rows that are farther apart do not show the castering mode, which decays at 25 1/s [s].
+    shows
+        The equations are judged where what remains is so many times what is uncertain, or that is
+        less than such a part of the accelerations.
+    sure, small
+        A value of the start is another one if it is off by so many times what the rows disagree,
+        and by such a part of what the one that is off most is, in sizes of columns: smooth errors
+        are off, too.
+    reached
+        A program whose motion ends before this part of the file's rows did not write them.
     """
 
     values: float = 6.0
@@ -90,6 +134,24 @@ class Weights:
     at_floor: float = 4.0
     beside: float = 10.0
     resolved: float = 1e-11
+    most_said: int = 3
+    simulated: int = 20
+    pairs: int = 6
+    refined: int = 2
+    rivals: int = 12
+    kept: float = 0.1
+    leaders: int = 3
+    starts: int = 8
+    also: float = 1.05
+    promise: float = 4.0
+    enough: float = 0.1
+    above: float = 1000.0
+    blown_up: float = 0.3
+    spacing: float = 0.03
+    shows: tuple[float, float] = (30.0, 1e-5)
+    sure: float = 3.0
+    small: float = 1e-3
+    reached: float = 0.5
 
 
 WEIGHTS = Weights()
@@ -105,7 +167,7 @@ def log_odds_before(mistakes: Collection[Mistake]) -> float:
     return -cost - w.further * max(len(mistakes) - 1, 0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Hypothesis:
     """Mistakes as an explanation of a file, and what they leave of its error.
 
@@ -114,22 +176,28 @@ class Hypothesis:
     mistakes : tuple of Mistake
         None of them for the correct program.
     before, after : mapping of (int, str) to float
-        Typical error of each maneuver and column, of the correct program and of this one, in scales
-        of the column, over the same rows.
+        Typical error at each place, of the correct program and of this one, in scales of the
+        column or parts of the accelerations, over the same rows.
     changed : tuple of (int, str)
         Where this program does otherwise than the correct one.
     floors : mapping of (int, str) to float
         Resolution limits, in scales.
     reaches_the_end
         True if the motion goes about as far as the rows of the file do.
+    expected : sequence of mapping of str to ndarray
+        Of each part of the file, the columns that this program writes, at the rows compared.
+    understood : mapping of str to Understanding
+        The definitions of the file's columns if this program wrote them.
     """
 
     mistakes: tuple[Mistake, ...]
     before: Mapping[Place, float]
     after: Mapping[Place, float]
     changed: tuple[Place, ...]
-    floors: Mapping[Place, float]
+    floors: Mapping[Place, float] = field(default_factory=dict)
     reaches_the_end: bool = True
+    expected: Sequence[Mapping[str, Array]] = ()
+    understood: Understandings = field(default_factory=dict)
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -161,7 +229,8 @@ class Hypothesis:
     @property
     def log_odds(self) -> float:
         """Logarithm of the odds against "none of these"."""
-        if not self.reaches_the_end or not self.changed:
+        plausible = all(is_plausible(x.name, x.value) for x in self.found)
+        if not self.reaches_the_end or not self.changed or not plausible:
             return float("-inf")
         return log_ratio(self.before, self.after, self.changed) + log_odds_before(self.mistakes)
 

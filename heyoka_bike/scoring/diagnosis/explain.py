@@ -8,40 +8,28 @@ Where a file does not show its motion (columns are missing, rows are few) all mi
 library are simulated. All are compared in one way, by their odds (`evidence`).
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import log
 
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import understand
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
 from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, log_odds
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.report import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
-
-# The best single mistakes, which are tried with those of start and output.
-_LEADERS = 3
-# Single mistakes that are tried with these where the file does not show its motion.
-_RIVALS = 12
-# Causes that are simulated, of each kind.
-_SIMULATED = 6
-# ... where the equations speak for none clearly.
-_MOST = 20
-# ... and of those whose values whole runs find.
-_REFINED = 2
-# The equations do not exclude mistakes that leave at most twice as much of them.
-_HIDDEN = 0.5
 
 _LINEAR = {m.code for m in LINEAR_PROGRAMS}
 _OF_MODEL = [
@@ -51,8 +39,7 @@ _OF_MODEL = [
 _OF_START = [m for m in MISTAKES if m.kind == "start"]
 _OF_OUTPUT = [m for m in MISTAKES if m.kind == "output"]
 
-Progress = Callable[[float], None]
-"""Called with the part of the work that is done, 0 to 1."""
+Mistakes = tuple[Mistake, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,7 +52,7 @@ class Diagnosis:
         Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
     tried
         Number of hypotheses tried.
-    causes : Causes or None
+    causes : Residual or None
         What the equations of motion say of the file's own motion; None where it does not show it.
     curves : tuple of Curve
         What the best of all leaves, in the column of each maneuver that it explains best.
@@ -76,137 +63,166 @@ class Diagnosis:
 
     classes: tuple[tuple[Hypothesis, ...], ...]
     tried: int
-    causes: Causes | None = None
+    causes: Residual | None = None
     curves: tuple[Curve, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
 
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    progress: Progress = lambda _: None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
-    """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file."""
+    """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
+
+    `progress` is called with the part of the work that is done, 0 to 1.
+    """
     parts = [upright(part, understand(parts)) for part in parts]
     file = SeenFile(parts, reference, simulator or Simulator())
     progress(0.1)
-    causes = file.causes(_OF_MODEL)
+    residual = file.residual(_OF_MODEL)
     progress(0.3)
-    proposed = _of_causes(causes, file) if causes else []
-    found = _alone(file, causes, proposed)
+    has_one_speed = has_constant_speed(parts)
+    found = _alone(file, residual, has_one_speed=has_one_speed)
     progress(0.6)
-    found += _together(file, causes, proposed, found, has_constant_speed(parts))
+    found = _together(file, residual, found, has_one_speed=has_one_speed)
     progress(0.9)
-    classes = _compared(file, found, causes)
-    if not classes and causes is not None and not causes.methods:
+    classes = _compared(file, found, residual)
+    if not classes and residual is not None and not residual.methods:
         # The start leaves nothing in the equations.
-        classes = _compared(file, [*found, *_of_start(file, causes)], causes)
+        classes = _compared(file, [*found, *_of_start(file, residual)], residual)
     progress(1.0)
-    return Diagnosis(
-        classes=classes,
-        tried=file.tried + (len(_OF_MODEL) if causes else 0),
-        causes=causes,
-        curves=file.curves(classes[0][0]) if classes else (),
-        units=file.units_beside(classes[0][0]) if classes else {},
-    )
+    tried = file.tried + (len(_OF_MODEL) if residual else 0)
+    if not classes:
+        return Diagnosis((), tried, residual)
+    best, usual = classes[0][0], file.right.understood
+    units = {key: u.unit for key, u in best.understood.items() if u.unit != usual[key].unit}
+    return Diagnosis(classes, tried, residual, file.curves(best), units)
 
 
-def _alone(
-    file: SeenFile, causes: Causes | None, proposed: Sequence[tuple[Mistake, ...]]
-) -> list[Hypothesis]:
-    """Single mistakes, as many as there is reason to simulate."""
-    of_model = [m for mistakes in proposed for m in mistakes]
-    if causes is None or causes.is_blown_up:
-        of_model += _OF_MODEL
-    else:
-        # Whole runs show more than rows that are noisy or few, and small terms far better.
-        best = causes.best_of(_OF_MODEL)[:_MOST]
-        of_model += [m for m in best if not causes.is_shown or causes.relief((m,)) > _HIDDEN]
-    found = file.judged([(m,) for m in of_model])
-    if not any(h.leaves_nothing for h in found):
-        starts = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
-        others = (*starts, *LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(), *_clock(causes))
-        found += file.judged([(m,) for m in others])
+def _alone(file: SeenFile, residual: Residual | None, *, has_one_speed: bool) -> list[Hypothesis]:
+    """Single mistakes and values, and pairs that the equations speak for.
+
+    The likeliest first; what leaves next to nothing ends the search.
+    """
+    found: list[Hypothesis] = []
+    for asked in _in_order(file, residual, has_one_speed=has_one_speed):
+        found += file.judged(asked)
+        if any(h.leaves_nothing or _explains_mostly(h, residual) for h in found):
+            break
     return found
+
+
+def _in_order(
+    file: SeenFile, residual: Residual | None, *, has_one_speed: bool
+) -> Iterator[list[Mistakes]]:
+    """Programs that are worth a simulation, the likeliest by the equations of motion first."""
+    if has_one_speed:
+        yield [(m,) for m in LINEAR_PROGRAMS]
+    if residual is None:
+        yield [(m,) for m in _OF_MODEL]
+    else:
+        likely, others = _of_equations(residual)
+        yield [*likely, *((m,) for m in _values(file, residual))]
+        yield others
+    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(residual))
+    yield [(m,) for m in (*_starts(file, residual), *beside)]
+
+
+def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
+    """Mistakes that the equations do not speak against, and others where they tell little.
+
+    Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
+    """
+    w, ranked = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
+    least = residual.log_odds - w.refuted
+    singles = [h for h in ranked if len(h.mistakes) == 1]
+    pairs = [h for h in ranked if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
+    relief = w.also if residual.is_resolved else 0.0
+    likely = [h for h in singles if h.log_odds > least and h.relief > relief][: w.simulated]
+    others = [] if residual.is_shown else singles[len(likely) :]
+    if not residual.is_blown_up:
+        others = [h for h in others if h.relief > w.kept][: w.simulated]
+    return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
+
+
+def _values(file: SeenFile, residual: Residual) -> list[Mistake]:
+    """Values of parameters and forces that the equations speak for, as whole runs show them."""
+    least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
+    likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
+    if all(len(h.parts) > 1 for h in likely):
+        likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
+    values = [h.mistakes[0] for h in likely]
+    if residual.is_open:
+        # Where a force is left no values are those of the file.
+        return values
+    shooting = Shooting(residual.motions, file.program, file.simulator)
+    return shooting.refined(values, with_others=True)
+
+
+def _starts(file: SeenFile, residual: Residual | None) -> list[Mistake]:
+    """Mistakes of the start that may be; all of them where the file does not show its start."""
+    every = len(file.right.expected)
+    if residual is None or sum(m.beginning is not None for m in residual.motions) < every:
+        return _OF_START
+    return residual.starts_nearby(_OF_START)
 
 
 def _together(
     file: SeenFile,
-    causes: Causes | None,
-    proposed: Sequence[tuple[Mistake, ...]],
+    residual: Residual | None,
     found: Sequence[Hypothesis],
+    *,
     has_one_speed: bool,
 ) -> list[Hypothesis]:
-    """Pairs that are likelier than each of their mistakes alone.
+    """Single mistakes, and pairs that are likelier than each of their mistakes alone.
 
     The best mistakes are tried with those of the output, the very best with those of the start; and
     where the equations do not tell which mistakes of the model there are, with these.
     """
-    asked = [mistakes for mistakes in proposed if len(mistakes) > 1]
-    ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
-    for leader in _leaders(ranked, has_one_speed):
+    alone = {h.codes[0]: h for h in found if len(h.mistakes) == 1}
+    ranked = sorted((h for h in alone.values() if h.gain > 1.0), key=lambda h: -h.log_odds)
+    leaders = [h for h in ranked if h.log_odds > ranked[0].log_odds - WEIGHTS.refuted]
+    leaders = leaders[: WEIGHTS.leaders]
+    if has_one_speed:
+        # What linear programs have in common.
+        leaders += [h for h in ranked if h.codes == (LINEARISED,) and h not in leaders]
+    asked: list[Mistakes] = []
+    for leader in [] if any(h.leaves_nothing for h in found) else leaders:
         (first,) = leader.mistakes
         others = [*_OF_OUTPUT, *file.order_beside(leader)]
         if leader is ranked[0]:
-            others += file.starts_like_its_own(_OF_START, causes.motions if causes else ())
+            others += _starts(file, residual)
         if leader is ranked[0] and first.kind == "output":
-            others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
-        elif causes is None or causes.is_blown_up or not causes.is_shown:
-            others += [h.mistakes[0] for h in ranked[:_RIVALS]]
+            others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
+        elif residual is None or not residual.is_shown:
+            others += [h.mistakes[0] for h in ranked[: WEIGHTS.rivals]]
         asked += _with_others(first, others)
-    alone = {h.mistakes[0].code: h for h in found}
 
-    def is_likelier(pair: Hypothesis) -> bool:
-        each = [alone[c] for c in pair.codes if c in alone]
-        return all(_log_odds(file, pair, one) > WEIGHTS.said for one in each)
+    def is_likelier(h: Hypothesis) -> bool:
+        each = [alone[code] for code in h.codes if code in alone]
+        return all(file.log_odds(h, one) > WEIGHTS.said for one in each)
 
-    return [*filter(is_likelier, file.judged(asked))]
-
-
-def _leaders(ranked: Sequence[Hypothesis], has_one_speed: bool) -> list[Hypothesis]:
-    """The best mistakes; where the speed is constant, what linear programs have in common, too."""
-    leaders = [] if ranked and ranked[0].leaves_nothing else [*ranked[:_LEADERS]]
-    if leaders and has_one_speed:
-        leaders += [h for h in ranked[_LEADERS:] if h.codes == (LINEARISED,)]
-    return leaders
+    both = [h for h in found if len(h.mistakes) > 1] + file.judged(asked)
+    return [*alone.values(), *filter(is_likelier, both)]
 
 
-def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[tuple[Mistake, ...]]:
+def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
     """Pairs of a mistake with others, of which only one may be of the initial conditions."""
     kinds = {"start"}
     return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
 
 
-def _of_start(file: SeenFile, causes: Causes) -> list[Hypothesis]:
+def _of_start(file: SeenFile, residual: Residual) -> list[Hypothesis]:
     """Starts to which the file's rows lead back: that of each maneuver must be likely by itself."""
-    starts = file.shooting(causes.motions).refined(file.other_starts(causes.motions))
-    found = file.judged([c.made(causes.program) for c in starts])
+    shooting = Shooting(residual.motions, file.program, file.simulator)
+    found = file.judged([(m,) for m in shooting.refined(residual.other_starts())])
     found = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
 
 
-def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
-    """Programs that the equations of motion speak for."""
-    count = len(causes.motions)
-    odds = [log_odds(c, count) for c in (*causes.known, *causes.fitted)]
-    least = max([0.0, *(x - WEIGHTS.refuted for x in odds)])
-
-    def likely(several: Iterable[Cause]) -> list[Cause]:
-        return sorted(
-            (c for c in several if log_odds(c, count) > least), key=lambda c: -log_odds(c, count)
-        )[:_SIMULATED]
-
-    fitted = likely(causes.fitted)[:_REFINED]
-    if all(len(c.changes) > 1 for c in fitted):
-        fitted += [c for c in causes.fitted if len(c.changes) == 1][:1]
-    if not causes.is_open:
-        # Where a force is left no values are those of the file.
-        fitted = file.shooting(causes.motions).refined(fitted, with_others=True)
-    return [c.made(causes.program) for c in (*likely(causes.known), *fitted)]
-
-
-def _clock(causes: Causes | None) -> list[Mistake]:
+def _clock(residual: Residual | None) -> list[Mistake]:
     """Times on another scale, if they explain what remains of the equations."""
-    scales = [m.step for m in (causes.methods if causes else ()) if m.says == CLOCK]
+    scales = [m.step for m in (residual.methods if residual else ()) if m.says == CLOCK]
     return [
         clock_mistake(
             "time_scaled",
@@ -219,14 +235,8 @@ def _clock(causes: Causes | None) -> list[Mistake]:
     ]
 
 
-def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:
-    """Logarithm of the odds of one hypothesis against another."""
-    seen = log_ratio(other.after, one.after, file.where_they_differ(one, other))
-    return seen + log_odds_before(one.mistakes) - log_odds_before(other.mistakes)
-
-
 def _compared(
-    file: SeenFile, found: Sequence[Hypothesis], causes: Causes | None
+    file: SeenFile, found: Sequence[Hypothesis], residual: Residual | None
 ) -> tuple[tuple[Hypothesis, ...], ...]:
     """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
     worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
@@ -238,24 +248,29 @@ def _compared(
     classes: list[list[Hypothesis]] = []
     for h in worth:
         if classes and (
-            _log_odds(file, classes[0][0], h) > WEIGHTS.refuted
+            file.log_odds(classes[0][0], h) > WEIGHTS.refuted
             # The best with something more says nothing more.
             or classes[0][0].parts < h.parts
         ):
             continue
-        if classes and _log_odds(file, classes[-1][0], h) < WEIGHTS.said:
+        if classes and file.log_odds(classes[-1][0], h) < WEIGHTS.said:
             classes[-1].append(h)
         else:
             classes.append([h])
-    explain = [[h for h in c if _explains(h, causes)] for c in classes]
+    explain = [[h for h in c if _explains(h, residual)] for c in classes]
     return tuple(tuple(c) for c in explain if c) if classes and explain[0] else ()
 
 
-def _explains(h: Hypothesis, causes: Causes | None) -> bool:
+def _explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
     if h.unexplained is not None or h.relief < WEIGHTS.explains:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)
-    if causes is None or causes.is_blown_up or not is_of_motion:
+    if residual is None or residual.is_blown_up or not is_of_motion:
         return True
-    return not causes.leaves_force(causes.relief(h.mistakes))
+    return not residual.leaves_force(residual.relief(h.mistakes))
+
+
+def _explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
+    """True if a further cause can only be beside this one."""
+    return h.is_possible and h.gain > WEIGHTS.mostly and _explains(h, residual)

@@ -1,14 +1,15 @@
 """Numerical causes, where no mistake of the model explains a file: what its error looks like."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity, info, warning
+from heyoka_bike.scoring.findings import Finding, Severity, info
 from heyoka_bike.scoring.judge.single_precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import ManeuverScore, Report
@@ -53,9 +54,43 @@ TOO_FAR = "too_far"
 _BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 
+_SENTENCES = {
+    TOO_FAR: "Half of the columns or more are off by half their own size, so that their error says "
+    "nothing: look at the first rows, whether the columns are those of the benchmark, in its order "
+    "and units, and at a run that is short",
+    "blown_up": "The motion blows up: {column} of maneuver {maneuver} is off by "
+    "{max_rel_error:.2g} times its size, and by half of it from {time:.3g} s on. Compare the rows "
+    "before: what follows says nothing",
+    "limited_by_rounding": "The error is {max_rel_error:.1g} of the scale at the most: that is "
+    "what rounding leaves of a run in binary64 arithmetic. If it does not fall with the tolerance "
+    f"or the step ({_BOTH_TOLERANCES}), it is the arithmetic, and not the model",
+    "cannot_tell": "So few rows do not show what the error looks like",
+    "smooth_error": "The error is that of steps, even or chosen by a tolerance, of a method that "
+    f"is not known here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the "
+    f"tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a "
+    "method of order p; that of another model stays the same curve; and noise of rounding or of "
+    "iterations stays as large, but is another curve",
+    "numerical_damping": "The mechanical energy falls steadily{every}. Either the model loses it, "
+    "by a damper, drag, or a contact that slips or yields, or numerical damping does: with a "
+    "smaller step or tolerance only the latter becomes less",
+    "energy_grows": "The mechanical energy grows steadily{every}, as with an explicit method of "
+    "low order, or with a drive in the model: a smaller step helps against the former only",
+    "rough_error": "The error jumps from row to row like noise, far above the digits written, "
+    "which no step size makes: look for single-precision numbers on the way, random terms, or a "
+    "loose tolerance of the iterations",
+    "step_ringing": "The velocities alternate from row to row, as the trapezoidal rule leaves them "
+    "where nothing damps the highest frequency: accelerations that are consistent at the start, or "
+    "a little numerical damping",
+    "iteration_noise": "The velocities jump from row to row, much more than the angles, as a loose "
+    "tolerance of the Newton iterations in each step makes them, or impulses of a contact: tighten "
+    "it until the energy's error is smooth (a smaller step does not help); if it stays rough, it "
+    "is the contact or the friction, or, where the jumps are below 1e-8 of the scale, rounding "
+    "divided by the step",
+}
+"""By the code of the finding, with the numbers of its evidence."""
 
-@dataclass(frozen=True, slots=True)
-class _Roughness:
+
+class _Roughness(NamedTuple):
     """The part of a column's error that jumps from row to row, medians of the fifths of the run.
 
     A start that settles, or an event, is not in them.
@@ -76,107 +111,47 @@ class _Roughness:
 
 def findings(report: Report) -> tuple[Finding, ...]:
     """Return the numerical causes of the error; at least that it is smooth."""
-    far = [_error_in_scales(c) > HALF for m in report.maneuvers for c in m.columns if c.values]
+    columns = [(_error_in_scales(c), m, c) for m in report.maneuvers for c in m.columns]
+    far = [error > HALF for error, _, c in columns if c.values]
     if 2 * sum(far) >= len(far):
-        return (_too_far(),)
-    worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
+        return (_said(TOO_FAR),)
+    worst, m, c = max(columns, key=lambda x: x[0])
     if worst > _BLOWN_UP:
-        return (_blown_up(report, worst),)
+        first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
+        place = {"maneuver": m.maneuver, "column": c.key, "time": float(c.trace.time[first])}
+        said = _said("blown_up", **place, max_rel_error=worst)
+        return (replace(said, severity=Severity.WARNING),)
     if worst < ROUNDING:
-        return (_rounding(worst),)
+        return (_said("limited_by_rounding", max_rel_error=worst),)
     single = next(single_precision(report), None)
     if single is not None and worst < _OF_SINGLE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
-        return (info("cannot_tell", "So few rows do not show what the error looks like"),)
-    found = (*_energy(report), *_rough(report)) or (_smooth(),)
+        return (_said("cannot_tell"),)
+    found = (*_energy(report), *_rough(report)) or (_said("smooth_error"),)
     if single is None:
         return found
     message = f"{single.message}. The error is far larger: another cause comes before this one"
     return *found, replace(single, message=message, severity=Severity.INFO)
 
 
+def _said(code: str, **evidence: Any) -> Finding:
+    return info(code, _SENTENCES[code].format(**evidence), **evidence)
+
+
 def _error_in_scales(c: ColumnScore) -> float:
     return c.as_understood.measures.max_rel_error or 0.0
 
 
-def _too_far() -> Finding:
-    return info(
-        TOO_FAR,
-        "Half of the columns or more are off by half their own size, so that their error says "
-        "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
-        "order and units, and at a run that is short",
-    )
-
-
-def _blown_up(report: Report, worst: float) -> Finding:
-    every = ((m, c) for m in report.maneuvers for c in m.columns)
-    m, c = next((m, c) for m, c in every if _error_in_scales(c) == worst)
-    first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
-    time = float(c.trace.time[first])
-    return warning(
-        "blown_up",
-        f"The motion blows up: {c.key} of maneuver {m.maneuver} is off by {worst:.2g} times its "
-        f"size, and by half of it from {time:.3g} s on. Compare the rows before: what follows says "
-        "nothing",
-        maneuver=m.maneuver,
-        column=c.key,
-        time=time,
-        max_rel_error=worst,
-    )
-
-
-def _smooth() -> Finding:
-    return info(
-        "smooth_error",
-        "The error is that of steps, even or chosen by a tolerance, of a method that is not known "
-        f"here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the tolerance by "
-        f"ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a method of "
-        "order p; that of another model stays the same curve; and noise of rounding or of "
-        "iterations stays as large, but is another curve",
-    )
-
-
-def _rounding(worst: float) -> Finding:
-    return info(
-        "limited_by_rounding",
-        f"The error is {worst:.1g} of the scale at the most: that is what rounding leaves of a run "
-        "in binary64 arithmetic. If it does not fall with the tolerance or the step "
-        f"({_BOTH_TOLERANCES}), it is the arithmetic, and not the model",
-        max_rel_error=worst,
-    )
-
-
-_TRENDS = {
-    -1.0: (
-        "numerical_damping",
-        "falls steadily{}. Either the model loses it, by a damper, drag, or a contact that slips "
-        "or yields, or numerical damping does: with a smaller step or tolerance only the latter "
-        "becomes less",
-    ),
-    1.0: (
-        "energy_grows",
-        "grows steadily{}, as with an explicit method of low order, or with a drive in the model: "
-        "a smaller step helps against the former only",
-    ),
-}
-"""By the sign of the change."""
-
-
 def _energy(report: Report) -> Iterator[Finding]:
     """Energy that falls or grows steadily in every maneuver."""
-    trends = {m.maneuver: _trend(m) for m in report.maneuvers}
-    signs = {float(np.sign(t)) for t in trends.values()}
-    if len(signs) == 1 and (sign := signs.pop()) in _TRENDS:
-        code, words = _TRENDS[sign]
-        said = words.format(" in every maneuver" if len(trends) > 1 else "")
-        changes = {str(n): t for n, t in trends.items()}
-        yield info(
-            code,
-            f"The mechanical energy {said}",
-            maneuvers=list(trends),
-            relative_change=changes,
-        )
+    changes = {str(m.maneuver): _trend(m) for m in report.maneuvers}
+    if all(x < 0.0 for x in changes.values()) or all(x > 0.0 for x in changes.values()):
+        code = "energy_grows" if max(changes.values()) > 0.0 else "numerical_damping"
+        every = " in every maneuver" if len(changes) > 1 else ""
+        numbers = [m.maneuver for m in report.maneuvers]
+        message = _SENTENCES[code].format(every=every)
+        yield info(code, message, maneuvers=numbers, relative_change=changes)
 
 
 def _trend(m: ManeuverScore) -> float:
@@ -200,37 +175,16 @@ def _rough(report: Report) -> Iterator[Finding]:
         for place, r in found.items()
         if r is not None and r.at_one < _SMOOTH and r.part > _SEEN
     }
-    columns = [f"{number}.{key}" for number, key in jumping]
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = [r for r in jumping.values() if r.part > _MOSTLY and _is_white(r)]
     in_rates = [n for n in numbers if _in_rates(n, jumping)]
     ringing = [n for n in numbers if _rings(n, jumping)]
     if len(noisy) > len(found) / 2:
-        yield info(
-            "rough_error",
-            "The error jumps from row to row like noise, far above the digits written, which no "
-            "step size makes: look for single-precision numbers on the way, random terms, or a "
-            "loose tolerance of the iterations",
-            columns=columns,
-        )
+        yield _said("rough_error", columns=[f"{number}.{key}" for number, key in jumping])
     elif 2 * len(ringing) > len(numbers):
-        yield info(
-            "step_ringing",
-            "The velocities alternate from row to row, as the trapezoidal rule leaves them where "
-            "nothing damps the highest frequency: accelerations that are consistent at the start, "
-            "or a little numerical damping",
-            maneuvers=ringing,
-        )
+        yield _said("step_ringing", maneuvers=ringing)
     elif 2 * len(in_rates) > len(numbers):
-        yield info(
-            "iteration_noise",
-            "The velocities jump from row to row, much more than the angles, as a loose tolerance "
-            "of the Newton iterations in each step makes them, or impulses of a contact: tighten "
-            "it until the energy's error is smooth (a smaller step does not help); if it stays "
-            "rough, it is the contact or the friction, or, where the jumps are below 1e-8 of the "
-            "scale, rounding divided by the step",
-            maneuvers=in_rates,
-        )
+        yield _said("iteration_noise", maneuvers=in_rates)
 
 
 def _is_white(r: _Roughness) -> bool:

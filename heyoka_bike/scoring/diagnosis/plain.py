@@ -1,18 +1,23 @@
 """Findings that need no simulation.
 
 A bicycle that falls over, rows that stand still, columns of another maneuver, a start that is
-another one, and columns that are wrong beside a motion that is right.
+another one, and columns that are wrong beside a motion that is right: those of the benchmark, and
+those beside it, for which no program is simulated. There the same number in every row, or the right
+one times a factor or with another zero, is seen.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.diagnosis.beside import scaled
-from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
 from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
+from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ManeuverScore, Report
 
 _FEW_ROWS = 10
@@ -20,8 +25,8 @@ _FEW_ROWS = 10
 _SAME = 0.9
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _START, _AT_FLOOR = 1e-6, 4.0
-# Worse at all, in the maneuvers where a column is not far worse.
-_WORSE = 10.0
+# Worse at all than the other columns, and explained to a hundredth by one number or two.
+_WORSE, _MOSTLY = 10.0, 100.0
 # Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
 # energy less than so much, as other units of the angle do not make it.
 _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
@@ -30,18 +35,28 @@ _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
 # An energy that is wrong makes the sum wrong.
 _PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
+_ADVICE = "look at how it is computed and written"
 FALLS = "falls_over"
 """Code of the finding that the bicycle falls over."""
 
 
+@dataclass(frozen=True, slots=True)
+class Scaled:
+    """Values are a factor times the right ones, and an offset [SI]."""
+
+    factor: float
+    offset: float
+
+    def says(self, unit: str) -> str:
+        times = f"{self.factor:.6g} times the right one" if self.factor != 1.0 else "the right one"
+        sign = "minus" if self.offset < 0 else "plus"
+        return times + (f" {sign} {_in(abs(self.offset), unit)}" if self.offset else "")
+
+
 def shown(report: Report) -> tuple[Finding, ...]:
     """Return what is seen at once, whatever else is found."""
-    return (
-        *_falls_over(report.maneuvers),
-        *_standing_still(report.maneuvers),
-        *_of_other_maneuvers(report.maneuvers),
-        *_other_starts(report.maneuvers),
-    )
+    finders = (_falls_over, _standing_still, _of_other_maneuvers, _other_starts)
+    return tuple(found for finder in finders for found in finder(report.maneuvers))
 
 
 def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -74,11 +89,10 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         columns = [c.trace for c in m.columns if c.values == m.rows and np.ptp(c.trace.reference)]
         if m.rows < _FEW_ROWS or not columns:
             continue
-        moves = np.any([np.diff(c.value) != 0.0 for c in columns], axis=0)
-        last = int(np.flatnonzero(moves)[-1]) + 1 if moves.any() else 0
-        still = m.rows - last
-        if still >= _FEW_ROWS and moves.any():
-            time = float(columns[0].time[last])
+        moves = np.flatnonzero(np.any([np.diff(c.value) != 0.0 for c in columns], axis=0))
+        still = m.rows - int(moves[-1]) - 1 if len(moves) else 0
+        if still >= _FEW_ROWS:
+            time = float(columns[0].time[m.rows - still])
             yield warning(
                 "rows_repeated",
                 f"From {time:.6g} s on all {still} rows of maneuver {m.maneuver} hold the same "
@@ -97,8 +111,7 @@ def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]
             same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
             if not same:
                 continue
-            worse = m if _worst(m, same) > _worst(other, same) else other
-            right = other if worse is m else m
+            right, worse = sorted((m, other), key=lambda x: max(_worst(x[key]) for key in same))
             yield warning(
                 "column_of_another_maneuver",
                 f"{', '.join(same)} of maneuver {worse.maneuver}: the same numbers as in maneuver "
@@ -117,8 +130,8 @@ def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
     return float(np.mean(a.value[:n] == b.value[:n])) > _SAME
 
 
-def _worst(m: ManeuverScore, keys: Sequence[str]) -> float:
-    return max(c.as_understood.measures.max_rel_error or 0.0 for c in m.columns if c.key in keys)
+def _worst(c: ColumnScore) -> float:
+    return c.as_understood.measures.max_rel_error or 0.0
 
 
 def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -130,7 +143,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
             if off > max(_START * abs(given), _AT_FLOOR * (c.floor or 0.0)):
-                unit = {"rad s-1": "rad/s", "m s-1": "m/s"}.get(c.unit, c.unit)
+                unit = c.unit.replace(" s-1", "/s")
                 yield warning(
                     "another_start",
                     f"Maneuver {m.maneuver} begins with a {c.key.replace('_', ' ')} of "
@@ -145,26 +158,30 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 def columns_apart(report: Report) -> Finding | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
     each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
-    apart = _apart(each)
-    if not apart:
+    apart = {key for keys, _ in each.values() for key in keys}
+    if not apart or any(not keys and limit > RIGHT for keys, limit in each.values()):
         return None
-    with_sum = _SUM in apart and bool(apart & _PARTS)
-    apart -= {_SUM} if with_sum else set()
+    with_sum = ""
+    if _SUM in apart and apart & _PARTS:
+        apart.remove(_SUM)
+        with_sum = ", and mechanical_energy with it"
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
     found = {
         key: [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
         for key, places in wrong.items()
     }
+    only = ", ".join(
+        key if len(numbers) == len(each) else f"{key} of {of_maneuvers(numbers)}"
+        for key, numbers in found.items()
+    )
     fits = {key: fit for key, places in wrong.items() if (fit := scaled([c for _, c in places]))}
     rest = max(limit for _, limit in each.values())
     scales = "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in fits.items())
-    these = "this column is" if len(found) == 1 else "these columns are"
+    are, these = ("is", "this column is") if len(found) == 1 else ("are", "these columns are")
     return warning(
         "columns_apart",
-        _only(found, len(each))
-        + (", and mechanical_energy with it" if with_sum else "")
-        + f"{scales}. All other columns are right to {rest:.1g} of their scales, so neither the "
-        "integrator nor the equations are to blame. Look at how "
+        f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to {rest:.1g} of "
+        "their scales, so neither the integrator nor the equations are to blame. Look at how "
         f"{these} computed and written",
         columns=found,
         max_rel_error_of_others=rest,
@@ -172,17 +189,102 @@ def columns_apart(report: Report) -> Finding | None:
     )
 
 
-def _apart(each: Mapping[int, tuple[frozenset[str], float]]) -> set[str]:
-    """Columns far worse than all others; none if the others of a maneuver are not right."""
-    if any(not keys and limit > RIGHT for keys, limit in each.values()):
-        return set()
-    return {key for keys, _ in each.values() for key in keys}
+def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...]:
+    """Return findings about the columns that are not the benchmark's and not right.
+
+    Parameters
+    ----------
+    left_out
+        Keys of columns of unknown meaning; those are not held to be right, and only named here if
+        a factor or an offset explains them.
+    """
+    found: list[Finding] = []
+    others = []
+    for key, places in report.by_column().items():
+        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_at_floor(_AT_FLOOR))]
+        if key in BENCHMARK_COLUMNS or not wrong:
+            continue
+        if all(_is_alone(m, c, left_out) for m, c in wrong):
+            columns = {m.maneuver: c for m, c in wrong}
+            found += _wrong_alone(key, columns, is_unknown=key in left_out)
+        elif key not in left_out:
+            others.append(key)
+    if others:
+        found.append(
+            info(
+                "not_diagnosed",
+                f"{named(others)}: not right either, and not diagnosed, as programs with mistakes "
+                "are simulated for the benchmark's columns only; begin with those",
+                columns=others,
+            )
+        )
+    return tuple(found)
 
 
-def _only(found: Mapping[str, Sequence[int]], count: int) -> str:
-    """The first words about wrong columns, by their maneuvers, of so many maneuvers in all."""
-    only = ", ".join(
-        key if len(numbers) == count else f"{key} of {of_maneuvers(numbers)}"
-        for key, numbers in found.items()
-    )
-    return f"Only {only} {'is' if len(found) == 1 else 'are'} wrong"
+def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bool:
+    """True if the benchmark's columns of the maneuver are right, and this one far from that."""
+    right = [x for x in m.columns if x.values and x.key in BENCHMARK_COLUMNS]
+    errors = [x.max_rel_error or 0.0 for x in right if x.key not in left_out]
+    limit = max(errors, default=1.0)
+    return limit < RIGHT and is_far(c, limit, _WORSE)
+
+
+def _wrong_alone(
+    key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
+) -> Iterator[Finding]:
+    """Yield the finding about a column that is wrong alone, by the number of the maneuver."""
+    worst = max(c.max_rel_error or 0.0 for c in columns.values())
+    alone = "while the benchmark's columns here are right"
+    unit = next(iter(columns.values())).unit
+    # The number in every row, where the right one moves.
+    held = [float(c.trace.value[0]) for c in columns.values()
+            if not np.ptp(c.trace.value) and np.ptp(c.trace.reference)]  # fmt: skip
+    fit = scaled([*columns.values()])
+    evidence: dict[str, object] = {}
+    if len(held) == len(columns):
+        numbers = " / ".join(_in(x, unit) for x in dict.fromkeys(held))
+        said = f"holds the same number in every row, {numbers}, {alone}: "
+        said += "it was not computed, or not written"
+        evidence = {"constant": held}
+    elif fit:
+        said = f"is {fit.says(unit)}, {alone}: {_ADVICE}"
+        evidence = {"factor": fit.factor, "offset": fit.offset}
+    elif is_unknown:
+        return
+    else:
+        said = (
+            f"is wrong by up to {worst:.2g} of its scale, {alone}, and neither a factor nor an "
+            f"offset explains it: {_ADVICE}. Programs with mistakes are simulated for the "
+            "benchmark's columns only"
+        )
+    where = f"{key} of maneuver {', '.join(map(str, columns))}"
+    evidence = {"column": key, "maneuvers": [*columns], "max_rel_error": worst, **evidence}
+    yield warning("column_beside", f"{where} {said}", **evidence)
+
+
+def _in(x: float, unit: str) -> str:
+    return f"{x:.6g}" + ("" if unit == "1" else " " + unit.replace(" s-1", "/s"))
+
+
+def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
+    """The factor, the offset or both, the same in all maneuvers, that explain a column."""
+    sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
+    value = np.concatenate([c.trace.value for c in columns]) / sizes
+    right = np.concatenate([c.trace.reference for c in columns]) / sizes
+    both = np.column_stack([right, 1.0 / sizes])
+
+    def solved(matrix: Array, goal: Array) -> list[float]:
+        return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
+
+    found = [Scaled(solved(both[:, :1], value)[0], 0.0)]
+    found.append(Scaled(1.0, solved(both[:, 1:], value - right)[0]))
+    found.append(Scaled(*solved(both, value)))
+    for count, fit in zip((1, 1, 2), found, strict=True):
+        if len(value) > count and all(_explains(fit, c) for c in columns):
+            return fit
+    return None
+
+
+def _explains(fit: Scaled, c: ColumnScore) -> bool:
+    left = c.trace.value - fit.factor * c.trace.reference - fit.offset
+    return _MOSTLY * rms(left) < rms(c.trace.error)

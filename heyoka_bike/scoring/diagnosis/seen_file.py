@@ -1,340 +1,280 @@
 """A file, and programs with mistakes that are simulated and compared with it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import START, Bicycle
+from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
-from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
+from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
+from heyoka_bike.scoring.diagnosis.evidence import (
+    WEIGHTS,
+    Hypothesis,
+    Place,
+    log_odds_before,
+    log_ratio,
+)
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, observe, readings
-from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
-from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
+from heyoka_bike.scoring.diagnosis.residual.observed import observe, readings
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
 # Rows that are compared, and rows that are simulated, of each maneuver.
-_COMPARED = 251
-_COLUMNS = (*COLUMNS, *FOLLOWING)
-_SIMULATED = 2001
-# Programs that are simulated together.
+_COMPARED, _SIMULATED = 251, 2001
+_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
+# Programs that are simulated together: as many as a processor's cache and the memory hold.
 _TOGETHER = 32
-# Starts that are simulated.
-_STARTS = 8
-# A value of the start is another one if it is off by so many times what the rows disagree, and by
-# such a part of what the one that is off most is, in sizes of columns: smooth errors are off, too.
-_SURE, _SMALL = 3.0, 1e-3
-# A program whose motion ends cannot have written many more rows.
-_REACHED = 0.5
 
-_Expected = Sequence[Mapping[str, Array]]
-"""Of each part, columns by name."""
+Expected = Sequence[Columns]
+"""Of each part, columns by name at the rows that are compared."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _SeenPart:
+    """A maneuver of the file: rows that are simulated, and those of them that are compared."""
+
+    part: Part
+    rows: NDArray[np.intp]
+    pick: NDArray[np.intp]
+
+    @property
+    def time(self) -> Array:
+        return self.part.time[self.rows]
+
+    @property
+    def compared(self) -> NDArray[np.intp]:
+        return self.rows[self.pick]
+
+    def right(self) -> Columns:
+        """Columns of the right motion."""
+        names = [name for name in _COLUMNS if name in self.part.reference.at_any_time]
+        return self.part.reference.approximate(self.part.time[self.compared], names)
+
+    def written_by(self, program: Program, columns: Columns, names: Iterable[str]) -> Columns:
+        """Columns that a program writes of a motion at the rows that are simulated."""
+        for change in program.rows:
+            columns = change(columns, self.time)
+        return {name: columns[name][self.pick] for name in names}
+
+    def asked(self, program: Program) -> AskedMotion:
+        """Return the motion of a program."""
+        time = self.part.time
+        step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+        start = beginning(program, self.part.number)
+        meant = program.clock(self.time, step)
+        return AskedMotion(program.bicycle, start, meant, dict(program.amounts))
 
 
 class SeenFile:
-    """The file, its rows that count, and the correct motion."""
+    """The file, its rows that count, and the correct motion.
+
+    Attributes
+    ----------
+    program : Program
+        The correct one.
+    right : Hypothesis
+        It, and what is left of it.
+    tried
+        Number of programs that were compared.
+    """
 
     def __init__(self, parts: Sequence[Part], reference: Reference, simulator: Simulator) -> None:
-        self._parts = parts
-        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
-        self._correct = Program(
-            bicycle=bicycle,
-            starts={n: _start(reference[n].inputs) for n in reference},
-        )
-        self._simulator = simulator
-        self._rows = [spread(len(p.time), _SIMULATED) for p in parts]
-        self._picks = [spread(len(rows), _COMPARED) for rows in self._rows]
-        self._times = [p.time[rows] for p, rows in zip(parts, self._rows, strict=True)]
-        self._steps = [float(np.median(np.diff(p.time))) if len(p.time) > 1 else 0.0 for p in parts]
-        self._exact = [
-            p.reference.approximate(
-                t, [c.name for c in _COLUMNS if c.name in p.reference.at_any_time]
-            )
-            for p, t in zip(parts, self._times, strict=True)
-        ]
-        self._compared = [
-            {name: v[pick] for name, v in exact.items()}
-            for exact, pick in zip(self._exact, self._picks, strict=True)
-        ]
-        self._seen = {self._key(self._correct)}
+        starts = {n: _start(reference[n].inputs) for n in reference}
+        self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
+        self.simulator = simulator
         self.tried = 0
-        self._expected: dict[tuple[str, ...], _Expected] = {(): self._compared}
-        self._understood: dict[tuple[str, ...], Mapping[str, Understanding]] = {}
-        self._understood[()], self._correct_typical = self._typical(self._compared)
-        self._floors = self._floors_in_scales()
+        self._parts = []
+        for part in parts:
+            rows = spread(len(part.time), _SIMULATED)
+            self._parts.append(_SeenPart(part, rows, spread(len(rows), _COMPARED)))
+        self._seen = {self._key(self.program)}
+        right = [p.right() for p in self._parts]
+        understood, typical = self._typical(right)
+        self.right = Hypothesis(
+            (), typical, typical, (), self._limits(understood, right), True, right, understood
+        )
 
     def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> list[Hypothesis]:
         """Simulate programs with these mistakes and compare them with the file.
 
         Without those that are, as far as the file shows it, a program that was tried before.
         """
-        new: dict[object, tuple[Mistake, ...]] = {}
+        new: dict[object, tuple[tuple[Mistake, ...], Program]] = {}
         for mistakes in hypotheses:
-            new.setdefault(self._key(apply(self._correct, mistakes)), mistakes)
-        chosen = [mistakes for key, mistakes in new.items() if key not in self._seen]
+            program = apply(self.program, mistakes)
+            new.setdefault(self._key(program), (mistakes, program))
+        chosen = [x for key, x in new.items() if key not in self._seen]
         self._seen |= new.keys()
         self.tried += len(chosen)
         found = []
-        # So many as a processor's cache and the memory hold.
         for i in range(0, len(chosen), _TOGETHER):
             together = chosen[i : i + _TOGETHER]
-            programs = [apply(self._correct, mistakes) for mistakes in together]
-            made = self._simulated(programs)
-            found += [
-                self._judge(m, e, self._resolved(p, e))
-                for m, p, e in zip(together, programs, made, strict=True)
-            ]
+            made = self._written([program for _, program in together])
+            found += [self._judge(*x, e) for x, e in zip(together, made, strict=True)]
         return found
 
-    def _resolved(self, program: Program, expected: _Expected) -> Mapping[Place, float]:
+    def _judge(
+        self, mistakes: tuple[Mistake, ...], program: Program, expected: Expected
+    ) -> Hypothesis:
+        understood, after = self._typical(expected)
+        before = {k: x for k, x in self._before(expected).items() if k in after}
+        changed = tuple(k for k in before if self._differ(k, expected, self.right.expected))
+        floors = self._resolved(program, expected)
+        ends = self._reaches_the_end(expected)
+        return Hypothesis(mistakes, before, after, changed, floors, ends, expected, understood)
+
+    def _resolved(self, program: Program, expected: Expected) -> Mapping[Place, float]:
         """Return the resolution limit of each column, by its digits and the simulation, in scales.
 
         A motion that nears a singularity is simulated less well: its energy, which should be
         constant, says how well.
         """
         if program.amounts or program.rows or program.linear:
-            return self._floors
+            return self.right.floors
         drift = {}
-        for part, e in zip(self._parts, expected, strict=True):
-            energy = e["mechanical_energy"][np.isfinite(e["mechanical_energy"])]
-            scale = part.reference.scale("mechanical_energy") or 1.0
-            drift[part.number] = float(np.ptp(energy)) / scale if len(energy) else 0.0
-        return {k: max(x, drift[k[0]]) for k, x in self._floors.items()}
+        for p, columns in zip(self._parts, expected, strict=True):
+            energy = columns["mechanical_energy"][np.isfinite(columns["mechanical_energy"])]
+            scale = p.part.reference.scale("mechanical_energy") or 1.0
+            drift[p.part.number] = float(np.ptp(energy)) / scale if len(energy) else 0.0
+        return {k: max(x, drift[k[0]]) for k, x in self.right.floors.items()}
 
-    def _judge(
-        self, mistakes: tuple[Mistake, ...], expected: _Expected, floors: Mapping[Place, float]
-    ) -> Hypothesis:
-        understood, after = self._typical(expected)
-        before = {k: x for k, x in self._before(expected).items() if k in after}
-        found = Hypothesis(
-            mistakes=mistakes,
-            before=before,
-            after=after,
-            changed=tuple(k for k in before if self._differ(k, expected, self._compared)),
-            floors=floors,
-            reaches_the_end=self._reaches_the_end(expected),
-        )
-        self._expected[found.codes] = expected
-        self._understood[found.codes] = understood
-        return found
+    def _limits(self, understood: Understandings, right: Expected) -> dict[Place, float]:
+        """Return the resolution limit of each column by its digits, in scales."""
+        return {
+            (p.part.number, key): (written * factor(understood[key].unit)[0] + known)
+            / (p.part.reference.scale(key) or 1.0)
+            for p, columns in zip(self._parts, right, strict=True)
+            for key, (written, known) in Sample(p.part, p.compared, columns).floor.items()
+        }
 
-    def where_they_differ(self, one: Hypothesis, other: Hypothesis) -> tuple[Place, ...]:
-        """Maneuvers and columns in which two hypotheses are not the same."""
-        a, b = self._expected[one.codes], self._expected[other.codes]
-        return tuple(k for k in one.after if k in other.after and self._differ(k, a, b))
+    def log_odds(self, one: Hypothesis, other: Hypothesis) -> float:
+        """Logarithm of the odds of one hypothesis against another, where they differ."""
+        places = [
+            k
+            for k in one.after
+            if k in other.after and self._differ(k, one.expected, other.expected)
+        ]
+        before = log_odds_before(one.mistakes) - log_odds_before(other.mistakes)
+        return log_ratio(other.after, one.after, places) + before
 
-    def order_beside(self, other: Hypothesis | None = None) -> list[Mistake]:
-        """An order of the columns that explains what another mistake leaves, or the whole error."""
-        expected = self._expected[other.codes if other else ()]
-        order = columns_in_another_order(self._as_written(), expected)
+    def order_beside(self, h: Hypothesis) -> list[Mistake]:
+        """An order of the columns that explains what a hypothesis leaves."""
+        written = [{key: v[p.compared] for key, v in p.part.values.items()} for p in self._parts]
+        order = columns_in_another_order(written, h.expected)
         return [order] if order else []
 
-    def _floors_in_scales(self) -> dict[Place, float]:
-        """Return the resolution limit of each column by its digits, in scales."""
-        understood, floors = self._understood[()], {}
-        for i, part in enumerate(self._parts):
-            sample = Sample(part, self._rows[i][self._picks[i]], self._compared[i])
-            for key, (written, known) in sample.floor.items():
-                floor = written * factor(understood[key].unit)[0] + known
-                floors[part.number, key] = floor / (part.reference.scale(key) or 1.0)
-        return floors
-
-    def units_beside(self, h: Hypothesis) -> dict[str, str]:
-        """Units that columns have if a hypothesis is true, where they seemed to have others."""
-        usual, understood = self._understood[()], self._understood[h.codes]
-        return {key: u.unit for key, u in understood.items() if u.unit != usual[key].unit}
-
-    def causes(self, library: Sequence[Mistake]) -> Causes | None:
-        """Return the causes of the file's accelerations; None where it does not show its motion."""
-        equations = Equations.binary64(self._correct.bicycle)
-        found: list[Causes] = []
-        tried: list[Mapping[str, Understanding]] = []
-        for understood in readings(self._parts, self._understood[()]):
+    def residual(self, library: Sequence[Mistake]) -> Residual | None:
+        """What the equations leave of the file's motion; None where it does not show it."""
+        equations = Equations.binary64(self.program.bicycle)
+        found: list[Residual] = []
+        tried: list[Understandings] = []
+        for understood in readings([p.part for p in self._parts], self.right.understood):
             if understood in tried:
                 continue
             tried.append(understood)
             # Motions and equations that make no sense end as such.
             with np.errstate(all="ignore"):
-                seen = [observe(p, understood, equations) for p in self._parts]
+                seen = (observe(p.part, understood, equations) for p in self._parts)
                 motions = [m for m in seen if m is not None]
                 if not motions:
                     continue
-                found.append(find_causes(Accelerations(motions, self._correct), library, motions))
+                found.append(Residual(motions, self.program, library))
             if not (found[-1].is_open or found[-1].is_blown_up):
                 break
         # Rates that contradict the angles are not understood.
-        return max(found, key=lambda c: (not c.is_blown_up, c.most), default=None)
-
-    def starts_like_its_own(
-        self, library: Sequence[Mistake], motions: Sequence[Observed]
-    ) -> list[Mistake]:
-        """Mistakes of the start that come nearer to the file's own than the right one does.
-
-        All of them where the file does not show its motion from the start on.
-        """
-        own = {m.number: m.beginning for m in motions if m.beginning is not None}
-        if len(own) < len(self._parts):
-            return list(library)
-
-        def distance(program: Program) -> float:
-            found = 0.0
-            for n, state in own.items():
-                right = np.abs(self._given(self._correct, n)) + np.abs(state) + 1e-3
-                found += float(np.sum(np.abs(self._given(program, n) - state) / right))
-            return found
-
-        right = distance(self._correct)
-        near = [(distance(apply(self._correct, (m,))), i) for i, m in enumerate(library)]
-        # One that is made comes far nearer, but for what follows within the first rows.
-        return [library[i] for x, i in sorted(near)[:_STARTS] if x < right]
-
-    def other_starts(self, motions: Sequence[Observed]) -> list[Cause]:
-        """The start of each maneuver that its own rows lead back to, in what is another."""
-        causes = []
-        for m in motions:
-            if m.beginning is None:
-                continue
-            off = m.beginning - self._given(self._correct, m.number)
-            size = np.std([m.state[key] for key in STATE], axis=1) + np.finfo(np.float64).tiny
-            least = _SURE * m.scatter + _SMALL * np.max(np.abs(off) / size) * size
-            changes = {
-                f"initial_{name}_{m.number}": float(x)
-                for name, x, limit in zip(START, off, least, strict=True)
-                if abs(x) > limit
-            }
-            causes += [Cause((), changes, dict.fromkeys(changes, 0.0), 1.0)] if changes else []
-        return causes
-
-    @staticmethod
-    def _given(program: Program, number: int) -> Array:
-        """Columns of `STATE` at the start of a maneuver."""
-        return np.delete(np.array(beginning(program, number)), 1)
-
-    def shooting(self, motions: Sequence[Observed]) -> Shooting:
-        """Whole runs of changed programs, compared with the motions of the file."""
-        return Shooting(motions, self._correct, self._simulator)
+        return max(found, key=lambda r: (not r.is_blown_up, r.most), default=None)
 
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
         """Return what a hypothesis leaves, in the column of each maneuver that it explains best."""
-        written = self._as_written()
-        places = {part.number: i for i, part in enumerate(self._parts)}
-
-        def curve(number: int, key: str) -> Curve:
-            i, u = places[number], self._understood[h.codes][key]
-            values = u.sign * factor(u.unit)[0] * written[i][key] - u.offset
-            before, after = (
-                np.abs(values - expected[i][u.column.name])
-                for expected in (self._compared, self._expected[h.codes])
-            )
-            good = np.isfinite(after)
-            time = self._times[i][self._picks[i]]
-            return Curve(number, key, u.column.unit, time[good], before[good], after[good])
-
         relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
         # The best column of a maneuver is the last to be put into its place.
         best = dict(sorted(relief, key=relief.__getitem__))
-        return tuple(curve(number, key) for number, key in sorted(best.items()))
-
-    def _as_written(self) -> list[dict[str, Array]]:
-        """Columns of each part at the rows that are compared."""
-        return [
-            {key: v[rows[pick]] for key, v in part.values.items()}
-            for part, rows, pick in zip(self._parts, self._rows, self._picks, strict=True)
-        ]
+        found = []
+        for p, *expected in zip(self._parts, self.right.expected, h.expected, strict=True):
+            if p.part.number not in best:
+                continue
+            key = best[p.part.number]
+            u, rows = h.understood[key], p.compared
+            values = u.sign * factor(u.unit)[0] * p.part.values[key][rows] - u.offset
+            before, after = (np.abs(values - e[u.column.name]) for e in expected)
+            good = np.isfinite(after)
+            time = p.part.time[rows][good]
+            found.append(Curve(p.part.number, key, u.column.unit, time, before[good], after[good]))
+        return tuple(sorted(found, key=lambda c: c.maneuver))
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
-        starts = tuple(program.starts[part.number] for part in self._parts)
+        starts = tuple(program.starts[p.part.number] for p in self._parts)
         bicycle = tuple(map(float, program.bicycle.values.values()))
-        return bicycle, starts, program.clock, program.rows, program.amounts, program.linear
+        clock = program.scale, program.shift
+        return bicycle, starts, clock, program.rows, program.amounts, program.linear
 
-    def _simulated(self, programs: Sequence[Program]) -> list[_Expected]:
-        """Columns of each part at the compared rows, of each program."""
-        asked = [
-            AskedMotion(
-                program.bicycle,
-                beginning(program, part.number),
-                program.clock(self._times[i], self._steps[i]),
-                dict(program.amounts),
+    def _written(self, programs: Sequence[Program]) -> Iterator[Expected]:
+        """Columns that each program writes."""
+        asked = [(p, part, part.asked(p)) for p in programs for part in self._parts]
+        made = iter(self.simulator.run_all([m for p, _, m in asked if not p.linear]))
+        names = [[*columns] for columns in self.right.expected]
+        each = iter(
+            part.written_by(
+                p,
+                linear_columns(m.bicycle, m.start, m.time, p.linear) if p.linear else next(made),
+                names[i % len(names)],
             )
-            for program in programs
-            for i, part in enumerate(self._parts)
-        ]
-        is_linear = [p.linear for p in programs for _ in self._parts]
-        made = iter(
-            self._simulator.run_all([m for m, x in zip(asked, is_linear, strict=True) if not x])
+            for i, (p, part, m) in enumerate(asked)
         )
-        columns = iter(
-            linear_columns(m.bicycle, m.start, m.time, terms) if terms else next(made)
-            for m, terms in zip(asked, is_linear, strict=True)
-        )
-        return [self._written(p, columns) for p in programs]
+        return ([next(each) for _ in self._parts] for _ in programs)
 
-    def _written(self, program: Program, made: Iterator[Columns]) -> _Expected:
-        """Return the columns that a program writes of the motions of all parts."""
-        found = []
-        for time, pick, exact in zip(self._times, self._picks, self._exact, strict=True):
-            columns = next(made)
-            for change in program.rows:
-                columns = change(columns, time)
-            found.append({name: columns[name][pick] for name in exact})
-        return found
-
-    def _before(self, expected: _Expected) -> dict[Place, float]:
+    def _before(self, expected: Expected) -> Mapping[Place, float]:
         """Typical errors of the correct program, over the rows that the mistaken one reaches."""
         finite = [np.isfinite(e["roll_angle"]) for e in expected]
         if all(good.all() for good in finite):
-            return self._correct_typical
+            return self.right.after
         return self._typical(
             [
-                {name: np.where(good, v, np.nan) for name, v in e.items()}
-                for e, good in zip(self._compared, finite, strict=True)
+                {name: np.where(good, v, np.nan) for name, v in columns.items()}
+                for columns, good in zip(self.right.expected, finite, strict=True)
             ]
         )[1]
 
-    def _reaches_the_end(self, expected: _Expected) -> bool:
+    def _reaches_the_end(self, expected: Expected) -> bool:
         """True if the motion goes about as far as the rows of the file do."""
-        for e, written in zip(expected, self._as_written(), strict=True):
-            there = np.any([np.isfinite(v) for v in written.values()], axis=0)
-            if there.any() and np.mean(np.isfinite(e["roll_angle"][there])) < _REACHED:
+        for p, columns in zip(self._parts, expected, strict=True):
+            there = np.any([np.isfinite(v[p.compared]) for v in p.part.values.values()], axis=0)
+            reached = np.isfinite(columns["roll_angle"][there])
+            if there.any() and np.mean(reached) < WEIGHTS.reached:
                 return False
         return True
 
-    def _differ(self, place: Place, one: _Expected, other: _Expected) -> bool:
+    def _differ(self, place: Place, one: Expected, other: Expected) -> bool:
         """True if two programs differ in a column by more than the simulation's roundoff."""
         number, key = place
-        i = next(i for i, part in enumerate(self._parts) if part.number == number)
+        i = next(i for i, p in enumerate(self._parts) if p.part.number == number)
         distance = np.abs(one[i][key] - other[i][key])
-        scale = float(np.max(np.abs(self._compared[i][key])))
+        scale = float(np.max(np.abs(self.right.expected[i][key])))
         return bool(np.fmax.reduce(distance, initial=0.0) > WEIGHTS.resolved * scale)
 
-    def _typical(
-        self, expected: _Expected
-    ) -> tuple[Mapping[str, Understanding], dict[Place, float]]:
+    def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
         """The definitions that fit, and typical errors in scales."""
         samples = [
-            Sample(part, rows[pick], e)
-            for part, rows, pick, e in zip(
-                self._parts, self._rows, self._picks, expected, strict=True
-            )
+            Sample(p.part, p.compared, e) for p, e in zip(self._parts, expected, strict=True)
         ]
-        chosen: Mapping[str, Understanding] = understand_samples(samples)
+        chosen = understand_samples(samples)
         return chosen, {
-            (part.number, key): sample.typical(key, chosen[key]) / (sample.scale[key] or 1.0)
-            for part, sample in zip(self._parts, samples, strict=True)
+            (p.part.number, key): sample.typical(key, chosen[key]) / (sample.scale[key] or 1.0)
+            for p, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
 
@@ -342,6 +282,5 @@ class SeenFile:
 def _start(inputs: Mapping[str, str]) -> Start:
     if any(not Exact.parse(inputs[k]).is_zero for k in ("roll", "steer", "steer_rate")):
         raise InputError("diagnosis: found a start that is not upright and straight")
-    return Start(
-        speed=float(Exact.parse(inputs["speed"])), roll_rate=float(Exact.parse(inputs["roll_rate"]))
-    )
+    speed, roll_rate = (float(Exact.parse(inputs[k])) for k in ("speed", "roll_rate"))
+    return Start(speed=speed, roll_rate=roll_rate)

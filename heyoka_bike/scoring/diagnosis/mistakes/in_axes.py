@@ -12,7 +12,6 @@ J. K. Moore (2012), Human control of a bicycle, University of California, Davis,
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from math import acos, atan2, cos, hypot, pi, sin, tan
 
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters, model_mistake
@@ -32,23 +31,12 @@ def _turned(entries: _Entries, angle: float) -> _Entries:
     )
 
 
-def _turn(p: Parameters, body: str, change: Callable[[_Entries], _Entries]) -> None:
-    """Change the inertia of a frame."""
-    names = [f"I{body}{ij}" for ij in ("xx", "zz", "xz")]
-    xx, zz, xz = (p[name] for name in names)
-    p.update(zip(names, change((xx, zz, xz)), strict=True))
-
-
-def _inertia(
-    bodies: str, given: Callable[[_Entries, float], _Entries]
-) -> Callable[[Parameters], None]:
-    """The inertia of bodies as a program has it that takes what is `given` in tilted axes."""
-
-    def change(p: Parameters) -> None:
-        for body in bodies:
-            _turn(p, body, lambda entries: _turned(given(entries, p["lam"]), -p["lam"]))
-
-    return change
+def _turn(p: Parameters, bodies: str, change: Callable[[_Entries], _Entries]) -> None:
+    """Change the inertia of frames."""
+    for body in bodies:
+        names = [f"I{body}{ij}" for ij in ("xx", "zz", "xz")]
+        xx, zz, xz = (p[name] for name in names)
+        p.update(zip(names, change((xx, zz, xz)), strict=True))
 
 
 def _negative_product(entries: _Entries, tilt: float) -> _Entries:
@@ -56,94 +44,83 @@ def _negative_product(entries: _Entries, tilt: float) -> _Entries:
     return xx, zz, -xz
 
 
-@dataclass(frozen=True, slots=True)
-class _Lengths:
+def _lengths(p: Parameters) -> Parameters:
     """Moore's lengths [m]: of the geometry, then of the centres of mass."""
-
-    d1: float
-    d2: float
-    d3: float
-    l1: float
-    l2: float
-    l3: float
-    l4: float
-
-
-def _lengths(p: Parameters) -> _Lengths:
     s, c = sin(p["lam"]), cos(p["lam"])
-    w, trail, r, r_f = (p[name] for name in ("w", "c", "rR", "rF"))
-    x, z, x_f, z_f = (p[name] for name in ("xB", "zB", "xH", "zH"))
-    d1 = c * (w + trail) - s * r
-    return _Lengths(
-        d1=d1,
-        d2=s * w + c * (r - r_f),
-        d3=c * w - s * (r - r_f) - d1,
-        l1=c * x - s * (z + r),
-        l2=s * x + c * (z + r),
-        l3=c * (x_f - w) - s * (z_f + r_f),
-        l4=s * (x_f - w) + c * (z_f + r_f),
+    w, r, r_f = p["w"], p["rR"], p["rF"]
+    x, z, x_f, z_f = p["xB"], p["zB"] + r, p["xH"] - w, p["zH"] + r_f
+    d1 = c * (w + p["c"]) - s * r
+    return {
+        "d1": d1,
+        "d2": s * w + c * (r - r_f),
+        "d3": c * w - s * (r - r_f) - d1,
+        "l1": c * x - s * z,
+        "l2": s * x + c * z,
+        "l3": c * x_f - s * z_f,
+        "l4": s * x_f + c * z_f,
+    }
+
+
+_Lengths = Callable[[Parameters, Parameters], Parameters]
+"""From the right lengths and the parameters to the lengths that are wrong."""
+
+
+def _stand(p: Parameters, *changes: _Lengths) -> None:
+    """Put the bicycle of changed lengths on the floor."""
+    m = _lengths(p)
+    for change in changes:
+        m |= change(m, p)
+    across, r, r_f = m["d1"] + m["d3"], p["rR"], p["rF"]
+    reach = (r - r_f) / hypot(across, m["d2"])
+    if abs(reach) > 1:
+        return
+    # d2 cos - (d1 + d3) sin is the height of the front hub under the rear one.
+    stands = acos(reach) - atan2(across, m["d2"])
+    pitch = stands - p["lam"]
+    s, c = sin(stands), cos(stands)
+    w = c * across + s * m["d2"]
+    _turn(p, "BH", lambda entries: _turned(entries, -pitch))
+    p.update(
+        lam=stands,
+        w=w,
+        c=(m["d1"] + s * r) / c - w,
+        xB=c * m["l1"] + s * m["l2"],
+        zB=c * m["l2"] - s * m["l1"] - r,
+        xH=w + c * m["l3"] + s * m["l4"],
+        zH=c * m["l4"] - s * m["l3"] - r_f,
     )
 
 
-def _moore(change: Callable[[_Lengths, Parameters], _Lengths]) -> Callable[[Parameters], None]:
-    """The bicycle of changed lengths, standing on the floor."""
-
-    def make(p: Parameters) -> None:
-        m = change(_lengths(p), p)
-        across, r, r_f = m.d1 + m.d3, p["rR"], p["rF"]
-        reach = (r - r_f) / hypot(across, m.d2)
-        if abs(reach) > 1:
-            return
-        # d2 cos - (d1 + d3) sin is the height of the front hub under the rear one.
-        stands = acos(reach) - atan2(across, m.d2)
-        pitch = stands - p["lam"]
-        s, c = sin(stands), cos(stands)
-        w = c * across + s * m.d2
-        for body in "BH":
-            _turn(p, body, lambda entries: _turned(entries, -pitch))
-        p.update(
-            lam=stands,
-            w=w,
-            c=(m.d1 + s * r) / c - w,
-            xB=c * m.l1 + s * m.l2,
-            zB=c * m.l2 - s * m.l1 - r,
-            xH=w + c * m.l3 + s * m.l4,
-            zH=c * m.l4 - s * m.l3 - r_f,
-        )
-
-    return make
+def _rear_not_tilted(_: Parameters, p: Parameters) -> Parameters:
+    return {"l1": p["xB"], "l2": p["zB"] + p["rR"]}
 
 
-def _rear_not_tilted(m: _Lengths, p: Parameters) -> _Lengths:
-    return replace(m, l1=p["xB"], l2=p["zB"] + p["rR"])
+def _front_not_tilted(_: Parameters, p: Parameters) -> Parameters:
+    return {"l3": p["xH"] - p["w"], "l4": p["zH"] + p["rF"]}
 
 
-def _front_not_tilted(m: _Lengths, p: Parameters) -> _Lengths:
-    return replace(m, l3=p["xH"] - p["w"], l4=p["zH"] + p["rF"])
-
-
-def _d1_by_front_radius(m: _Lengths, p: Parameters) -> _Lengths:
-    return replace(m, d1=m.d1 - sin(p["lam"]) * (p["rF"] - p["rR"]))
-
-
-def _d3_by_rear_radius(m: _Lengths, p: Parameters) -> _Lengths:
-    return replace(m, d3=cos(p["lam"]) * (p["rR"] * tan(p["lam"]) - p["c"]))
-
-
-_NAMES = {"B": "rear frame", "H": "fork", "BH": "rear frame and of the fork"}
 _AXES = "the axes in which your program takes inertia: global ones, or along the steer axis"
 _OFFSETS = "the lengths from hub to steer axis: each with the radius of its own wheel"
 _CENTRES = "the axes in which your program takes the centres of mass"
+_HEIGHT = "the height from which centres of mass are measured"
 
 
 def _of_inertia(
     code: str, says: str, given: Callable[[_Entries, float], _Entries]
 ) -> tuple[Mistake, ...]:
-    """A mistake in the inertia of the rear frame, of the fork, and of both."""
-    return tuple(
-        model_mistake(code.format(bodies), says.format(name), _AXES, _inertia(bodies, given))
-        for bodies, name in _NAMES.items()
-    )
+    """A mistake in the inertia of the rear frame, of the fork, and of both.
+
+    A program that takes what is `given`, of the right entries and the tilt, in tilted axes.
+    """
+
+    def made(bodies: str, name: str) -> Mistake:
+        def change(p: Parameters) -> None:
+            _turn(p, bodies, lambda entries: _turned(given(entries, p["lam"]), -p["lam"]))
+
+        return model_mistake(code.format(bodies), says.format(name), _AXES, change)
+
+    names = {"B": "rear frame", "H": "fork", "BH": "rear frame and of the fork"}
+    return tuple(made(bodies, name) for bodies, name in names.items())
 
 
 AXES_MISTAKES: tuple[Mistake, ...] = (
@@ -160,10 +137,11 @@ AXES_MISTAKES: tuple[Mistake, ...] = (
     *_of_inertia("sign_I{}xz_along_steer", "the product of inertia of the {} has the opposite sign "
                  "in axes along the steer axis", _negative_product),
     model_mistake("offset_d1_by_front_radius", "the distance from the rear hub to the steer axis "
-                  "is computed with the front wheel's radius", _OFFSETS,
-                  _moore(_d1_by_front_radius)),
+                  "is computed with the front wheel's radius", _OFFSETS, lambda p: _stand(
+                      p, lambda m, p: {"d1": m["d1"] - sin(p["lam"]) * (p["rF"] - p["rR"])})),
     model_mistake("offset_d3_by_rear_radius", "the distance from the steer axis to the front hub "
-                  "is computed with the rear wheel's radius", _OFFSETS, _moore(_d3_by_rear_radius)),
+                  "is computed with the rear wheel's radius", _OFFSETS, lambda p: _stand(
+                      p, lambda _, p: {"d3": sin(p["lam"]) * p["rR"] - cos(p["lam"]) * p["c"]})),
     model_mistake("trail_by_rear_radius", "the trail is computed with the rear wheel's radius from "
                   "the offset of the front hub", _OFFSETS,
                   lambda p: p.update(c=p["c"] - (p["rF"] - p["rR"]) * tan(p["lam"]))),
@@ -171,21 +149,19 @@ AXES_MISTAKES: tuple[Mistake, ...] = (
                   "computed from the trail with the rear wheel's radius", _OFFSETS,
                   lambda p: p.update(c=p["c"] + (p["rF"] - p["rR"]) * tan(p["lam"]))),
     model_mistake("no_offset", "the steer axis goes through the front hub", _OFFSETS,
-                  _moore(lambda m, _: replace(m, d3=0.0))),
+                  lambda p: _stand(p, lambda m, _: {"d3": 0.0})),
     model_mistake("offset_sign", "the front hub is behind the steer axis", _OFFSETS,
-                  _moore(lambda m, _: replace(m, d3=-m.d3))),
+                  lambda p: _stand(p, lambda m, _: {"d3": -m["d3"]})),
     model_mistake("centre_B_not_tilted", "the centre of mass of the rear frame is taken in axes "
-                  "along the steer axis", _CENTRES, _moore(_rear_not_tilted)),
+                  "along the steer axis", _CENTRES, lambda p: _stand(p, _rear_not_tilted)),
     model_mistake("centre_H_not_tilted", "the centre of mass of the fork is taken in axes along "
-                  "the steer axis", _CENTRES, _moore(_front_not_tilted)),
+                  "the steer axis", _CENTRES, lambda p: _stand(p, _front_not_tilted)),
     model_mistake("centres_not_tilted", "the centres of mass of both frames are taken in axes "
                   "along the steer axis", _CENTRES,
-                  _moore(lambda m, p: _front_not_tilted(_rear_not_tilted(m, p), p))),
+                  lambda p: _stand(p, _rear_not_tilted, _front_not_tilted)),
     model_mistake("centre_B_from_hub", "the height of the centre of mass of the rear frame is "
-                  "taken from the rear hub", "the height from which centres of mass are measured",
-                  lambda p: p.update(zB=p["zB"] - p["rR"])),
+                  "taken from the rear hub", _HEIGHT, lambda p: p.update(zB=p["zB"] - p["rR"])),
     model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is taken from "
-                  "the front hub", "the height from which centres of mass are measured",
-                  lambda p: p.update(zH=p["zH"] - p["rF"])),
+                  "the front hub", _HEIGHT, lambda p: p.update(zH=p["zH"] - p["rF"])),
 )  # fmt: skip
 """In no particular order."""

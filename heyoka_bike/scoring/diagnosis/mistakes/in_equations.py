@@ -1,7 +1,7 @@
 """Equations of motion without one of their terms, as those are written who start from each body."""
 
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, missing_term
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, changed
 
 _EULER = "Euler's equations of each body: I w' + w x (I w)"
 _SPIN = "the moment equation: the spin's angular momentum I_yy w turns with the frame"
@@ -17,8 +17,13 @@ _MISSING = {
     "wheels_weightless": ("wheels_weight", "gravity on every body"),
 }
 
+
+def _missing(code: str, says: str, check: str, term: str) -> Mistake:
+    return Mistake(code, says, check, "model", lambda p: changed(p, {term: 1.0}))
+
+
 EQUATION_MISTAKES: tuple[Mistake, ...] = (
-    missing_term(
+    _missing(
         "tensors_do_not_turn",
         "the inertia of rear frame and fork does not turn with "
         "them, but stays as it is at the start",
@@ -26,7 +31,7 @@ EQUATION_MISTAKES: tuple[Mistake, ...] = (
         TENSORS_TURNING,
     ),
     *(
-        missing_term(code, f"the {FORCES[term].says} is missing", check, term)
+        _missing(code, f"the {FORCES[term].says} is missing", check, term)
         for code, (term, check) in _MISSING.items()
     ),
 )

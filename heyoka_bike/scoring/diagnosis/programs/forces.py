@@ -166,6 +166,17 @@ class Moving:
         """Return what generalised forces add to the rates of the independent speeds."""
         return solved(self.mass, forces)
 
+    def altered(self, amounts: Mapping[str, Number]) -> list[Number]:
+        """Rates of the state with coefficients of `FORCES` [SI]."""
+        if not amounts:
+            return self.rates
+        force: list[Number] = [0.0] * 3
+        for name, amount in amounts.items():
+            each = self.powers(FORCES[name].law(self))
+            force = [f + amount * x for f, x in zip(force, each, strict=True)]
+        changed = [x + y for x, y in zip(self.rates[3:6], self.added(force), strict=True)]
+        return [*self.rates[:3], *changed, self.rates[6]]
+
 
 def _velocities(equations: Equations, state: Sequence[Number]) -> dict[str, Vector]:
     o, u = equations.unfold(state)
@@ -475,11 +486,5 @@ def rates_altered(
     amounts : mapping of str to number
         Coefficients of `FORCES` [SI]; of `TENSORS_TURNING` 1 where it is missing.
     """
-    m = Moving(equations, state, amounts.get(TENSORS_TURNING, 0.0))
-    force: list[Number] = [0.0] * 3
-    for name, amount in amounts.items():
-        if name in FORCES:
-            each = m.powers(FORCES[name].law(m))
-            force = [f + amount * x for f, x in zip(force, each, strict=True)]
-    changed = [x + y for x, y in zip(m.rates[3:6], m.added(force), strict=True)]
-    return [*m.rates[:3], *changed, m.rates[6]]
+    forces = {name: x for name, x in amounts.items() if name != TENSORS_TURNING}
+    return Moving(equations, state, amounts.get(TENSORS_TURNING, 0.0)).altered(forces)

@@ -54,25 +54,6 @@ class Terms:
     k2: int | None = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Clock:
-    """From written times to those meant: ``scale * time + shift * step``, not before 0.
-
-    Attributes
-    ----------
-    scale
-    shift
-        In usual distances of the rows.
-    """
-
-    scale: float = 1.0
-    shift: float = 0.0
-
-    def __call__(self, time: Array, step: float) -> Array:
-        meant: Array = np.maximum(self.scale * time + self.shift * step, 0.0)
-        return meant
-
-
 BODIES = "RBHF"
 """Rear wheel, frame with rider, fork with handlebar, front wheel."""
 
@@ -124,7 +105,8 @@ class Program:
     bicycle : Bicycle
     starts
         Of each maneuver, by number.
-    clock : Clock
+    scale, shift
+        From written times to those meant, the latter in usual distances of the rows, see `clock`.
     rows
         Changes of the columns, in order.
     amounts
@@ -136,10 +118,16 @@ class Program:
 
     bicycle: Bicycle
     starts: Mapping[int, Start]
-    clock: Clock = Clock()
+    scale: float = 1.0
+    shift: float = 0.0
     rows: tuple[Change, ...] = ()
     amounts: tuple[tuple[str, float], ...] = ()
     linear: Terms | None = None
+
+    def clock(self, time: Array, step: float) -> Array:
+        """Return the times meant by those written, not before 0."""
+        meant: Array = np.maximum(self.scale * time + self.shift * step, 0.0)
+        return meant
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +151,11 @@ class Found:
     value: float
     right: float
     uncertain: float
+
+    @property
+    def key(self) -> str:
+        """Name of the change, as `changed` has it."""
+        return self.name if self.maneuver is None else f"{self.name}_{self.maneuver}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,6 +187,11 @@ class Mistake:
     change: Callable[[Program], Program]
     is_fitted: bool = False
     found: tuple[Found, ...] = ()
+
+    @property
+    def changes(self) -> dict[str, float]:
+        """What the values that were found have beyond the right ones, as `changed` takes them."""
+        return {x.key: x.value - x.right for x in self.found}
 
 
 def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
@@ -274,50 +272,6 @@ def model_mistake(
     return Mistake(code, says, check, "model", make)
 
 
-def missing_term(code: str, says: str, check: str, *terms: str) -> Mistake:
-    """Equations without some terms, of `incomplete.TERMS`."""
-
-    def make(program: Program) -> Program:
-        return _with_amounts(program, dict.fromkeys(terms, 1.0))
-
-    return Mistake(code, says, check, "model", make)
-
-
-_INITIAL = "initial_"
-
-
-def changed(program: Program, changes: Mapping[str, float]) -> Program:
-    """The program with changes of parameters, forces and starts added, by name [SI].
-
-    A start's is ``initial_``, what of it, and the number of the maneuver: initial_roll_rate_2.
-    """
-    values, starts, amounts = dict(program.bicycle.values), dict(program.starts), {}
-    for name, change in changes.items():
-        if name in values:
-            x = values[name]
-            values[name] = replace(x, rational=x.rational + Fraction(change))
-        elif name.startswith(_INITIAL):
-            place, n = _of_start(name)
-            starts[n] = replace(starts[n], added=(*starts[n].added, (place, change)))
-        else:
-            amounts[name] = change
-    bicycle = Bicycle(program.bicycle.name, values)
-    return _with_amounts(replace(program, bicycle=bicycle, starts=starts), amounts)
-
-
-def _of_start(name: str) -> tuple[int, int]:
-    """Place in the state, and number of the maneuver."""
-    what, number = name.removeprefix(_INITIAL).rsplit("_", 1)
-    return STATE.index(what), int(number)
-
-
-def _with_amounts(program: Program, amounts: Mapping[str, float]) -> Program:
-    found = dict(program.amounts)
-    for name, x in amounts.items():
-        found[name] = found.get(name, 0.0) + x
-    return replace(program, amounts=tuple(sorted(found.items())))
-
-
 def start_mistake(code: str, says: str, check: str, change: Callable[[Start], Start]) -> Mistake:
     """A mistake in the start of every maneuver."""
 
@@ -329,11 +283,7 @@ def start_mistake(code: str, says: str, check: str, change: Callable[[Start], St
 
 def output_mistake(code: str, says: str, check: str, change: Change) -> Mistake:
     """A mistake in what is written of a right motion."""
-
-    def make(program: Program) -> Program:
-        return replace(program, rows=(*program.rows, change))
-
-    return Mistake(code, says, check, "output", make)
+    return Mistake(code, says, check, "output", lambda p: replace(p, rows=(*p.rows, change)))
 
 
 def clock_mistake(
@@ -343,11 +293,42 @@ def clock_mistake(
     """A mistake in the times of the rows."""
 
     def make(program: Program) -> Program:
-        known = program.clock
-        clock = Clock(scale * known.scale, scale * known.shift + shift)
-        return replace(program, clock=clock)
+        return replace(program, scale=scale * program.scale, shift=scale * program.shift + shift)
 
     return Mistake(code, says, check, "output", make, is_fitted)
+
+
+_INITIAL = "initial_"
+
+
+def changed(program: Program, changes: Mapping[str, float]) -> Program:
+    """The program with changes of parameters, forces and starts added, by name [SI].
+
+    A start's is ``initial_``, what of it, and the number of the maneuver: initial_roll_rate_2.
+    """
+    values, starts = dict(program.bicycle.values), dict(program.starts)
+    amounts = dict(program.amounts)
+    for name, change in changes.items():
+        if name in values:
+            x = values[name]
+            values[name] = replace(x, rational=x.rational + Fraction(change))
+        elif name.startswith(_INITIAL):
+            place, n = _of_start(name)
+            starts[n] = replace(starts[n], added=(*starts[n].added, (place, change)))
+        else:
+            amounts[name] = amounts.get(name, 0.0) + change
+    return replace(
+        program,
+        bicycle=Bicycle(program.bicycle.name, values),
+        starts=starts,
+        amounts=tuple(sorted(amounts.items())),
+    )
+
+
+def _of_start(name: str) -> tuple[int, int]:
+    """Place in the state, and number of the maneuver."""
+    what, number = name.removeprefix(_INITIAL).rsplit("_", 1)
+    return STATE.index(what), int(number)
 
 
 def other_values(

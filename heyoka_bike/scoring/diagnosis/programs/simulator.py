@@ -21,15 +21,21 @@ from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.following import following
-from heyoka_bike.scoring.diagnosis.programs.forces import Moving, dot, rates_altered
+from heyoka_bike.scoring.diagnosis.programs.forces import (
+    TENSORS_TURNING,
+    Moving,
+    dot,
+    rates_altered,
+)
 from heyoka_bike.scoring.diagnosis.programs.program import NAMES
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
 _DIGITS = 25
-# So many points in intervals so long [s] leave 1e-13 of the benchmark's motions. The shorter ones
-# are for motions that these lose: a steer axis may swing round within some hundredths of a second.
-_POINTS, _INTERVALS = 12, (0.1, 0.05)
+# So many points in intervals so long [s] leave 1e-13 of the benchmark's motions; 12 points in half
+# as long ones leave as much in twice the time. The shorter ones are for motions that these lose: a
+# steer axis may swing round within some hundredths of a second.
+_POINTS, _INTERVALS = 16, (0.2, 0.1)
 # Newton's iterations on an interval, and the last change, in parts of the state: the next one would
 # be a millionth of it.
 _MOST, _SETTLED = 7, 1e-9
@@ -97,16 +103,17 @@ class Simulator:
         """Return the columns that `run` has of each motion, in less time."""
         constants = [self._constants(tuple(m.bicycle.values.items())) for m in motions]
         keys = [
-            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _tenths(m))
+            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
             for m, c in zip(motions, constants, strict=True)
         ]
         new: dict[object, tuple[AskedMotion, _Constants]] = {}
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is not None and key not in self._known:
                 new[key] = m, c
-        # Those of other equations take longer, whatever these have.
-        for is_altered in (False, True):
-            chosen = [k for k, (m, _) in new.items() if bool(m.amounts) is is_altered]
+        # Those of other equations take longer, and longest where tensors do not turn.
+        kinds = {k: bool(m.amounts) + (TENSORS_TURNING in m.amounts) for k, (m, _) in new.items()}
+        for kind in range(3):
+            chosen = [k for k in new if kinds[k] == kind]
             for i in range(0, len(chosen), _TOGETHER):
                 lost = chosen[i : i + _TOGETHER]
                 for length in _INTERVALS:
@@ -120,7 +127,7 @@ class Simulator:
             if c is None or not len(m.time):
                 found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
             else:
-                found.append(self._columns(m, c[0], _at(self._known[key], m.time, _tenths(m))))
+                found.append(self._columns(m, c[0], _at(self._known[key], m.time, _intervals(m))))
         return found
 
     def _nodes(
@@ -132,7 +139,7 @@ class Simulator:
         amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
         starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
         each = round(_INTERVALS[0] / length)
-        counts = [each * _tenths(m) for m, _ in asked]
+        counts = [each * _intervals(m) for m, _ in asked]
         nodes = _nodal_states(equations, amounts, np.array(starts).T, max(counts), length)
         for k, count in enumerate(counts):
             yield nodes[:count, ..., k]
@@ -185,7 +192,7 @@ def _basis(place: Array) -> Array:
     return np.asarray(chebvander(2 * place - 1, _POINTS), np.float64)
 
 
-def _tenths(motion: AskedMotion) -> int:
+def _intervals(motion: AskedMotion) -> int:
     """Return the number of long intervals to the end."""
     return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVALS[0] - 1e-9)))
 
@@ -202,8 +209,6 @@ def _nodal_states(
     y, guess = start, np.repeat(start[None], _POINTS, axis=0)
     with np.errstate(all="ignore"):
         for i in range(count):
-            f = np.zeros_like(guess)
-            error = np.full(n, np.inf)
             for _ in range(_MOST):
                 f, slopes = _rates(equations, amounts, guess)
                 left = guess - y - h * np.tensordot(integral, f, 1)
@@ -224,7 +229,8 @@ def _nodal_states(
             if is_lost.all():
                 break
             found[i] = np.concatenate([y[None], guess])
-            f, _ = _rates(equations, amounts, guess, with_slopes=False)
+            # The rates at the points, by the last slopes.
+            f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
     return found
@@ -244,22 +250,17 @@ def _solved(matrix: Array, right: Array) -> Array:
 
 
 def _rates(
-    equations: Equations, amounts: Mapping[str, Array], states: Array, *, with_slopes: bool = True
+    equations: Equations, amounts: Mapping[str, Array], states: Array
 ) -> tuple[Array, Array]:
     """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
-    y = np.moveaxis(states, 1, 0)[:, None]
-    if with_slopes:
-        # The yaw drives nothing but what stays as it was at the start.
-        shifts = _SHIFT * np.concatenate([np.zeros((_STATES, 1)), np.eye(_STATES)], axis=1)
-        y = y + shifts[:, :, None, None]
-    state = list(y)
-    made = rates_altered(equations, state, amounts) if amounts else equations.rates_with_yaw(state)
+    # The yaw drives nothing but what stays as it was at the start.
+    shifts = _SHIFT * np.concatenate([np.zeros((_STATES, 1)), np.eye(_STATES)], axis=1)
+    y = list(np.moveaxis(states, 1, 0)[:, None] + shifts[:, :, None, None])
+    made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
     f = np.array([np.broadcast_to(r, y[0].shape) for r in made])
-    here = np.moveaxis(f[:, 0], 0, 1)
-    if not with_slopes:
-        return here, f
     # (points, of, by, motions)
-    return here, ((f[:, 1:] - f[:, :1]) / _SHIFT).transpose(2, 0, 1, 3)
+    slopes = ((f[:, 1:] - f[:, :1]) / _SHIFT).transpose(2, 0, 1, 3)
+    return np.moveaxis(f[:, 0], 0, 1), slopes
 
 
 def _at(nodes: Array, time: Array, tenths: int) -> Array:

@@ -1,13 +1,14 @@
-"""Linear regression of an error on every one, two and three of some unknowns.
+"""Least squares of an error whose blocks have unknown sizes: linear in its unknowns, and not.
 
 The errors of a column or an equation in a maneuver are a *block*. They are, to first order, J x
 for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
 left in the blocks, the likelihood if the size of the rest is unknown in each: least squares, with
 each block weighted by the inverse of what it has left, repeated. A thousand subsets are solved at
-once from the blocks' normal equations.
+once from the blocks' normal equations. Where the error is not linear in the unknowns, Gauss and
+Newton's method repeats this at the changed values.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -24,6 +25,14 @@ _VISIBLE = 1e-7
 _CANCEL = 5.0
 # Of a direction that is all but fixed by the others, this part of its size is added: Levenberg.
 _DAMPING = 1e-12
+# Of an unknown's size, for derivatives by differences.
+_SHIFT = 1e-6
+# An inertia of zero in the place of the largest is found in six steps, the first of which is halved
+# twice. A step that promises less than this factor is not taken.
+_STEPS, _HALVINGS, _PROMISED = 6, 5, 1.01
+
+Errors = Callable[[Sequence[Array]], Sequence[Sequence[Array]]]
+"""From several sets of values to the blocks of the error that each set leaves."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,6 +56,16 @@ class Blocks:
     products: Array
     floors: Array
 
+    @property
+    def left(self) -> float:
+        """Geometric mean of the root mean squares of the blocks."""
+        return float(np.exp(np.mean(np.log(self.squares + self.floors)) / 2))
+
+
+def left(errors: Sequence[Array], floors: Array) -> float:
+    """Geometric mean of the root mean squares of blocks."""
+    return blocks(errors, [e[:, None] for e in errors], floors).left
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Subsets:
@@ -66,7 +85,9 @@ class Subsets:
     gains: Array
 
 
-def blocks(errors: Sequence[Array], jacobians: Sequence[Array], floors: Sequence[float]) -> Blocks:
+def blocks(
+    errors: Sequence[Array], jacobians: Sequence[Array], floors: Sequence[float] | Array
+) -> Blocks:
     """Normal equations from errors, shape (n,), and Jacobians, shape (n, U), of each block."""
     return Blocks(
         squares=np.array([np.mean(e**2) for e in errors]),
@@ -134,10 +155,44 @@ def _solved(matrix: Array, vector: Array) -> Array:
     return found
 
 
-def uncertain(b: Blocks, left: Array) -> list[float]:
-    """Changes that would leave twice the mean squares `left`, whatever the others are."""
+def uncertain(b: Blocks) -> list[float]:
+    """Changes of the unknowns that would leave twice as much, whatever the others are."""
+    left = b.squares + b.floors
     weighted = np.einsum("b,bij->ij", 1.0 / left, b.products) / len(left)
     size = np.sqrt(np.maximum(np.diagonal(weighted), np.finfo(np.float64).tiny))
     inverse = np.linalg.pinv(weighted / np.outer(size, size), hermitian=True)
     found: list[float] = (np.sqrt(3.0 * np.diagonal(inverse)) / size).tolist()
     return found
+
+
+def linearised(errors: Errors, x: Array, sizes: Array, floors: Array) -> Blocks:
+    """Normal equations of an error at some values, by differences over a part of their sizes."""
+    shifts = _SHIFT * sizes
+    here, *moved = errors([x, *(x + np.diag(shifts))])
+    slopes = [
+        np.nan_to_num((block[:, None] - np.stack(others, axis=-1)) / shifts)
+        for block, *others in zip(here, *moved, strict=True)
+    ]
+    return blocks(here, slopes, floors)
+
+
+def gauss_newton(errors: Errors, x: Array, sizes: Array, floors: Array) -> tuple[Array, Blocks]:
+    """Values near `x` that leave least, and the normal equations there.
+
+    A step that leaves more is halved: a light body has accelerations that turn over where its
+    inertia is zero.
+    """
+    b = linearised(errors, x, sizes, floors)
+    for _ in range(_STEPS):
+        steps, gains = solve(b, np.arange(len(x))[None])
+        if gains[0] < _PROMISED:
+            break
+        for half in range(_HALVINGS):
+            ahead = x + steps[0] / 2.0**half
+            found = linearised(errors, ahead, sizes, floors)
+            if found.left < b.left:
+                break
+        else:
+            break
+        x, b = ahead, found
+    return x, b

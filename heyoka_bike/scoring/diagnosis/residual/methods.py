@@ -13,7 +13,7 @@ E. Hairer, Ch. Lubich, G. Wanner (2006), Geometric Numerical Integration, chapte
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,32 +32,13 @@ _ANGLES, _SPEEDS = [0, 2], [3, 4, 5]
 _NEAR = 0.03
 
 
-def _derivatives(equations: Equations, y: Array) -> dict[str, Array]:
-    """Derivatives of the state over time at states, shape (6, n), and parts of them, by name.
+CLOCK = "times on another scale"
+"""No method, but found in the same way: its step is the scale of the times, less one."""
 
-    ``first`` is f, ``second`` f'f, ``of_angles`` the part of it that comes with the angles, and
-    ``bend`` and ``chain`` the two parts f''(f, f) and f'f'f of the third.
-    """
-
-    def f(y: Array) -> Array:
-        return np.array(equations.rates(list(y)))
-
-    def along(v: Array) -> Array:
-        return (f(y + _SHIFT * v) - f(y - _SHIFT * v)) / (2 * _SHIFT)
-
-    here = f(y)
-    second = along(here)
-    return {
-        "first": here,
-        "second": second,
-        "of_angles": along(np.concatenate([here[:3], 0 * here[3:]])),
-        "bend": (f(y + _SHIFT * here) - 2 * here + f(y - _SHIFT * here)) / _SHIFT**2,
-        "chain": along(second),
-    }
+PARTS = ("first", "second", "of_angles", "bend", "chain")
 
 
-@dataclass(frozen=True, slots=True)
-class Scheme:
+class Scheme(NamedTuple):
     """A method of integration.
 
     Attributes
@@ -65,7 +46,7 @@ class Scheme:
     says
     order
     angles
-        The residual of the equations with a step of one: factors of derivatives, by name.
+        The residual of the equations with a step of one: factors of the derivatives of `PARTS`.
     speeds
         The same in the equations of the speeds, where these are other ones.
     """
@@ -75,18 +56,6 @@ class Scheme:
     angles: Mapping[str, float]
     speeds: Mapping[str, float] | None = None
 
-    def leaves(self, d: Mapping[str, Array]) -> Array:
-        """Return the residual of the equations with a step of one, shape (5, n)."""
-        found = np.zeros((len(_ANGLES + _SPEEDS), d["first"].shape[1]))
-        for name, x in self.angles.items():
-            found[: len(_ANGLES)] += x * d[name][_ANGLES]
-        for name, x in (self.speeds or self.angles).items():
-            found[len(_ANGLES) :] += x * d[name][_SPEEDS]
-        return found
-
-
-CLOCK = "times on another scale"
-"""No method, but found in the same way: its step is the scale of the times, less one."""
 
 SCHEMES = (
     Scheme("explicit Euler", 1, {"second": -1 / 2}),
@@ -109,8 +78,7 @@ SCHEMES = (
 """Those whose first term is known, and times on another scale: all rates are as much too large."""
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
+class Method(NamedTuple):
     """A method of integration that explains what remains.
 
     Attributes
@@ -130,19 +98,39 @@ class Method:
     log_odds: float
 
 
+def _derivatives(equations: Equations, y: Array) -> Array:
+    """Derivatives of the state over time at states, shape (5, 6, n), as `PARTS` has them.
+
+    ``first`` is f, ``second`` f'f, ``of_angles`` the part of it that comes with the angles, and
+    ``bend`` and ``chain`` the two parts f''(f, f) and f'f'f of the third.
+    """
+
+    def f(y: Array) -> Array:
+        return np.array(equations.rates(list(y)))
+
+    def along(v: Array) -> Array:
+        return (f(y + _SHIFT * v) - f(y - _SHIFT * v)) / (2 * _SHIFT)
+
+    first = f(y)
+    second, of_angles = along(first), along(np.concatenate([first[:3], 0 * first[3:]]))
+    bend = (f(y + _SHIFT * first) - 2 * first + f(y - _SHIFT * first)) / _SHIFT**2
+    return np.array([first, second, of_angles, bend, along(second)])
+
+
 def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Method, ...]:
     """Those that explain what remains, and cannot be told apart; empty if none does."""
+    kinds = [s.angles for s in SCHEMES], [s.speeds or s.angles for s in SCHEMES]
+    table = [np.array([[by.get(name, 0.0) for name in PARTS] for by in each]) for each in kinds]
     rest, floors, terms = [], [], []
     for m in motions:
         y = np.array(state_vector(equations, m.state.__getitem__)[:6])
-        d = _derivatives(equations, y)
-        right = np.array(equations.rates(list(y)))[_SPEEDS]
-        right[2] *= equations.k.length
-        rest += [*m.kinematic, *(m.accelerations - right @ m.windows.T)]
+        parts = _derivatives(equations, y)
+        parts[:, 5] *= equations.k.length
+        rest += [*m.kinematic, *(m.accelerations - parts[0, _SPEEDS] @ m.windows.T)]
         floors += [*m.kinematic_uncertain, *m.uncertain]
-        each = np.array([scheme.leaves(d) for scheme in SCHEMES])
-        each[:, 4] *= equations.k.length
-        terms += list(np.moveaxis(each @ m.windows.T, 0, -1))
+        for rows, factors in zip((_ANGLES, _SPEEDS), table, strict=True):
+            each = np.tensordot(factors, parts[:, rows], 1) @ m.windows.T
+            terms += list(np.moveaxis(each, 0, -1))
     b = blocks(rest, terms, [float(np.median(x)) for x in floors])
     fits = best_subsets(b, 1, len(SCHEMES))
     found = []
