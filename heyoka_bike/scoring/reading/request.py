@@ -1,5 +1,6 @@
 """A request to read: the file, and what its columns may be."""
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -76,7 +77,8 @@ class Request:
         except (BicycleError, ImportError):
             raise
         except Exception as e:
-            reason = printable(" ".join(str(e).split()))[:100] or type(e).__name__
+            said = re.sub(r" at 0x[0-9a-f]+", "", " ".join(str(e).split()))
+            reason = printable(said)[:100] or type(e).__name__
             raise self.error(f"found a damaged file ({reason}), expected {expected}") from None
 
     @property
