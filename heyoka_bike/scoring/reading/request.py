@@ -14,7 +14,8 @@ LEFT_OUT = ("-", "skip")
 OPTION, ARGUMENT = "--columns", "columns="
 """Ways to tell the columns: on the command line, and in Python."""
 
-_NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
+NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
+"""The names of the benchmark's columns, for messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +97,7 @@ class Request:
     def not_columns(self, found: str, line: int | None = None) -> InputError:
         """The error that says what there is in the place of columns, and which were expected."""
         widths = " or ".join(map(str, self.widths))
-        said = f"{widths} columns, or columns named {_NAMES}; {self.how_to_tell}"
+        said = f"{widths} columns, or columns named {NAMES}; {self.how_to_tell}"
         if self.known is not None:
             said = "columns by name"
         elif self.names is not None:

@@ -11,13 +11,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, MissingPackageError, printable, quoted
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
 from heyoka_bike.scoring.reading.names import headings
-from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request
+from heyoka_bike.scoring.reading.request import ARGUMENT, NAMES, OPTION, Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.vectors import Vectors
@@ -218,8 +217,8 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
     for name in named:
         if not any(map(headings.recognise, (name, name.removesuffix("_lo")))):
             raise InputError(
-                f"found a column {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, or "
-                f"a column of motion.h5{headings.did_you_mean(name)}"
+                f"found a column {quoted(name)}, expected {NAMES}, or a column of motion.h5"
+                f"{headings.did_you_mean(name)}"
             )
     has_time = any(map(headings.is_time, named))
     if has_time == (time is not None):
