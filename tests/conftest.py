@@ -29,6 +29,7 @@ from heyoka_bike.reference.proof import prove_again
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
 from heyoka_bike.reference.verification import schema
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
@@ -162,10 +163,23 @@ class RememberingSimulator(Simulator):
         return [dict(made.get(k) or self.known[k]) for k in keys]
 
 
+@cache
+def shared_simulator() -> Simulator:
+    return RememberingSimulator()
+
+
 @pytest.fixture(scope="session")
 def simulator() -> Simulator:
-    """Of any bicycle; it takes seconds to build."""
-    return RememberingSimulator()
+    """Of any bicycle; it remembers the motions of the usual mistakes."""
+    return shared_simulator()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def diagnoses_share_their_motions() -> Iterator[None]:
+    """A diagnosis that is told no simulator takes that of all tests, too."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(f"{explain.__module__}.Simulator", shared_simulator)
+        yield
 
 
 @pytest.fixture(scope="session")

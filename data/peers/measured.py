@@ -20,6 +20,8 @@ BUDGET = 30
 """Processor time that the best run may take, all maneuvers [s]."""
 # Of a program: what is said of it, as field.toml has it.
 _SAID = ("program", "kind", "version", "install", "model", "measure")
+# Parts of this package that integrate: a run of them is kept while they are as they were.
+INTEGRATING = ("bicycle/equations", "motion", "numbers", "workbench/fast")
 # Neighbours whose steps differ by less show rounding, not an order.
 _LEAST_RATIO = 1.2
 
@@ -154,7 +156,8 @@ def _hash(folder, text):
     files = [p for x in folders for p in sorted(x.iterdir()) if p.is_file()]
     files += [p for p in beside if p.suffix == ".py" and p.stem in words - {"field"}]
     if "heyoka_bike" in words:
-        files += sorted((folder.parent.parent.parent / "heyoka_bike").rglob("*.py"))
+        package = folder.parent.parent.parent / "heyoka_bike"
+        files += sorted(p for part in INTEGRATING for p in (package / part).rglob("*.py"))
     return hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest()
 
 

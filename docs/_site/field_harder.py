@@ -32,6 +32,7 @@ def harder(document):
         "harder beside": beside(document),
         "harder H2": longer(document),
         "harder left out": left_out(document),
+        "harder absent": absent(document),
     }
 
 
@@ -103,18 +104,30 @@ def left_out(document):
             if r["failure"]:
                 failed.setdefault(name + KINDS[r["kind"]], []).append(problem)
     listed = "; ".join(f"{name} ({', '.join(found)})" for name, found in failed.items())
-    return f"Came to no end: {listed}." if listed else "Every run came to its end."
+    return f"Failed: {listed}." if listed else "Every run came to its end."
+
+
+def absent(document):
+    """Programs that were not run on these problems."""
+    programs, done = document["programs"], document["harder"]["programs"]
+    none = [said["program"] for name, said in programs.items() if name not in done]
+    some = [
+        x["program"] for x in done.values()
+        if "H4" in x["problems"] and not {"H2", *EDGE} & x["problems"].keys()
+    ]  # fmt: skip
+    return f"- Not run there: {'; '.join(none)}. On H4 only: {'; '.join(some)}."
 
 
 def beside(document):
     """How far what a program reaches in H4 is from what it reaches in H1, at the same setting."""
-    found = [
-        (r["digits"] - r["beside"], name) for name, r in runs(document, "H4") if r["kind"] == "best"
-    ]
+    best = [(name, r) for name, r in _all(document, "H4") if r["kind"] == "best"]
+    found = [(r["digits"] - r["beside"], name) for name, r in best if not r["failure"]]
+    failed = [name for name, r in best if r["failure"]]
     least, most = min(found), max(found)
+    said = f" It fails there: {'; '.join(failed)}." if failed else ""
     return (
-        f"At their best the {len(found)} programs reach in H4 between {-least[0]:.1f} digits less "
-        f"({least[1]}) and {most[0]:.1f} more ({most[1]}) than in H1: none is tuned to one bicycle."
+        f"The best settings of that time give in H4 between {-least[0]:.1f} digits less "
+        f"({least[1]}) and {most[0]:.1f} more ({most[1]}) than in H1, of another bicycle.{said}"
     )
 
 

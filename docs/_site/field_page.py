@@ -7,6 +7,8 @@ Run as a script, this writes them: first ``python data/peers/field.py --all -o d
 """
 
 import json
+import math
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -16,7 +18,7 @@ from statistics import median
 from typing import Any
 
 from field_figures import KINDS, OTHER, RIGHT, Kind, costs, drifts, is_blind
-from field_harder import counted, drift, harder, largest, seconds
+from field_harder import LEAST, counted, drift, harder, largest, seconds
 from field_race import judged, race
 from speed_page import filled, table
 
@@ -35,6 +37,10 @@ FIGURES = {"field.svg": costs, "field-drift.svg": drifts}
 JUDGED = 2
 # Of eq. (1) [%]: motions whose energy is about equally constant.
 ALIKE = 1e-5, 1e-4
+# Of eq. (1) [%]: far below its limit.
+FINE = 1e-6
+# Processor time that the best run may take [s], see data/peers/measured.py.
+BUDGET = 30
 # Digits between the last two runs of a program whose error still falls.
 FALLS = 0.15
 
@@ -127,6 +133,7 @@ def parts(document):
         "left out": left_out(document),
         "default": default_table(programs),
         "passing": passing(programs),
+        "below": below(programs),
         "columns": columns(programs),
         "contact": contact(programs),
         "textbook": textbook(programs),
@@ -138,7 +145,7 @@ def parts(document):
 
 def machine(document):
     m, started = document["machine"], document["started"]
-    when = "in one run" if len(started) == 1 else f"in {len(started)} runs"
+    when = "in one session" if len(started) == 1 else f"in {len(started)} sessions"
     days = sorted({x.partition("T")[0] for x in started})
     return (
         f"Measured on one of {m['cores']} cores of {m['cpu']}, {m['system']}, {when}, "
@@ -149,7 +156,7 @@ def machine(document):
 def digits_table(programs):
     """Correct digits of each program at its best and at its default settings."""
     return table(
-        ("program", "best run", "default settings"),
+        ("program", f"best run within {BUDGET} s", "default settings"),
         [
             (p.name, *(one_decimal(r["digits"]) if r else "" for r in (p.best, p.default)))
             for p in programs
@@ -171,13 +178,13 @@ def best_table(programs):
 
 
 def falling(programs):
-    """Programs whose best family still gets better at its end."""
+    """Programs whose last run of the best family is more right than all before."""
     names = []
     for p in programs:
-        ends = [r["digits"] for r in p.family[-2:]]
-        if len(ends) == 2 and ends[1] - ends[0] > FALLS:
+        *before, last = (r["digits"] for r in p.family) if p.family else (0.0,)
+        if before and last - max(before) > FALLS:
             names.append(p.name)
-    return f"Their error still fell at the end of the sweep: {'; '.join(names)}."
+    return f"The last refinement was still more right than all before: {'; '.join(names)}."
 
 
 def left_out(document):
@@ -185,12 +192,18 @@ def left_out(document):
     programs = document["programs"].values()
     absent = [f"{p['program']} (`{p['install']}`)" for p in programs if p["missing"]]
     failed = [
-        f"{p['program']} ({'; '.join(words)})" for p in programs
-        if (words := [r["words"] for r in p["runs"] if r["failure"]])
+        f"{p['program']} ({'; '.join(r['words'] for r in runs)}: “{_reason(runs[0])}”)"
+        for p in programs if (runs := [r for r in p["runs"] if r["failure"]])
     ]  # fmt: skip
     said = [f"Not here in this run: {'; '.join(absent)}."] if absent else []
-    said += [f"Runs that came to no end: {'; '.join(failed)}."] if failed else []
+    if failed:
+        said.append(f"Runs that failed, with what the first of them said: {'; '.join(failed)}.")
     return " ".join(said) or "Every program was here, and every run came to its end."
+
+
+def _reason(run):
+    """What a run that failed said, without the name of Python's exception."""
+    return re.sub(r"^\w+Error: ", "", run["failure"]).rstrip(".:")
 
 
 def default_table(programs):
@@ -242,12 +255,17 @@ class Claim:
     blind
         Of those with a run that passes eq. (1) in every maneuver and is not right to a thousandth,
         the errors of these runs [%], the largest first, by name.
+    most, between
+        The largest of these errors [%], of runs that step to the rows or whose method has an
+        interpolation of its own order; and of those that fill rows by a dense output.
     alike
         Correct digits of the runs whose largest eq. (1) is between the limits `ALIKE`, ascending.
     """
 
     programs: int
     blind: Mapping[str, Sequence[float]]
+    most: float
+    between: float
     alike: Sequence[float]
 
 
@@ -263,19 +281,25 @@ def claim(programs):
         for program, name in names.items()
     }  # fmt: skip
     blind = sorted((x for x in errors.items() if x[1]), key=lambda x: -x[1][0])
+    most = dict.fromkeys((False, True), 0.0)
+    for r in (r for p in counted for r in p.runs if is_blind(r)):
+        is_dense = "dense output" in r["family"]
+        most[is_dense] = max(most[is_dense], 100 * 10 ** -r["digits"])
     low, high = ALIKE
     alike = [r["digits"] for p in counted for r in p.runs if low <= largest(r) < high]
-    return Claim(len(names), dict(blind), sorted(alike))
+    return Claim(len(names), dict(blind), most[False], most[True], sorted(alike))
 
 
 def _claimed(found):
     """The claim in one sentence, with how far they are off."""
-    most = max(errors[0] for errors in found.blind.values())
-    return (
+    said = (
         f"{len(found.blind)} of {found.programs} programs have a run that passes eq. (1) in all "
         f"three maneuvers and is off by more than 0.1 % of a column's largest value, by up to "
-        f"{most:.2g} %"
+        f"{found.most:.2g} %"
     )
+    if found.between > found.most:
+        said += f", and by {found.between:.2g} % in rows that a dense output puts between steps"
+    return said
 
 
 def passing(programs):
@@ -307,16 +331,57 @@ def _among(errors):
 
 
 def columns(programs):
-    submitted = [r for p in programs for r in (p.best, p.default) if r]
-    worst = Counter(r["worst"]["column"] for r in submitted).most_common()
-    blind = [r for p in programs if p.program for r in p.runs if is_blind(r)]
-    wrong = {key: sum(r["scd"][key] < RIGHT for r in blind) for key in BENCHMARK_COLUMNS}
-    said = ", ".join(f"{label(key)} {n}" for key, n in worst)
-    listed = ", ".join(f"{label(key)} {n}" for key, n in sorted(wrong.items(), key=lambda x: -x[1]))
+    found = by_column(programs)
+    worst = ", ".join(f"{label(key)} {n}" for key, n in found.worst.most_common())
+    wrong = ", ".join(f"{label(key)} {n}" for key, n in found.wrong.most_common())
     return (
-        f"The worst column of the {len(submitted)} best and default runs: {said}. Of the "
-        f"{len(blind)} runs that pass eq. (1) in all maneuvers and are not right to a thousandth, "
-        f"so many are wrong by more than that in each column: {listed}."
+        f"The worst column of the best run, of how many of the {found.worst.total()} programs: "
+        f"{worst}. Of the {found.blind} programs with a run that passes eq. (1) in all maneuvers "
+        f"and is not right to a thousandth, so many have one that is wrong by more in: {wrong}."
+    )
+
+
+@dataclass(frozen=True)
+class ByColumn:
+    """Programs, each once, by the column that is wrong.
+
+    Attributes
+    ----------
+    worst
+        Of the best run.
+    wrong
+        By more than a thousandth in a run that passes eq. (1) in all maneuvers.
+    blind
+        Programs with such a run.
+    """
+
+    worst: Counter[str]
+    wrong: Counter[str]
+    blind: int
+
+
+def by_column(programs):
+    best, blind = {}, {}
+    for p in (p for p in programs if p.program):
+        if p.best:
+            best.setdefault(p.program, p.best["worst"]["column"])
+        for r in filter(is_blind, p.runs):
+            wrong = {key for key in BENCHMARK_COLUMNS if r["scd"][key] < RIGHT}
+            blind.setdefault(p.program, set()).update(wrong)
+    wrong = {key: sum(key in keys for keys in blind.values()) for key in BENCHMARK_COLUMNS}
+    return ByColumn(Counter(best.values()), Counter(wrong), len(blind))
+
+
+def below(programs):
+    """Runs by the line on which a motion is as right as its energy is constant."""
+    runs = [r for p in programs if p.program for r in p.runs]
+    less = sum(r["digits"] < 2 - math.log10(max(largest(r), LEAST)) for r in runs)
+    fine = [r["digits"] for r in runs if largest(r) < FINE]
+    return (
+        "On the dashed line a motion would be as right as its energy is constant. "
+        f"{'All' if less == len(runs) else less} of the {len(runs)} runs of the programs lie "
+        f"below it. The least right run with an eq. (1) below {FINE:g} % has "
+        f"{one_decimal(min(fine))} correct digits."
     )
 
 
@@ -361,8 +426,8 @@ def apart(programs):
     found = [(p.best["digits"] - p.default["digits"], p) for p in programs if p.best and p.default]
     least, most = min(found, key=lambda x: x[0]), max(found, key=lambda x: x[0])
     return (
-        f"Between default settings and the best run of a program lie {least[0]:.1f} "
-        f"({least[1].name}) to {most[0]:.1f} digits ({most[1].name})."
+        f"Default settings and the best run differ by {least[0]:.1f} ({least[1].name}) to "
+        f"{most[0]:.1f} digits ({most[1].name})."
     )
 
 

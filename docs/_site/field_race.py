@@ -1,7 +1,7 @@
 """The race of docs/field.md: what the benchmark asks for, the cheapest run that passes eq. (1)."""
 
 from field_figures import PASSES, RIGHT
-from field_harder import times
+from field_harder import counted, times
 from speed_page import table
 
 from heyoka_bike.showing.wording import number, one_decimal
@@ -25,11 +25,11 @@ def race(document, programs):
         groups.setdefault(row[1]["language"], []).append(row)
     shown = [
         (language, p.name, run["words"], number(of["performance"]), one_decimal(of["digits"]),
-         times(timed["ratio"]), spread(timed["times"]))
+         counted(of), times(timed["ratio"]), spread(timed["times"]))
         for language, group in groups.items() for p, run, timed, of in group
     ]  # fmt: skip
-    head = ("right-hand side", "program", "cheapest run that passes", "eq. (1) [%]", "digits",
-            "time", "spread")  # fmt: skip
+    head = ("right-hand side", "program", "coarsest passing run of the cheapest family",
+            "eq. (1) [%]", "digits", "steps or calls", "time", "spread")  # fmt: skip
     said = _summary(rows, programs, found["maneuver"])
     return f"{table(head, shown, left=3)}\n\n{said} {_measured(found)}"
 
@@ -47,7 +47,9 @@ def _summary(rows, programs, maneuver):
     none = dict.fromkeys(p.name for p in programs if p.folder not in passing)
     said = f"Fewer than three correct digits in maneuver {maneuver}: {len(wrong)} of these "
     said += f"{len(rows)} runs ({'; '.join(wrong)})." if wrong else f"{len(rows)} runs."
-    return f"{said} No run that passes: {'; '.join(none)}." if none else said
+    own = [p.name for p, *_ in rows if p.said["kind"] == "own"]
+    said += f" Of this project, and in no count of programs: {'; '.join(own)}." if own else ""
+    return f"{said} No run passes of: {'; '.join(none)}." if none else said
 
 
 def _measured(found):
@@ -55,8 +57,8 @@ def _measured(found):
     beside = [x for timed in found["rows"].values() for x in timed["peer"]]
     return (
         f"Measured on one of {machine['cores']} cores of {machine['cpu']}, {machine['system']}, "
-        f"{found['started'].partition('T')[0]}, with {min(load):.0f} to {max(load):.0f} processes "
-        f"that wanted to run. Time is the fastest of the repetitions over the fastest of "
+        f"{found['started'].partition('T')[0]}, at a load average of {min(load):.0f} to "
+        f"{max(load):.0f}. Time is the fastest of the repetitions over the fastest of "
         f"{found['peer']['name']}, measured before and after each: {1e3 * min(beside):.2g} to "
         f"{1e3 * max(beside):.2g} ms, {found['peer']['digits']:.1f} digits. Spread is the slowest "
         f"over the fastest, less one."

@@ -5,7 +5,7 @@ from functools import cache
 
 from field_figures import PASSES, RIGHT, is_blind
 from field_harder import LEAST
-from field_page import ALIKE, JUDGED, claim, shown
+from field_page import ALIKE, BUDGET, JUDGED, by_column, claim, shown
 from field_race import judged
 from paper_fact import among, document, fact, part, power, text_of
 
@@ -41,38 +41,37 @@ def _runs():
 @fact("docs/field.json", FIELD)
 def field(what):
     """Counts: programs, those with a run that passes eq. (1) and is wrong, runs alike in it."""
-    submitted = [r for p in _programs() for r in (p.best, p.default) if r]
     found = claim(_programs())
     best = sorted(p.best["digits"] for p in _programs() if p.program and p.best)
     return {
         "lowest": lambda: f"{best[0]:.1f}",
         "highest": lambda: f"{best[-1]:.1f}",
         "programs": lambda: f"{found.programs}",
+        "budget": lambda: f"{BUDGET}",
         "ways": lambda: f"{len(_programs())}",
         "blind": lambda: f"{sum(map(is_blind, _runs()))}",
         "blind programs": lambda: f"{len(found.blind)}",
-        "most": lambda: f"{max(errors[0] for errors in found.blind.values()):.2g}",
+        "most": lambda: f"{found.most:.2g}",
+        "between": lambda: f"{found.between:.2g}",
         "alike": lambda: f"{len(found.alike)}",
         "least right": lambda: f"{found.alike[0]:.1f}",
         "most right": lambda: f"{found.alike[-1]:.1f}",
         "thousandth": lambda: f"{100 * 10**-RIGHT:g} %",
         "limits": lambda: f"{power(ALIKE[0], 1)} to {power(ALIKE[1], 1)}",
         "limit": lambda: f"$10^{{{round(math.log10(PASSES))}}}$",
-        "submitted": lambda: f"{len(submitted)}",
     }[what]()
 
 
 @fact("docs/field.json", FIELD)
 def worst(column):
-    """Of how many best and default runs a column is the worst."""
-    submitted = [r for p in _programs() for r in (p.best, p.default) if r]
-    return str(sum(r["worst"]["column"] == column for r in submitted))
+    """Of how many programs a column is the worst of the best run."""
+    return str(by_column(_programs()).worst[column])
 
 
 @fact("docs/field.json", FIELD)
 def blind_in(column):
-    """Of the runs that pass eq. (1) and are wrong, how many are wrong in a column."""
-    return str(sum(r["scd"][column] < RIGHT for r in _runs() if is_blind(r)))
+    """Of the programs with a run that passes eq. (1) and is wrong, in how many a column is."""
+    return str(by_column(_programs()).wrong[column])
 
 
 @fact("docs/field.json", FIELD)

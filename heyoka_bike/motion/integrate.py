@@ -169,7 +169,9 @@ def _adaptive(
         raise InputError(
             f"found tolerance {tolerance:g}, expected between {2.0**-precision.bits / 64:g} and 1"
         )
-    options = {"prec": precision.bits} if native.is_mpfr else {}
+    # MPFR takes the time of a step, and optimising the calls of it five times that of compiling
+    # them: a second. It changes no digit.
+    options = {"prec": precision.bits, "opt_level": 0} if native.is_mpfr else {}
     return hy.taylor_adaptive(
         right_hand_side(bicycle, precision, is_regular=is_regular),
         [native.from_integer(x, grid) for x in state],

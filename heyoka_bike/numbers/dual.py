@@ -27,11 +27,11 @@ class Dual(Differentiated):
     def __add__(self, other: Number) -> Dual:
         if isinstance(other, Dual):
             pairs = zip(self.slopes, other.slopes, strict=True)
-            return Dual(self.value + other.value, tuple(_plus(p, q) for p, q in pairs))
+            return Dual(self.value + other.value, tuple([_plus(p, q) for p, q in pairs]))
         return Dual(self.value + other, self.slopes)
 
     def __neg__(self) -> Dual:
-        return Dual(-self.value, tuple(-p for p in self.slopes))
+        return Dual(-self.value, tuple([-p for p in self.slopes]))
 
     def __sub__(self, other: Number) -> Dual:
         return self.__add__(-other)
@@ -43,7 +43,7 @@ class Dual(Differentiated):
         if isinstance(other, Dual):
             x, y = self.value, other.value
             pairs = zip(self.slopes, other.slopes, strict=True)
-            return Dual(x * y, tuple(_plus(_times(p, y), _times(q, x)) for p, q in pairs))
+            return Dual(x * y, tuple([_plus(_times(p, y), _times(q, x)) for p, q in pairs]))
         return self.chain(self.value * other, other)
 
     def __truediv__(self, other: Number) -> Dual:
@@ -63,7 +63,7 @@ class Dual(Differentiated):
 
     def chain(self, value: Number, slope: Number) -> Dual:
         """A function of this number, from its value and its derivative."""
-        return Dual(value, tuple(_times(p, slope) for p in self.slopes))
+        return Dual(value, tuple([_times(p, slope) for p in self.slopes]))
 
 
 class Duals(Arithmetic):
@@ -103,22 +103,26 @@ class Duals(Arithmetic):
         return by_y + x.chain(0 * x.value, -y.value / square)
 
 
+# Proofs take tens of millions of these, so that calls of functions count.
+
+
 def _is_zero(x: Number) -> bool:
-    return isinstance(x, int) and x == 0
+    return type(x) is int and x == 0
 
 
 def _plus(x: Number, y: Number) -> Number:
-    if _is_zero(x):
+    if type(x) is int and x == 0:
         return y
-    return x if _is_zero(y) else x + y
+    return x if type(y) is int and y == 0 else x + y
 
 
 def _times(x: Number, y: Number) -> Number:
-    if _is_zero(x) or _is_zero(y):
-        return 0
-    if isinstance(x, int) and x == 1:
-        return y
-    return x * y
+    if type(x) is int:
+        if x == 0:
+            return 0
+        if x == 1:
+            return y
+    return 0 if type(y) is int and y == 0 else x * y
 
 
 def _over(x: Number, y: Number) -> Number:

@@ -9,7 +9,7 @@ import pytest
 from support import play
 from support.wrong_files import KINDS
 
-from heyoka_bike.scoring import rounding, score, verdict
+from heyoka_bike.scoring import comparison, score, verdict
 from heyoka_bike.scoring.judge import signs
 from heyoka_bike.scoring.report import Report
 
@@ -72,7 +72,7 @@ def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
 
 
 def test_the_game_sees_zeros_that_count_as_digits(monkeypatch):
-    monkeypatch.setattr(rounding, "_in_common", lambda values, largest: 0.0)
+    monkeypatch.setattr(comparison, "_in_common", lambda values, largest: 0.0)
     assert is_lost(["rows_at_whole_numbers"], 10)
 
 

@@ -18,4 +18,5 @@ def simulate(p, speed, roll_rate, tolerance, method="DOP853", rate=100):
         bicycle.slope, (0, times[-1]), bicycle.start(speed, roll_rate), method=method,
         t_eval=times, rtol=tolerance, atol=tolerance * 1e-3,
     ).y.T  # fmt: skip
-    return bicycle.rows(y), time.process_time() - begin, {"calls": bicycle.calls}
+    cpu, calls = time.process_time() - begin, {"calls": bicycle.calls}
+    return bicycle.rows(y), cpu, calls

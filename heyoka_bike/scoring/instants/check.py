@@ -1,20 +1,26 @@
 """A program's table of instants against what every quantity is, level by level."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
-from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
-from heyoka_bike.errors import InputError, NothingScoredError
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, read_bicycle
+from heyoka_bike.errors import BicycleError, InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.proof.instants import known_states, of_known
-from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
+from heyoka_bike.scoring.instants.checked import (
+    CheckedColumn,
+    CheckedLevel,
+    CheckedTable,
+    Explained,
+)
 from heyoka_bike.scoring.instants.expected import of_own
-from heyoka_bike.scoring.instants.explain import explanations
 from heyoka_bike.scoring.instants.table import InstantTable, read_table
 from heyoka_bike.system.resources import find_input
 
@@ -26,6 +32,11 @@ equations here, and of none a hundred times that; a wrong digit of any parameter
 _EVIDENCE = 2
 # No pitch puts the front wheel nearer to the floor than this [m].
 _ON_THE_FLOOR = 1e-9
+# Newton's iteration for one unknown: quantities are nearly linear in most parameters.
+_ROUNDS = 5
+_SHIFT = 1e-6
+
+_Values = Mapping[str, Array]
 
 
 def check(
@@ -98,7 +109,7 @@ def check(
         return found
     given = {key: expected[key] for key in (*COORDINATES, *WHERE) if key in expected}
     values = {key: table.values[key] for key in names}
-    return replace(found, explained=explanations(chosen, given, values, expected, is_right))
+    return replace(found, explained=_explanations(chosen, given, values, expected, is_right))
 
 
 def _of_own(bicycle: Bicycle, table: InstantTable) -> dict[str, Array]:
@@ -171,3 +182,62 @@ def _compared(
             )
         )
     return tuple(sorted(found, key=lambda x: (not x.wrong, -x.max_error)))
+
+
+def _explanations(
+    bicycle: Bicycle, given: _Values, values: _Values, expected: _Values,
+    is_right: Callable[[_Values], bool],
+) -> tuple[Explained, ...]:  # fmt: skip
+    """Single parameters that explain columns.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+    given
+        Coordinates of the states.
+    values, expected
+        The columns, and what they should be.
+    is_right
+        True if the columns are these, up to what a table may be off.
+    """
+    is_linear = any(c.name in values for c in LEVELS[-1].columns)
+
+    def made(symbol: str, change: float) -> _Values:
+        x = bicycle[symbol]
+        moved = replace(x, rational=x.rational + Fraction(change))
+        # Not checked: what mistaken programs compute with need not make sense.
+        mistaken = Bicycle(bicycle.name, {**bicycle.values, symbol: moved})
+        return of_own(mistaken, given, is_linear=is_linear)
+
+    def apart(one: _Values, other: _Values) -> Array:
+        # Where the table has no number, nothing is to be explained.
+        return np.concatenate(
+            [np.nan_to_num((one[k] - other[k]) / (1 + np.abs(expected[k]))) for k in values]
+        )
+
+    found = []
+    with np.errstate(all="ignore"):
+        right = made("g", 0.0)
+        for symbol, parameter in PARAMETERS.items():
+            # A bicycle without mass, say, has no linear equations.
+            with suppress(BicycleError, ArithmeticError, ValueError):
+                change, now = 0.0, right
+                for _ in range(_ROUNDS):
+                    slope = apart(made(symbol, change + _SHIFT), now) / _SHIFT
+                    left = apart(values, now)
+                    # Most parameters do not act where the table is wrong.
+                    if now is right and _is_elsewhere(slope, left):
+                        break
+                    change += float(slope @ left) / float(slope @ slope)
+                    now = made(symbol, change)
+                    if is_right(now):
+                        x = float(bicycle[symbol])
+                        found.append(Explained(symbol, parameter.unit, x + change, x))
+                        break
+    return tuple(found)
+
+
+def _is_elsewhere(slope: Array, left: Array) -> bool:
+    """True if a parameter leaves the largest of the differences as it is."""
+    worst = int(np.argmax(np.abs(left)))
+    return not abs(slope[worst]) > _SHIFT * np.max(np.abs(slope))

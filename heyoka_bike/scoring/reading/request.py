@@ -1,5 +1,6 @@
 """A request to read: the file, and what its columns may be."""
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -14,7 +15,8 @@ LEFT_OUT = ("-", "skip")
 OPTION, ARGUMENT = "--columns", "columns="
 """Ways to tell the columns: on the command line, and in Python."""
 
-_NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
+NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
+"""The names of the benchmark's columns, for messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,8 @@ class Request:
         except (BicycleError, ImportError):
             raise
         except Exception as e:
-            reason = printable(" ".join(str(e).split()))[:100] or type(e).__name__
+            said = re.sub(r" at 0x[0-9a-f]+", "", " ".join(str(e).split()))
+            reason = printable(said)[:100] or type(e).__name__
             raise self.error(f"found a damaged file ({reason}), expected {expected}") from None
 
     @property
@@ -96,7 +99,7 @@ class Request:
     def not_columns(self, found: str, line: int | None = None) -> InputError:
         """The error that says what there is in the place of columns, and which were expected."""
         widths = " or ".join(map(str, self.widths))
-        said = f"{widths} columns, or columns named {_NAMES}; {self.how_to_tell}"
+        said = f"{widths} columns, or columns named {NAMES}; {self.how_to_tell}"
         if self.known is not None:
             said = "columns by name"
         elif self.names is not None:

@@ -1,24 +1,31 @@
-"""Reading of another program's results, whatever their format: the content tells it."""
+"""Reading of another program's results: files, whose content tells the format, and objects.
 
-from collections.abc import Callable, Sequence
+Objects of Python may be arrays, columns by name, data frames, or several results of one run.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
+from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.errors import InputError, MissingPackageError, printable
+from heyoka_bike.errors import InputError, MissingPackageError, printable, quoted
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
-from heyoka_bike.scoring.reading.names.headings import told
-from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request
+from heyoka_bike.scoring.reading.names import headings
+from heyoka_bike.scoring.reading.request import ARGUMENT, NAMES, OPTION, Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.vectors import Vectors
+from heyoka_bike.scoring.scored import Scored
 
 ARRAY = "array"
 """Name and format of results that are no file."""
+
+_FILES = (Results, str, PathLike)
 
 
 def read_results(
@@ -61,7 +68,7 @@ def read_results(
     is_file = isinstance(source, str | PathLike)
     option = OPTION if is_file else ARGUMENT
     path = printable(str(source)) if is_file else ARRAY
-    names = None if columns is None else told(columns, option)
+    names = None if columns is None else headings.told(columns, option)
     request = Request(path, count, maneuver, names, option)
     return assemble(*_read_tables(source, request), request)
 
@@ -83,6 +90,91 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> Vectors:
     path = printable(str(source)) if isinstance(source, str | PathLike) else ARRAY
     found, _ = _read_tables(source, Request(path, 1, known=known))
     return found[0]
+
+
+def results_of(
+    given: Any,
+    count: int,
+    *,
+    maneuver: int | None = None,
+    columns: str | Sequence[str] | None = None,
+    named: Mapping[str, Any] | None = None,
+    is_only: bool = True,
+) -> list[Results]:
+    """Results of one run, of anything that holds them.
+
+    Parameters
+    ----------
+    given
+        What `read_results` takes, or what it returned; a list of such files or results; a
+        mapping of maneuvers' numbers to any of these. With named columns the times [s], or nothing.
+    count
+        Number of maneuvers of the reference.
+    maneuver, columns
+        As in `read_results`; the columns also as one text, separated by commas.
+    named
+        Columns by name.
+    is_only
+        True if results that hold other maneuvers than the one told are refused.
+
+    Raises
+    ------
+    InputError
+        It is none of that: what was found, and what was expected.
+    """
+    names = None if columns is None else words(columns, "columns")
+    number = None if maneuver is None else _number(maneuver, count)
+    if isinstance(given, Scored):
+        raise InputError(
+            f"found a {type(given).__name__}, which is a score already; expected the results, as "
+            "they were given to score"
+        )
+    if named:
+        given = _with_time(given, named)
+    parts = [(number, given)]
+    if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
+        parts = [(number, x) for x in given]
+    elif isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
+        if number is not None:
+            raise InputError(f"found maneuver={maneuver} beside results by maneuver")
+        numbers = [_number(key, count) for key in given]
+        if any(isinstance(x, _FILES) for x in given.values()):
+            parts = list(zip(numbers, given.values(), strict=True))
+    found = []
+    for n, part in parts:
+        if not isinstance(part, Results):
+            part = read_results(part, maneuver=n, count=count, columns=names)
+        found.append(_of_maneuver(part, n, is_only))
+    return found
+
+
+def words(given: str | Sequence[str], what: str) -> list[str]:
+    """Words that are given as one text, separated by commas, or as several.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if isinstance(given, str):
+        return given.split(",")
+    if isinstance(given, list | tuple) and all(isinstance(x, str) for x in given):
+        return list(given)
+    raise InputError(f"{what}: found {given!r:.40}, expected a text, or a list of texts")
+
+
+def several(given: Any) -> list[Any]:
+    """Results of several runs or programs.
+
+    Raises
+    ------
+    InputError
+        Not a list of them.
+    """
+    if not isinstance(given, Sequence) or isinstance(given, str) or not given:
+        found = "none" if isinstance(given, list | tuple) else f"a {type(given).__name__}"
+        raise InputError(f"found {found}, expected a list of results")
+    return list(given)
 
 
 def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
@@ -111,3 +203,39 @@ def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
                 is_read = isinstance(found, list)
                 return found if is_read else tables(found, file.request), format_.name
     raise request.error(why_not_read(file.signature, suffix))
+
+
+def _number(maneuver: Any, count: int) -> int:
+    is_number = isinstance(maneuver, Integral) and not isinstance(maneuver, bool)
+    if not (is_number and 1 <= maneuver <= count):
+        raise InputError(f"found maneuver {maneuver!r:.40}, expected 1 to {count}")
+    return int(maneuver)
+
+
+def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns by name with their time; a word that is no column is not left out in silence."""
+    for name in named:
+        if not any(map(headings.recognise, (name, name.removesuffix("_lo")))):
+            raise InputError(
+                f"found a column {quoted(name)}, expected {NAMES}, or a column of motion.h5"
+                f"{headings.did_you_mean(name)}"
+            )
+    has_time = any(map(headings.is_time, named))
+    if has_time == (time is not None):
+        found = "times twice" if has_time else "columns without their times"
+        raise InputError(f"found {found}, expected score(t, roll_angle=...) or score(time=t, ...)")
+    return dict(named) if has_time else {headings.TIME: time, **named}
+
+
+def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results:
+    """The results, which are of this maneuver if one is told."""
+    held = [rows.maneuver for rows in results.maneuvers]
+    if number is None or held == [number] or (number in held and not is_only):
+        return results
+    if held == [None]:
+        return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))
+    raise InputError(
+        f"found maneuver {number} for results that hold maneuver {', '.join(map(str, held))}, "
+        "expected it for those of one maneuver",
+        file=results.path,
+    )

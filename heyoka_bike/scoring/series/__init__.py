@@ -26,8 +26,8 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.findings import Finding, warning
-from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.source import results_of, several
 from heyoka_bike.scoring.report import Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
 from heyoka_bike.scoring.series.convergence import columns_of, converge, falling, nothing_shared

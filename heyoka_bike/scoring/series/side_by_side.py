@@ -11,8 +11,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, merge
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.reading.given import results_of, several
-from heyoka_bike.scoring.reading.source import ARRAY
+from heyoka_bike.scoring.reading.source import ARRAY, results_of, several
 from heyoka_bike.scoring.report import Run, Series
 from heyoka_bike.scoring.score import aligned, scored
 from heyoka_bike.scoring.series.convergence import columns_of, converge, nothing_shared

@@ -10,8 +10,7 @@ from typing import Any
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.reading.given import results_of
-from heyoka_bike.scoring.reading.source import ARRAY
+from heyoka_bike.scoring.reading.source import ARRAY, results_of
 from heyoka_bike.showing.replay import check_suffix, page
 from heyoka_bike.showing.replay.scenes import Replay, replay
 from heyoka_bike.system.files import refuse_overwriting, write_output

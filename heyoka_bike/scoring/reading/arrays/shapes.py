@@ -78,7 +78,7 @@ def as_array(x: Any, request: Request) -> Any:
     return array.astype(object) if is_words else array
 
 
-class Group:
+class ArrayGroup:
     """The arrays in a part of a file, and the groups of others in it.
 
     Parameters
@@ -126,7 +126,7 @@ class Group:
                 self.groups[name] = columns
         self.times = {name: x for name, x in self.arrays.items() if headings.is_time(name)}
 
-    def of_maneuvers(self) -> list["Group"]:
+    def of_maneuvers(self) -> list["ArrayGroup"]:
         """The group of each maneuver, with the times that may be stored once for all of them.
 
         Raises
@@ -135,7 +135,7 @@ class Group:
             A maneuver is there twice.
         """
         times = {n: x for n, x in self.arrays.items() if headings.is_time(n.removesuffix("_lo"))}
-        found: dict[int, Group] = {}
+        found: dict[int, ArrayGroup] = {}
         for name in self.names:
             number, x = headings.group_number(name), self.arrays.get(name)
             if number is None or (x is not None and len(x.shape) != 2):
@@ -146,7 +146,7 @@ class Group:
                 )
             group = self.groups.get(name, {name if times else "": x})
             shared = {} if any(map(headings.is_time, group)) else times
-            found[number] = Group({**shared, **group}, self.request.of_maneuver(number))
+            found[number] = ArrayGroup({**shared, **group}, self.request.of_maneuver(number))
         return [found[number] for number in sorted(found)]
 
 
@@ -160,7 +160,7 @@ def long_columns(names: Iterable[str]) -> dict[str, str]:
     return found if found.keys() >= {"time", "variable", "value"} else {}
 
 
-def pivoted(group: Group) -> Group:
+def pivoted(group: ArrayGroup) -> ArrayGroup:
     """The columns of a long table, by maneuver if it has one; another group as it is.
 
     Raises
@@ -191,7 +191,7 @@ def pivoted(group: Group) -> Group:
         cells = {name: [column.get(at) for at in times] for name, column in columns.items()}
         cells = {headings.TIME: times, **cells}
         wide[maneuver] = {name: np.array(x, object) for name, x in cells.items()}
-    return Group(wide.get("", wide), group.request)
+    return ArrayGroup(wide.get("", wide), group.request)
 
 
 def is_vector(x: Any) -> bool:
@@ -204,15 +204,15 @@ def length(x: Any) -> int:
     return max(x.shape, default=0)
 
 
-def by_maneuver(group: Group) -> Group:
+def by_maneuver(group: ArrayGroup) -> ArrayGroup:
     """Groups of the maneuvers for which arrays have an axis; the group if they have none."""
     if any(map(headings.group_number, group.names)):
         return group
     parts = _columns_by_maneuver(group) or _table_by_maneuver(group)
-    return Group(parts, group.request) if parts else group
+    return ArrayGroup(parts, group.request) if parts else group
 
 
-def _columns_by_maneuver(group: Group) -> dict[str, Any]:
+def _columns_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
     """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
     arrays, request = group.arrays, group.request
     meant = {name: headings.recognise(name) for name in arrays if name not in group.times}
@@ -244,7 +244,7 @@ def _columns_by_maneuver(group: Group) -> dict[str, Any]:
     }
 
 
-def _table_by_maneuver(group: Group) -> dict[str, Any]:
+def _table_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
     """Of an array of three axes, beside its times or with them."""
     request = group.request
     widths = [w - bool(group.times) for w in (request.widths if request.names else (9,))]
@@ -264,7 +264,7 @@ def _table_by_maneuver(group: Group) -> dict[str, Any]:
     return {f"maneuver_{i}": {**group.times, name: part} for i, part in enumerate(parts, 1)}
 
 
-def table_among(group: Group) -> tuple[str, bool, str | None] | None:
+def table_among(group: ArrayGroup) -> tuple[str, bool, str | None] | None:
     """The one array that has the columns: its name, and whether its columns are rows.
 
     With the name of the times beside it, if it has all columns but these. None if there is no such

@@ -16,7 +16,7 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     read_maneuvers,
     refused,
 )
-from heyoka_bike.scoring.reading.arrays.shapes import Group
+from heyoka_bike.scoring.reading.arrays.shapes import ArrayGroup
 from heyoka_bike.scoring.reading.names import headings
 from heyoka_bike.scoring.reading.names.numbers import is_coordinate
 from heyoka_bike.scoring.reading.quanta import evened
@@ -58,14 +58,14 @@ def tables(source: Any, request: Request) -> list[Vectors]:
                 "by name, or a data frame"
             )
         members = {"": array}
-    group = Group(members, request)
+    group = ArrayGroup(members, request)
     found = _search(group)
     if not found:
         raise _refusal(group)
     return found
 
 
-def _search(group: Group, depth: int = 0) -> list[Vectors]:
+def _search(group: ArrayGroup, depth: int = 0) -> list[Vectors]:
     """The tables in a group, or in one of those in it; nothing without any."""
     group = shapes.by_maneuver(shapes.pivoted(group))
     if parts := group.of_maneuvers():
@@ -77,11 +77,11 @@ def _search(group: Group, depth: int = 0) -> list[Vectors]:
     if table := _table(group):
         return [table]
     inner = group.groups.values() if depth < shapes.DEEPEST else ()
-    below = [found for x in inner if (found := _search(Group(x, group.request), depth + 1))]
+    below = [found for x in inner if (found := _search(ArrayGroup(x, group.request), depth + 1))]
     return below[0] if len(below) == 1 else []
 
 
-def _table(group: Group) -> Vectors | None:
+def _table(group: ArrayGroup) -> Vectors | None:
     """Columns by their names, in their order or of one array; None if there are none."""
     arrays, request = group.arrays, group.request
     vectors = {name: x for name, x in arrays.items() if shapes.is_vector(x)}
@@ -96,18 +96,18 @@ def _table(group: Group) -> Vectors | None:
     return None
 
 
-def _refusal(group: Group, depth: int = 0) -> InputError:
+def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
     """The error that says that there are no columns, in the one group that might have had them."""
     parts = group.of_maneuvers()
     if depth < shapes.DEEPEST and not parts and len(group.groups) == 1:
-        parts = [Group(x, group.request) for x in group.groups.values()]
+        parts = [ArrayGroup(x, group.request) for x in group.groups.values()]
     if depth < shapes.DEEPEST and len(parts) == 1:
         return _refusal(parts[0], depth + 1)
     found = headings.names_found([name for name in group.names if name])
     return group.request.not_columns(found)
 
 
-def _named(group: Group, known: Sequence[str]) -> Vectors:
+def _named(group: ArrayGroup, known: Sequence[str]) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
     arrays, request = group.arrays, group.request
     rows = shapes.length(arrays[known[headings.time_among(known)]])
@@ -132,7 +132,7 @@ def _by_place(
     return Vectors(_columns(vectors, meant, request), names, maneuver=request.group)
 
 
-def _of_table(group: Group, name: str, is_turned: bool, time: str | None) -> Vectors:
+def _of_table(group: ArrayGroup, name: str, is_turned: bool, time: str | None) -> Vectors:
     """The columns of an array that has all of them, or all but the times, by their place."""
     source, request, part = group.arrays[name], group.request, group.request.within(name)
     shape = tuple(source.shape)

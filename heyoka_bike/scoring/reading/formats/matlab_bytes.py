@@ -133,8 +133,15 @@ class _Version5:
         name = bytes(_next(parts)[1]).decode("latin-1")
         if kind == _OBJECT:
             _next(parts)
-        if kind in _CLASSES:
-            return name, self._array(parts, shape, _CLASSES[kind], bool(flags & _COMPLEX))
+        if dtype := _CLASSES.get(kind):
+            # Numbers are kept in the smallest type that holds them.
+            values = self._numbers(_next(parts))
+            if values.dtype != dtype:
+                self._claim(values.size * np.dtype(dtype).itemsize)
+                values = values.astype(dtype)
+            if flags & _COMPLEX:
+                values = values + 1j * self._numbers(_next(parts))
+            return name, values.reshape(shape, order="F")
         if kind == _TEXT:
             return name, self._text(_next(parts), shape)
         if kind == _CELL:
@@ -158,18 +165,6 @@ class _Version5:
         ]
         each = [{f: self._value(parts) for f in fields} for _ in range(count if fields else 0)]
         return _together([{f: x for f, x in fields.items() if x is not None} for fields in each])
-
-    def _array(
-        self, parts: Iterator[_Element], shape: list[int], dtype: str, is_complex: bool
-    ) -> NDArray[Any]:
-        # Numbers are kept in the smallest type that holds them.
-        values = self._numbers(_next(parts))
-        if values.dtype != dtype:
-            self._claim(values.size * np.dtype(dtype).itemsize)
-            values = values.astype(dtype)
-        if is_complex:
-            values = values + 1j * self._numbers(_next(parts))
-        return values.reshape(shape, order="F")
 
     def _text(self, element: _Element, shape: list[int]) -> NDArray[Any]:
         kind, data = element

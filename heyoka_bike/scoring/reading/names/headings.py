@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.reading.names.units import (
@@ -20,7 +20,7 @@ from heyoka_bike.scoring.reading.names.units import (
     split_unit,
     unknown_unit,
 )
-from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
+from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES, Request
 
 TIME = "time"
 _SECONDS = "s"
@@ -217,9 +217,9 @@ def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
         known = recognise(name)
         if known is None and name not in LEFT_OUT and not is_maneuver(name):
             raise InputError(
-                f"{where}: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
-                "a column of motion.h5, a short name such as t, phi, v or delta, or - for one that "
-                f"is left out{did_you_mean(name)}"
+                f"{where}: found {quoted(name)}, expected {NAMES}, a column of motion.h5, a short "
+                f"name such as t, phi, v or delta, or - for one that is left out"
+                f"{did_you_mean(name)}"
             )
         if known is not None:
             found.append(known[0])
