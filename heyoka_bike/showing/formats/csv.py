@@ -58,7 +58,7 @@ def _values(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
     r = c.as_understood
     measures = (getattr(r.measures, name) for name in _MEASURES)
     return (
-        path, m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
+        _encodable(path), m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
         *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
         m.t_start, m.t_end, m.coverage, m.step, m.performance, 0,
     )  # fmt: skip
@@ -68,10 +68,15 @@ def _cell(x: Any) -> str:
     if x is None:
         return ""
     if isinstance(x, str):
-        return x.encode("utf-8", "backslashreplace").decode("utf-8")
+        return _encodable(x)
     if isinstance(x, float):
         return repr(float(x)) if math.isfinite(x) else ""
     return str(x)
+
+
+def _encodable(text: str) -> str:
+    """The text with escapes for bytes of a file's name that are no text."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def frame(scored: Report | Series) -> Any:
@@ -87,7 +92,7 @@ def frame(scored: Report | Series) -> Any:
     if isinstance(scored, Report):
         return pandas.DataFrame(values(scored), columns=FIELDS).set_index(index)
     rows = [
-        (run.name or i, run.step, run.cpu, *line)
+        (_encodable(run.name or "") or i, run.step, run.cpu, *line)
         for i, run in enumerate(scored.runs, start=1)
         for line in values(run.report)
     ]
