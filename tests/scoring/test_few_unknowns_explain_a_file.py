@@ -114,7 +114,7 @@ def fitted(reference, simulator, file):
     ("symbol", "change", "value"),
     [
         ("w", "-0.016", 1.004),
-        pytest.param("lam", "0.005", np.pi / 10 + 0.005, marks=pytest.mark.slow),
+        ("lam", "0.005", np.pi / 10 + 0.005),
         pytest.param("IBxx", "0.5", 9.7, marks=pytest.mark.slow),
     ],
 )
