@@ -99,6 +99,11 @@ class Weights:
         To first order a large change explains little: this power of its relief is hoped for.
     enough
         What explains this part of all that the digits show needs no further value.
+    subsets, further_subsets
+        Of one, two and three unknowns, how many subsets are refined; and how many are tried with
+        one unknown more.
+    known_well
+        Values that leave so small a part of whole runs need no refinement.
     above
         The best cause leaves of the equations so many times what the rates are off from the slopes
         of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
@@ -148,6 +153,9 @@ class Weights:
     also: float = 1.05
     promise: float = 4.0
     enough: float = 0.1
+    subsets: tuple[tuple[int, int], ...] = ((1, 6), (2, 3), (3, 2))
+    further_subsets: int = 12
+    known_well: float = 1e-6
     above: float = 1000.0
     blown_up: float = 0.3
     spacing: float = 0.03

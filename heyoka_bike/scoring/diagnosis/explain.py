@@ -266,5 +266,5 @@ def _explains(h: Hypothesis, residual: Residual | None) -> bool:
 def _explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
     """True if a further cause can only be beside this one, and small beside one of the output."""
     is_small = max(h.after.values(), default=1.0) < WEIGHTS.little
-    is_large = h.is_possible and h.gain > WEIGHTS.mostly and _explains(h, residual)
+    is_large = h.is_possible and h.relief > WEIGHTS.mostly and _explains(h, residual)
     return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))

@@ -144,7 +144,7 @@ class SeenFile:
         return found
 
     def possible(self, hypotheses: Sequence[tuple[Mistake, ...]]) -> list[tuple[Mistake, ...]]:
-        """Those that leave the first maneuver no farther off, by simulating it alone."""
+        """Return hypotheses that leave the first maneuver no farther off, simulated alone."""
         if len(self._parts) == 1:
             return list(hypotheses)
         first = SeenFile([self._parts[0].part], self._reference, self.simulator, ())

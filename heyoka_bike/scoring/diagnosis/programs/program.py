@@ -39,7 +39,7 @@ Change = Callable[[Columns, Array], Columns]
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """Of linear equations, with which power of the speed or of gravity a matrix enters.
+    """Powers of the speed or of gravity with which the matrices of linear equations enter.
 
     None if it is left out; see `linear`.
 
@@ -190,7 +190,7 @@ class Mistake:
 
     @property
     def changes(self) -> dict[str, float]:
-        """What the values that were found have beyond the right ones, as `changed` takes them."""
+        """Differences of the values found from the right ones, as `changed` takes them."""
         return {x.key: x.value - x.right for x in self.found}
 
 

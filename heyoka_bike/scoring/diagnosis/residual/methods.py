@@ -75,7 +75,7 @@ SCHEMES = (
     Scheme("BDF2", 2, {"bend": 1 / 3, "chain": 1 / 3}),
     Scheme(CLOCK, 1, {"first": 1.0}),
 )
-"""Those whose first term is known, and times on another scale: all rates are as much too large."""
+"""Methods of known first term, and times on another scale: all rates are as much too large."""
 
 
 class Method(NamedTuple):
@@ -118,7 +118,7 @@ def _derivatives(equations: Equations, y: Array) -> Array:
 
 
 def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Method, ...]:
-    """Those that explain what remains, and cannot be told apart; empty if none does."""
+    """Return methods that explain the residual and cannot be told apart; empty if none does."""
     kinds = [s.angles for s in SCHEMES], [s.speeds or s.angles for s in SCHEMES]
     table = [np.array([[by.get(name, 0.0) for name in PARTS] for by in each]) for each in kinds]
     rest, floors, terms = [], [], []

@@ -189,8 +189,9 @@ def _rows_that_move(
         return None
     rows = rows[spread(len(rows), _MOST_ROWS)]
     time, columns = part.time[rows], {k: x[rows] for k, x in columns.items()}
-    is_motion = all(_is_motion(key, x) for key, x in columns.items())
-    return (time, columns) if is_motion and np.all(np.diff(time) > 0.0) else None
+    moves = all(np.ptp(x) for key, x in columns.items() if key != "forward_speed")
+    is_bounded = np.max(np.abs([*columns.values()])) < _LARGEST
+    return (time, columns) if moves and is_bounded and np.all(np.diff(time) > 0.0) else None
 
 
 def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> Array:
@@ -208,12 +209,6 @@ def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> 
     y[5] *= equations.k.length
     found: Array = np.delete(y, 1, axis=0)
     return found
-
-
-def _is_motion(key: str, values: Array) -> bool:
-    """True if values are of something that moves, but not beyond all bounds."""
-    moves = bool(np.ptp(values)) or key == "forward_speed"
-    return moves and float(np.max(np.abs(values))) < _LARGEST
 
 
 def _si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:

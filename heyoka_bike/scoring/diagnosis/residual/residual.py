@@ -50,23 +50,16 @@ EQUATIONS = ("roll", "steer", "speed")
 UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fitted))
 """Whose coefficients can be found."""
 
-# Of subsets of one, two and three unknowns, how many are refined, and how many are tried with one
-# unknown more.
-_SIZES, _BESIDE = ((1, 6), (2, 3), (3, 2)), 12
 # Left by equations that have no solution, in parts of the accelerations.
 _ALL = 1e9
 _TINY = float(np.finfo(np.float64).tiny)
-# Values that are found together.
-_MOST = 3
-# What leaves so small a part is known well enough.
-_ENOUGH = 1e-6
 _COMPARED = 251
 # Nothing is seen of a column below this part.
 _NOTHING = 1e-12
 
 
 class Residual:
-    """What remains of the equations of motion, and the causes that explain it.
+    """The residual of the equations of motion, and the causes that explain it.
 
     Parameters
     ----------
@@ -263,10 +256,10 @@ class Residual:
         sizes = np.array([size_of(self.program.bicycle, name) for name in UNKNOWNS])
         first = linearised(self._errors(UNKNOWNS), 0.0 * sizes, sizes, self._floors)
         members = None
-        for size, count in _SIZES:
+        for size, count in WEIGHTS.subsets:
             if any(h.relief > enough for h in best):
                 break
-            subsets = best_subsets(first, size, _BESIDE, members)
+            subsets = best_subsets(first, size, WEIGHTS.further_subsets, members)
             members = subsets.members
             promised = WEIGHTS.values * len(self.motions) * np.log(subsets.gains[0])
             if WEIGHTS.promise * promised < (WEIGHTS.fitted + WEIGHTS.unknown) * size:
@@ -344,7 +337,7 @@ class WholeRuns:
         found = []
         for mistake in several:
             found.append(self._of_values(mistake.changes, mistake))
-            if with_others and found[-1][1] < _ENOUGH:
+            if with_others and found[-1][1] < WEIGHTS.known_well:
                 return [found[-1][0]]
         alone = next((x for x in found if len(x[0].found) == 1), None)
         if with_others and alone is not None:
@@ -353,7 +346,7 @@ class WholeRuns:
 
     def _with_others(self, best: Mistake, left: float) -> tuple[Mistake, float]:
         """Add the parameter that leaves least, as long as it leaves far less."""
-        while len(best.found) < _MOST:
+        while len(best.found) < len(WEIGHTS.subsets):
             more, rest = self._of_values(self._further(best.changes))
             fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
             cost = WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said
@@ -369,7 +362,7 @@ class WholeRuns:
         errors, start = self._errors(changes), np.array([*changes.values()])
         if known is not None:
             near = left(errors([start])[0], self._floors)
-            if near < _ENOUGH:
+            if near < WEIGHTS.known_well:
                 return known, near
         x, b = gauss_newton(errors, start, self._sizes(changes), self._floors)
         found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
@@ -415,7 +408,7 @@ class WholeRuns:
 
 
 def _part(values: Array, written: Array) -> Array:
-    """What is missing from a column in parts of its size; all of it after the motion's end."""
+    """Return the error of a column in parts of its size; 1 after the end of the motion."""
     size = float(np.sqrt(np.mean(written**2))) + float(np.finfo(np.float64).tiny)
     return np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)
 
