@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
@@ -66,7 +66,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
         # All rows are of the start, which fits any motion.
         return None
     grid = np.arange(-longest, longest, _GRID)
-    first = grid[np.argmin(_mean([m.rough_errors(grid) for m in motions]))]
+    first = min(grid, key=lambda shift: _joint(motions, shift, exact=False))
     best = _refined(motions, float(first))
     if abs(best) <= max(1.5 * m.spacing for m in motions):
         return None
@@ -99,62 +99,34 @@ class _Motion:
     values: Mapping[str, Array]
     spacing: float
 
-    def error(self, shift: float) -> float:
-        """Error over size of the worst column, with times so much earlier."""
+    def error(self, shift: float, *, exact: bool = True) -> float:
+        """Error over size of the worst column, with times so much earlier.
+
+        If not exact, by straight lines between the rows of the reference.
+        """
         time = self.time - shift
-        inside = self._inside(time)
+        inside = (time >= 0.0) & (time <= float(self.reference.duration))
         if np.mean(inside) < _KEPT:
             return np.inf
-        expected = self.reference.approximate(time[inside], list(self.values))
-        every = np.full(np.count_nonzero(inside), True)
-        return float(max(_apart(x[inside], expected[k], every) for k, x in self.values.items()))
-
-    def rough_errors(self, shifts: Array) -> Array:
-        """Compute `error` for each shift, by straight lines between the rows of the reference."""
-        time = self.time - shifts[:, None]
-        inside = self._inside(time)
-        has_enough = np.mean(inside, axis=1) >= _KEPT
-        time, inside = time[has_enough], inside[has_enough]
-        found = np.full(len(shifts), np.inf)
-        rows = self.reference.rows
-        found[has_enough] = np.max(
-            [
-                _apart(x, np.interp(time, self.reference.time, rows[k]), inside)
-                for k, x in self.values.items()
-            ],
-            axis=0,
-        )
-        return found
-
-    def _inside(self, time: Array) -> NDArray[np.bool_]:
-        """Tell which times are of the run."""
-        return (time >= 0.0) & (time <= float(self.reference.duration))
+        time = time[inside]
+        if exact:
+            expected = self.reference.approximate(time, list(self.values))
+        else:
+            rows = self.reference.rows
+            expected = {k: np.interp(time, self.reference.time, rows[k]) for k in self.values}
+        return max(_apart(x[inside], expected[k]) for k, x in self.values.items())
 
 
-def _apart(values: Array, expected: Array, counted: NDArray[np.bool_]) -> Array:
-    """Error over size of a column, with the sign and the unit that fit, along the last axis.
-
-    Only the values that are counted matter.
-    """
-    values = np.where(counted, values, 0.0)
-    expected = np.where(counted, expected, 0.0)
-    count = np.count_nonzero(counted, axis=-1, keepdims=True)
-    size, own = _sizes(expected, count), _sizes(values, count)
-    is_none = (size == 0.0) | (own == 0.0)
-    size, own = np.where(is_none, 1.0, size), np.where(is_none, 1.0, own)
+def _apart(values: Array, expected: Array) -> float:
+    """Error over size of a column, with the sign and the unit that fit."""
+    size, own = rms(expected), rms(values)
+    if not size or not own:
+        return np.inf
     in_degrees = factor("degree")[0]
     # Rates are in degrees per second where angles are in degrees.
-    unit = np.where(own > size / in_degrees**0.5, in_degrees, 1.0)
-    sign = np.sign(np.sum((values / own) * (expected / size), axis=-1, keepdims=True))
-    apart = _sizes(sign * unit * values - expected, count) / size
-    return np.asarray(np.where(is_none, np.inf, apart)[..., 0])
-
-
-def _sizes(values: Array, count: NDArray[np.int_]) -> Array:
-    """Root of the mean square of so many values along the last axis, without overflow."""
-    largest = np.max(np.abs(values), axis=-1, keepdims=True)
-    parts = values / np.where(largest == 0.0, 1.0, largest)
-    return np.asarray(largest * np.sqrt(np.sum(parts * parts, axis=-1, keepdims=True) / count))
+    unit = in_degrees if own > size / in_degrees**0.5 else 1.0
+    sign = np.sign(np.dot(values / own, expected / size))
+    return rms(sign * unit * values - expected) / size
 
 
 def _motion(part: Part) -> _Motion | None:
@@ -176,15 +148,10 @@ def _motion(part: Part) -> _Motion | None:
     )
 
 
-def _joint(motions: Sequence[_Motion], shift: float) -> float:
+def _joint(motions: Sequence[_Motion], shift: float, *, exact: bool = True) -> float:
     """Geometric mean of the errors over the maneuvers."""
-    return float(_mean([m.error(shift) for m in motions]))
-
-
-def _mean(errors: Sequence[float] | Sequence[Array]) -> Array:
-    """Geometric mean over the maneuvers, of each shift."""
-    least = np.finfo(np.float64).tiny
-    return np.asarray(np.exp(np.mean(np.log(np.maximum(errors, least)), axis=0)))
+    errors = [m.error(shift, exact=exact) for m in motions]
+    return float(np.exp(np.mean(np.log(np.maximum(errors, np.finfo(np.float64).tiny)))))
 
 
 def _refined(motions: Sequence[_Motion], near: float) -> float:
