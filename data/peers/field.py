@@ -8,8 +8,9 @@ and the default run into ``data/results``. ``--race`` then times the cheapest ru
 that passes eq. (1); alone with ``-o`` it runs nothing else, for a machine that is quiet later.
 ``--problem H4`` runs a problem of the extended problem set instead, at the best and the default
 settings of the JSON; its reference is below ``--sets`` (docs/harder-tier.md has the line that makes
-it). A
-program is a folder here with a script ``bicycle.py``, whose ``simulate`` gives the rows of a
+it).
+
+A program is a folder here with a script ``bicycle.py``, whose ``simulate`` gives the rows of a
 maneuver, the processor time and, where it can tell, the number of its steps or calls; or with
 ``bicycle.cpp`` or ``bicycle.mjs``, which reads lines "name value" from standard input and writes
 the rows, and as an error message the others.
