@@ -1,16 +1,13 @@
 """A file, and programs with mistakes that are simulated and compared with it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
@@ -43,42 +40,44 @@ Expected = Sequence[Columns]
 """Of each part, columns by name at the rows that are compared."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
 class _SeenPart:
-    """A maneuver of the file: rows that are simulated, and those of them that are compared."""
+    """A maneuver of the file.
 
-    part: Part
-    rows: NDArray[np.intp]
-    pick: NDArray[np.intp]
+    Attributes
+    ----------
+    part : Part
+    time : ndarray, shape (n,)
+        Of the rows that are simulated [s].
+    step
+        The usual distance of all rows [s].
+    pick, compared : ndarray of int, shape (m,)
+        The rows that are compared: among those that are simulated, and among all.
+    names : list of str
+        The columns that are compared.
+    """
 
-    @property
-    def time(self) -> Array:
-        return self.part.time[self.rows]
-
-    @property
-    def compared(self) -> NDArray[np.intp]:
-        return self.rows[self.pick]
-
-    def names(self) -> list[str]:
-        """Names of the columns that are compared."""
-        return [name for name in _COLUMNS if name in self.part.reference.at_any_time]
+    def __init__(self, part: Part) -> None:
+        rows = spread(len(part.time), _SIMULATED)
+        self.part, self.time = part, part.time[rows]
+        self.step = float(np.median(np.diff(part.time))) if len(part.time) > 1 else 0.0
+        self.pick = spread(len(rows), _COMPARED)
+        self.compared = rows[self.pick]
+        self.names = [name for name in _COLUMNS if name in part.reference.at_any_time]
 
     def right(self) -> Columns:
         """Columns of the right motion."""
-        return self.part.reference.approximate(self.part.time[self.compared], self.names())
+        return self.part.reference.approximate(self.time[self.pick], self.names)
 
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
         for change in program.rows:
             columns = change(columns, self.time)
-        return {name: columns[name][self.pick] for name in self.names()}
+        return {name: columns[name][self.pick] for name in self.names}
 
     def asked(self, program: Program) -> AskedMotion:
         """Return the motion of a program."""
-        time = self.part.time
-        step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
         start = beginning(program, self.part.number)
-        meant = program.clock(self.time, step)
+        meant = program.clock(self.time, self.step)
         return AskedMotion(program.bicycle, start, meant, dict(program.amounts))
 
 
@@ -111,10 +110,7 @@ class SeenFile:
         self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
         self.simulator = simulator
         self.tried = 0
-        self._parts = []
-        for part in parts:
-            rows = spread(len(part.time), _SIMULATED)
-            self._parts.append(_SeenPart(part, rows, spread(len(rows), _COMPARED)))
+        self._parts = [_SeenPart(part) for part in parts]
         self._seen = {self._key(self.program)}
         right = [p.right() for p in self._parts]
         understood, typical = self._typical(right)
@@ -212,11 +208,11 @@ class SeenFile:
             if p.part.number not in best:
                 continue
             key = best[p.part.number]
-            u, rows = h.understood[key], p.compared
-            values = u.sign * factor(u.unit)[0] * p.part.values[key][rows] - u.offset
+            u = h.understood[key]
+            values = u.sign * factor(u.unit)[0] * p.part.values[key][p.compared] - u.offset
             before, after = (np.abs(values - e[u.column.name]) for e in expected)
             good = np.isfinite(after)
-            time = p.part.time[rows][good]
+            time = p.time[p.pick][good]
             found.append(Curve(p.part.number, key, u.column.unit, time, before[good], after[good]))
         return tuple(sorted(found, key=lambda c: c.maneuver))
 

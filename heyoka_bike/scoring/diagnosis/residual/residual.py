@@ -217,16 +217,20 @@ class Residual:
         return self._relief(self.of(apply(self.program, mistakes)))
 
     def _judged(self, *mistakes: Mistake) -> Hypothesis:
-        after = self._left(self.of(apply(self.program, mistakes)))
+        return self._compared(mistakes, self.of(apply(self.program, mistakes)))
+
+    def _compared(self, mistakes: tuple[Mistake, ...], accelerations: Array) -> Hypothesis:
         before, left = (
-            dict(zip(self._places, x.tolist(), strict=True)) for x in (self._before, after)
+            dict(zip(self._places, x.tolist(), strict=True))
+            for x in (self._before, self._left(accelerations))
         )
         return Hypothesis(mistakes, before, left, self._places)
 
     def _known(self, library: Sequence[Mistake]) -> tuple[Hypothesis, ...]:
         """Mistakes of the library, alone and two together."""
         alone = {m.code: self.of(apply(self.program, (m,))) for m in library}
-        relief = {code: self._relief(x) for code, x in alone.items()}
+        found = [self._compared((m,), alone[m.code]) for m in library]
+        relief = {h.codes[0]: h.relief for h in found}
         ranked = sorted(library, key=lambda m: -relief[m.code])
         pairs = []
         for i, first in enumerate(ranked[: WEIGHTS.pairs]):
@@ -238,7 +242,6 @@ class Residual:
                 if about > WEIGHTS.also * max(relief[first.code], 1.0):
                     pairs.append((about, first, second))
         pairs.sort(key=lambda x: -x[0])
-        found = [self._judged(m) for m in library]
         for _, *pair in pairs[: WEIGHTS.pairs]:
             both_made = self._judged(*(m for m in library if m in pair))
             if both_made.relief > WEIGHTS.also * max(relief[m.code] for m in pair):
