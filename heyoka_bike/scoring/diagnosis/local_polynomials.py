@@ -8,13 +8,14 @@ from heyoka_bike.numbers.double import Array
 def local_polynomials(time: Array, x: Array, degree: int) -> Array:
     """Coefficients, by row and power of the time from it, of polynomials through the rows nearest.
 
-    Each goes through one row more than its degree; at either end they are not in the middle.
+    Each goes through one row more than its degree; at either end they are not in the middle. Of
+    columns side by side, shape (n, c), the coefficients are as well: shape (n, powers, c).
     """
     first = np.clip(np.arange(len(time)) - degree // 2, 0, len(time) - degree - 1)
     rows = first[:, None] + np.arange(degree + 1)
     apart = time[rows] - time[:, None]
     scale = np.abs(apart).max(axis=1)[:, None]
     powers = (apart / scale)[..., None] ** np.arange(degree + 1)
-    scaled = np.linalg.solve(powers, x[rows][..., None])[..., 0]
-    found: Array = scaled / scale ** np.arange(degree + 1)
-    return found
+    values = x[rows].reshape(*rows.shape, -1)
+    scaled = np.linalg.solve(powers, values) / scale[..., None] ** np.arange(degree + 1)[:, None]
+    return np.asarray(scaled.reshape(x[rows].shape), np.float64)

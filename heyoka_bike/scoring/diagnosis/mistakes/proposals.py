@@ -7,7 +7,7 @@ one to one, that makes the product of the errors least.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, log
+from math import inf
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, Mistake, output_mistake
-from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
 
 # Angles and rates have either sign; a moved column is as near to its quantity as an oscillation
@@ -83,30 +82,31 @@ def _best_fit(
     """A quantity in the place of a column, in the definition, sign and unit that fit best."""
     definitions = [c for c in COMPARED[quantity] if all(c.name in e for e in expected)]
     si = definitions[0].unit
-    fits = [
-        _InPlace(
-            sum(
-                _distance(sign * factor(unit)[0] * w[key], e[c.name], c, key)
-                for w, e in zip(written, expected, strict=True)
-                if key in w
-            ),
-            c, sign, unit,
-        )
-        for unit in UNITS[si]
-        for sign in ((1, -1) if si in _OSCILLATING else (1,))
-        for c in definitions
-    ]  # fmt: skip
-    return min(fits, key=lambda fit: fit.cost)
+    ways = [(unit, s) for unit in UNITS[si] for s in ((1, -1) if si in _OSCILLATING else (1,))]
+    factors = np.array([sign * factor(unit)[0] for unit, sign in ways])
+    cost = np.zeros((len(ways), len(definitions)))
+    for w, e in zip(written, expected, strict=True):
+        if key in w:
+            meant = np.array([e[c.name] for c in definitions])
+            cost += _distances(np.outer(factors, w[key]), meant, si, is_own=key == quantity)
+    way, i = np.unravel_index(np.argmin(cost), cost.shape)
+    unit, sign = ways[way]
+    return _InPlace(float(cost[way, i]), definitions[i], sign, unit)
 
 
-def _distance(values: Array, expected: Array, column: Column, key: str) -> float:
-    """Logarithm of the relative error; infinite if it is not near, but in its own place."""
-    good = np.isfinite(values) & np.isfinite(expected)
-    size = rms(expected[good]) if good.any() else 0.0
-    typical = float(np.median(np.abs(values - expected)[good])) if good.any() else inf
-    if column.key != key and not typical < _NEAR[column.unit] * size:
-        return inf
-    return log(max(typical / size, np.finfo(np.float64).eps)) if size else 0.0
+def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Array:
+    """Logarithms of relative errors of rows; infinite if one is not near, but in its own place."""
+    errors = np.abs(values[:, None] - expected)
+    good = np.isfinite(errors)
+    counts = good.sum(axis=2)
+    size = np.sqrt(np.sum(np.where(good, expected**2, 0.0), axis=2) / np.maximum(counts, 1))
+    # The median of those that are finite: others come last.
+    middle = np.maximum(counts - 1, 0)[..., None] // 2
+    typical = np.take_along_axis(np.sort(errors, axis=2), middle, axis=2)[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(np.maximum(typical / size, np.finfo(np.float64).eps))
+    is_near = is_own | (typical < _NEAR[unit] * size)
+    return np.where(is_near, np.where(size > 0.0, logs, 0.0), inf)
 
 
 def _assign(cost: Sequence[Sequence[float]]) -> list[int]:

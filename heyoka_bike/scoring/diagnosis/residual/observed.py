@@ -157,21 +157,19 @@ def observe(
     windows = _windows(time)
     if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
-    digits = {k: _digits(part, understood, k) for k in STATE}
-    found = [_mean_slope(time, state[k], windows, digits[k]) for k in STATE]
-    (d_roll, u_roll), (d_steer, u_steer), *accelerations = found
+    digits = np.array([_digits(part, understood, k) for k in STATE])
+    slopes, off = _mean_slopes(time, np.array([state[k] for k in STATE]), windows, digits)
+    rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
     return Observed(
         number=part.number,
         time=time,
         state=state,
         windows=windows,
-        accelerations=np.array([a for a, _ in accelerations]),
-        uncertain=np.array([u for _, u in accelerations]),
-        kinematic=np.array(
-            [d_roll - windows @ state["roll_rate"], d_steer - windows @ state["steer_rate"]]
-        ),
-        kinematic_uncertain=np.array([u_roll, u_steer]),
+        accelerations=slopes[2:],
+        uncertain=off[2:],
+        kinematic=slopes[:2] - rates,
+        kinematic_uncertain=off[:2],
         beginning=None if time[0] > 2 * (time[1] - time[0]) else np.median(began, axis=1),
         scatter=np.ptp(began, axis=1),
     )
@@ -243,18 +241,18 @@ def _windows(time: Array) -> Array | None:
     return found
 
 
-def _mean_slope(time: Array, x: Array, windows: Array, digits: float) -> tuple[Array, Array]:
-    """Averages of a derivative, and how far those of polynomials of lower degree are off.
+def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tuple[Array, Array]:
+    """Averages of derivatives of columns, and how far those of polynomials of lower degree are off.
 
     What digits leave of an average is that of random ones.
     """
-    middle = x - np.mean(x)
+    middle = (rows - np.mean(rows, axis=1, keepdims=True)).T
     slope, lower = (
-        windows @ local_polynomials(time, middle, degree)[:, 1] for degree in (_DEGREE, _LOWER)
+        (windows @ local_polynomials(time, middle, degree)[:, 1]).T for degree in (_DEGREE, _LOWER)
     )
     # The mean of a derivative is minus that over the slope of the bump.
     per_row = np.gradient(windows, time, axis=1)
-    rounding = digits * np.sqrt(np.sum(per_row**2, axis=1))
+    rounding = np.multiply.outer(digits, np.sqrt(np.sum(per_row**2, axis=1)))
     return slope, np.hypot(slope - lower, rounding)
 
 
