@@ -12,10 +12,9 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import FRONT_LIFT, REAR_LIFT, UPRIGHT, Event
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate
+from heyoka_bike.motion.trajectory import Certificate, evaluator
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure

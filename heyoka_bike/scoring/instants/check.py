@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
+from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, read_bicycle
 from heyoka_bike.errors import BicycleError, InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array

@@ -6,11 +6,11 @@ from fractions import Fraction
 import flint
 import numpy as np
 
+from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, WHERE
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, WHERE
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.double import Array

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.instant_columns import COORDINATES, UNITS
+from heyoka_bike.bicycle.columns import COORDINATES, UNITS
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import InputError, did_you_mean, quoted
 from heyoka_bike.numbers.double import Array

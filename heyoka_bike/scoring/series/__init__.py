@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import Column
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference

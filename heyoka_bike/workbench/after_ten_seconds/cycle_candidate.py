@@ -19,10 +19,9 @@ import flint
 import mpmath
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import UPRIGHT, events
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.motion.trajectory import Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
 

@@ -17,10 +17,16 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.crossings import Quantity
-from heyoka_bike.motion.evaluator import Evaluator, evaluator
-from heyoka_bike.motion.events import FRONT_LIFT, GREATEST_LEAN, KINDS, REAR_LIFT, Event, zeros
-from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.motion.events import (
+    FRONT_LIFT,
+    GREATEST_LEAN,
+    KINDS,
+    REAR_LIFT,
+    Event,
+    Quantity,
+    zeros,
+)
+from heyoka_bike.motion.trajectory import Evaluator, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.rounding import Enclosure

@@ -32,9 +32,8 @@ from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import UPRIGHT, events
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import Vector, abs_times, identity
 from heyoka_bike.numbers.dual import Dual, Duals

@@ -9,8 +9,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
-from heyoka_bike.numbers.languages import C
-from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
+from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine, needed
 
 _STATE = 6
 _QUADRUPLE_DIGITS = 50  # binary128 has 34

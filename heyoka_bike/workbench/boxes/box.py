@@ -30,7 +30,7 @@ from typing import NamedTuple
 import flint
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
-from heyoka_bike.bicycle.stability.closed_form import Matrix, closed_form
+from heyoka_bike.bicycle.stability.linear import Matrix, closed_form
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Balls, Number, upper_fraction
 from heyoka_bike.numbers.dual import Dual, Duals

@@ -23,8 +23,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
 )
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Number
-from heyoka_bike.numbers.languages import Language
-from heyoka_bike.numbers.straight_line import StraightLine
+from heyoka_bike.numbers.straight_line import Language, StraightLine
 
 MOTION_SCRIPT = Path(__file__).with_name("motion.js").read_text(encoding="utf-8")
 """Follows a motion by `motion_source`."""
