@@ -4,8 +4,8 @@ Place and wheel angles along a candidate, as polynomials with certified bounds.
 
 They are integrals of functions g of the state. On each piece of the candidate p the Taylor
 coefficients of h g(p(s)) (see `analytic`) are integrated in balls, and those of the integral
-rounded to the candidate's grid: a polynomial q. Its distance from the exact integral grows over a piece by
-at most
+rounded to the candidate's grid: a polynomial q. Its distance from the exact integral grows over a
+piece by at most
 
 - ``q' - h g(p)``: the coefficients' absolute values, and beyond these Cauchy's estimate on a circle
   (see `cauchy`);
