@@ -19,8 +19,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Program
-from heyoka_bike.scoring.instants.check import check
-from heyoka_bike.scoring.instants.expected import binary64_states, of_own
+from heyoka_bike.scoring.instants.check import binary64_states, check, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
 
 PAGE = Path(__file__).parent.parent / "reference" / "checked-mistakes.md"
