@@ -52,10 +52,12 @@ class TimedCode:
 
     Attributes
     ----------
-    name, precision
+    name
         As shown in the table.
     problems
         What is integrated.
+    precision
+        Of its numbers, as shown in the table.
     counts
         What `Trial.count` counts.
     """
@@ -102,6 +104,8 @@ class Heyoka(TimedCode):
 
     Attributes
     ----------
+    counts
+        See `TimedCode`.
     is_compact
         Whether its loops are rolled.
     """
