@@ -7,10 +7,9 @@ from math import inf
 import numpy as np
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement
 from heyoka_bike.scoring.requirements import OF_COLUMN, Parsed, parse
 from heyoka_bike.showing import wording as words
 

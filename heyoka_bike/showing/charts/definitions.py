@@ -5,8 +5,7 @@ from html import escape
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore, odds_words
-from heyoka_bike.scoring.report import ManeuverScore
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, odds_words
 from heyoka_bike.showing.charts.chart import wide
 from heyoka_bike.showing.wording import label, number, unit_text
 

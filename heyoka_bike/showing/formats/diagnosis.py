@@ -2,8 +2,7 @@
 
 import textwrap
 
-from heyoka_bike.scoring.judge.conventions import DEFAULT, UNITS_BESIDE
-from heyoka_bike.scoring.judge.signs import ODD_SIGNS
+from heyoka_bike.scoring.judge.columns import DEFAULT, ODD_SIGNS, UNITS_BESIDE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.showing.wording import verdict
 

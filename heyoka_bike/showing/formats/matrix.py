@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore, open_words
-from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.scoring.report import ColumnScore, Report, Series, open_words
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import HTML, Cell, Row, TableBlock, TableColumn, Words
 from heyoka_bike.showing.grades import Grade

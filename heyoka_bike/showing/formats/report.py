@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement, Series
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement, Series
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts.definitions import definitions
