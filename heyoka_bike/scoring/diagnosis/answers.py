@@ -144,9 +144,10 @@ def _method(causes: Residual | None) -> Finding | None:
         return None
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in methods)
     relief = methods[0].relief
+    makes = "makes this error" if relief > WEIGHTS.explains else "is nearest to this error"
     return info(
         "integrator",
-        f"{names[0].upper()}{names[1:]} makes this error. What it leaves of the exact equations, "
+        f"{names[0].upper()}{names[1:]} {makes}. What it leaves of the exact equations, "
         "in the rates of the angles and in the accelerations, falls by a factor of "
         f"{relief:.2g} with the first term of the method's own error. Take a smaller step, "
         "or a method of higher order",
@@ -172,7 +173,8 @@ def _forces(causes: Residual | None) -> Iterator[Finding]:
     if causes is None or not causes.is_open or causes.is_blown_up:
         return
     what = (
-        "A force or a term is missing, or one too many, and it is none that is known here"
+        "A force or a term is missing, or one too many, or constraints drift, slip or yield, and "
+        "it is none of the causes known here"
         if best is None
         else "What is left has another cause, a force or a term that is none of those known here"
     )

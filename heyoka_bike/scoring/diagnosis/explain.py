@@ -136,7 +136,8 @@ def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
     least = residual.log_odds - w.refuted
     singles = [h for h in ranked if len(h.mistakes) == 1]
     pairs = [h for h in ranked if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
-    relief = w.also if residual.is_resolved else 0.0
+    # What changes next to nothing of the equations is neither shown by them nor refuted.
+    relief = 1.0 / w.also if residual.is_resolved else 0.0
     most = w.pairs if residual.is_blown_up else w.simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
     others = [h for h in singles[len(likely) :] if h.relief > w.kept][: w.simulated]

@@ -126,9 +126,10 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
         y = np.array(state_vector(equations, m.state.__getitem__)[:6])
         parts = _derivatives(equations, y)
         parts[:, 5] *= equations.k.length
-        rest += [*m.kinematic, *(m.accelerations - parts[0, _SPEEDS] @ m.windows.T)]
+        speeds = _SPEEDS[: len(m.accelerations)]
+        rest += [*m.kinematic, *(m.accelerations - parts[0, speeds] @ m.windows.T)]
         floors += [*m.kinematic_uncertain, *m.uncertain]
-        for rows, factors in zip((_ANGLES, _SPEEDS), table, strict=True):
+        for rows, factors in zip((_ANGLES, speeds), table, strict=True):
             each = np.tensordot(factors, parts[:, rows], 1) @ m.windows.T
             terms += list(np.moveaxis(each, 0, -1))
     b = blocks(rest, terms, [float(np.median(x)) for x in floors])

@@ -23,7 +23,11 @@ from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.units import factor
 
 STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""Keys of the columns that the equations of motion need."""
+"""Keys of the columns that the equations of motion need.
+
+The speed may be missing: it then follows from the others by the right equation of the speed, which
+is not compared.
+"""
 
 _DEGREE, _LOWER = 9, 7
 _MOST_ROWS = 1001
@@ -57,9 +61,9 @@ class Observed:
         Columns of `STATE` and the yaw, SI, in the default definitions.
     windows : ndarray, shape (w, n)
         Weights of rows in averages, each of sum one.
-    accelerations : ndarray, shape (3, w)
+    accelerations : ndarray, shape (3, w), or (2, w) without a speed
         Averages of the derivatives of roll rate, steer rate and speed.
-    uncertain : ndarray, shape (3, w)
+    uncertain : ndarray of the same shape
         By how much they are wrong, as far as the file shows it.
     kinematic : ndarray, shape (2, w)
         Averages of the derivative of roll and steer, less their rates.
@@ -81,6 +85,11 @@ class Observed:
     kinematic_uncertain: Array
     beginning: Array | None
     scatter: Array
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Those of `STATE` that the file has."""
+        return STATE[: 2 + len(self.accelerations)]
 
     def inconsistency(self) -> float:
         """Return the distance of the rates from the slopes of the angles, in parts of them."""
@@ -151,14 +160,15 @@ def observe(
     if written is None:
         return None
     time, columns = written
-    names = {k: understood[k].assumed().name for k in STATE}
+    names = {k: understood[k].assumed().name for k in columns}
     parameters = in_binary64(part.reference.parameters)
-    state = _default_definitions(columns, names, time, equations, parameters)
+    speed = float(part.reference.approximate(time[:1], ["forward_speed"])["forward_speed"][0])
+    state = _default_definitions(columns, names, time, equations, parameters, speed)
     windows = _windows(time)
     if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
-    digits = np.array([_digits(part, understood, k) for k in STATE])
-    slopes, off = _mean_slopes(time, np.array([state[k] for k in STATE]), windows, digits)
+    digits = np.array([_digits(part, understood, k) for k in columns])
+    slopes, off = _mean_slopes(time, np.array([state[k] for k in columns]), windows, digits)
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
     return Observed(
@@ -179,9 +189,9 @@ def _rows_that_move(
     part: Part, understood: Mapping[str, Understanding]
 ) -> tuple[Array, dict[str, Array]] | None:
     """Return times and columns of `STATE` [SI]; None where they are no motion, or too few."""
-    if any(key not in part.values or key not in understood for key in STATE):
+    columns = {k: _si(part, understood, k) for k in STATE if k in part.values and k in understood}
+    if not {*STATE[:-1]} <= columns.keys():
         return None
-    columns = {k: _si(part, understood, k) for k in STATE}
     rows = np.flatnonzero(np.all([np.isfinite(x) for x in columns.values()], axis=0))
     if len(rows) < _FEWEST_ROWS:
         return None
@@ -270,22 +280,29 @@ def _default_definitions(
     time: Array,
     equations: Equations,
     parameters: Mapping[str, float],
+    speed: float,
 ) -> dict[str, Array]:
     """The columns in the default definitions, and the yaw; NaN if they are not found.
 
     Definitions are near one another: the motion is that whose columns are those written. A speed
-    along a fixed axis tells little of one across it.
+    along a fixed axis tells little of one across it. A speed that is not written begins with the
+    right one.
     """
-    state = {**columns, "yaw": np.zeros_like(time)}
-    is_default = all(names[k] == k for k in columns)
+    state = {"forward_speed": np.full_like(time, speed), **columns, "yaw": np.zeros_like(time)}
+    is_default = all(names.get(k) == k for k in STATE)
     for _ in range(_ROUNDS):
         with np.errstate(all="ignore"):
-            own = equations.columns(state_vector(equations, state.__getitem__))
+            y = state_vector(equations, state.__getitem__)
+            own = equations.columns(y)
             found = {**own, **following(own, parameters)}
         yaw = _integral(time, np.nan_to_num(found["yaw_rate"]))
         if is_default:
             return {**state, "yaw": yaw}
         off = {k: columns[k] - found[names[k]] for k in columns} | {"yaw": yaw - state["yaw"]}
+        if "forward_speed" not in columns:
+            with np.errstate(all="ignore"):
+                rate = np.nan_to_num(equations.rates(y[:6])[5] * equations.k.length)
+            off["forward_speed"] = speed + _integral(time, rate) - state["forward_speed"]
         apart = float(np.max(np.abs([*off.values()])))
         state |= {k: state[k] + np.nan_to_num(x) for k, x in off.items()}
         if apart < _CONVERGED:

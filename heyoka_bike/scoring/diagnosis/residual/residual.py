@@ -72,6 +72,8 @@ class Residual:
 
     Attributes
     ----------
+    equations : tuple of str
+        Those of `EQUATIONS` that are compared: without that of the speed if it is not in the file.
     known : tuple of Hypothesis
         Mistakes of the library, alone and two together, those that explain most first.
     fitted : tuple of Hypothesis
@@ -98,11 +100,13 @@ class Residual:
         self.motions, self.program = motions, program
         self._pitch: dict[object, Array] = {}
         self._moving = lru_cache(2)(self._along_the_motions)
-        self._places = tuple((m.number, name) for m in motions for name in EQUATIONS)
+        self.equations = EQUATIONS[: min(len(m.accelerations) for m in motions)]
+        count = len(self.equations)
+        self._places = tuple((m.number, name) for m in motions for name in self.equations)
         self._ends = np.cumsum([len(m.time) for m in motions])[:-1]
-        self._cuts = np.cumsum(np.repeat([len(m.windows) for m in motions], len(EQUATIONS)))[:-1]
-        self.observed = np.concatenate([m.accelerations.ravel() for m in motions])
-        unknown = self.blocks(np.concatenate([m.uncertain.ravel() for m in motions]))
+        self._cuts = np.cumsum(np.repeat([len(m.windows) for m in motions], count))[:-1]
+        self.observed = np.concatenate([m.accelerations[:count].ravel() for m in motions])
+        unknown = self.blocks(np.concatenate([m.uncertain[:count].ravel() for m in motions]))
         digits = np.array([np.median(x) for x in unknown])
         # Windows that the rows do not resolve count for little.
         shares = [f**2 / (f**2 + x**2) for f, x in zip(digits, unknown, strict=True)]
@@ -114,10 +118,10 @@ class Residual:
         # What is left below this needs no other cause.
         self._floors = np.hypot(digits, WEIGHTS.nothing * self._sizes)
         self._before = self._left(self._right)
-        self.shares = {name: float(np.max(rest[k::3])) for k, name in enumerate(EQUATIONS)}
+        self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
-        self.above = float(np.max(np.sqrt(rest[0::3] * rest[1::3]) / slopes))
+        self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
         self.is_blown_up = max(slopes) > WEIGHTS.blown_up
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_near = all(np.median(np.diff(m.time)) <= WEIGHTS.spacing for m in motions)
@@ -149,8 +153,11 @@ class Residual:
         return self.leaves_force(max((h.relief for h in (*self.known, *self.fitted)), default=1.0))
 
     def leaves_force(self, relief: float) -> bool:
-        """True if a cause of some relief leaves what no integrator does."""
-        return self.above > WEIGHTS.above * relief
+        """True if a cause of some relief leaves what no integrator does.
+
+        Where the speed is not in the file, it may be that of the speed.
+        """
+        return self.equations == EQUATIONS and self.above > WEIGHTS.above * relief
 
     @property
     def best(self) -> Hypothesis | None:
@@ -184,7 +191,7 @@ class Residual:
                 each = np.array([rates[0], rates[1], rates[2] * moving.equations.k.length])
         except ZeroDivisionError:
             return np.full(len(self.observed), np.nan)
-        parts = np.split(each, self._ends, axis=1)
+        parts = np.split(each[: len(self.equations)], self._ends, axis=1)
         return np.concatenate(
             [(x @ m.windows.T).ravel() for x, m in zip(parts, self.motions, strict=True)]
         )
@@ -330,7 +337,7 @@ class WholeRuns:
     def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
         self._motions, self._right, self._simulator = motions, right, simulator
         self._rows = [spread(len(m.time), _COMPARED) for m in motions]
-        self._floors = np.full(len(motions) * len(STATE), _NOTHING)
+        self._floors = np.full(sum(len(m.keys) for m in motions), _NOTHING)
 
     def refined(self, several: Iterable[Mistake], *, with_others: bool = False) -> list[Mistake]:
         """Values near some, that whole runs show.
@@ -402,7 +409,7 @@ class WholeRuns:
                 [
                     _part(columns[key], m.state[key][rows])
                     for m, rows, columns in zip(self._motions, self._rows, made, strict=False)
-                    for key in STATE
+                    for key in m.keys
                 ]
                 for _ in several
             ]
