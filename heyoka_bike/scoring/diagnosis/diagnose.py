@@ -19,7 +19,6 @@ from heyoka_bike.scoring.diagnosis.answers import (
     nothing_wrong,
 )
 from heyoka_bike.scoring.diagnosis.explain import explain
-from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.plain import beside
 from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.judge.columns import SIGNS_DISAGREE
@@ -84,14 +83,15 @@ def diagnosed(
         rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
         return replace(report, diagnosis=(shift, *rest), explanation=inner.explanation)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
-    if unknown:
-        whole = _of_columns(report, reference, BENCHMARK_COLUMNS, progress)
-        if _is_of_output(whole):
-            others = tuple(f for f in report.findings if f.code != "definition_unknown")
-            return replace(whole, findings=others)
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
     found = _of_columns(report, reference, keys, progress)
+    if unknown and found.explanation is None:
+        # It may be another column, or be computed wrongly.
+        whole = _of_columns(report, reference, BENCHMARK_COLUMNS, progress, only_output=True)
+        if whole.diagnosis[0].code == "mistake":
+            others = tuple(f for f in report.findings if f.code != "definition_unknown")
+            return replace(whole, findings=others)
     more = () if NOTHING in found.diagnosis else beside(report, unknown)
     if found.diagnosis[0].code == NOTHING_WRONG:
         # What is wrong comes first.
@@ -115,22 +115,15 @@ def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report)
     return diagnosed(report, reference, lambda share: told("diagnose", share))
 
 
-def _is_of_output(report: Report) -> bool:
-    """True if a mistake in what is written explains the file best."""
-    first = report.diagnosis[0]
-    codes = {m.code for m in OUTPUT_MISTAKES}
-    return first.code == "mistake" and any(
-        code in codes or code.startswith("columns_") for code in first.evidence["mistakes"]
-    )
-
-
 def _of_columns(
     report: Report,
     reference: Reference,
     keys: Sequence[str],
     progress: Callable[[float], None] | None,
+    *,
+    only_output: bool = False,
 ) -> Report:
-    """The report with the diagnosis of these columns."""
+    """The report with the diagnosis of these columns, or by mistakes of what is written only."""
     maneuvers = tuple(
         replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
         for m in report.maneuvers
@@ -140,7 +133,8 @@ def _of_columns(
         return replace(report, diagnosis=(NOTHING,))
     if is_right(replace(report, maneuvers=maneuvers)):
         return replace(report, diagnosis=(nothing_wrong("every column"),))
-    found = explain(parts, reference, progress=progress or (lambda _: None))
+    told = progress or (lambda _: None)
+    found = explain(parts, reference, only_output=only_output, progress=told)
     said = findings(found, replace(report, maneuvers=maneuvers))
     return replace(report, diagnosis=said, explanation=explanation(found, said))
 

@@ -71,21 +71,25 @@ class Diagnosis:
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    progress: Callable[[float], None] = lambda _: None,
+    only_output: bool = False, progress: Callable[[float], None] = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
-    `progress` is called with the part of the work that is done, 0 to 1.
+    With `only_output` of what is written only. `progress` is called with the part of the work that
+    is done, 0 to 1.
     """
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < _FEWEST_ROWS:
         return Diagnosis((), 0)
-    file = SeenFile(parts, reference, simulator or Simulator(), _OF_MODEL)
+    file = SeenFile(parts, reference, simulator or Simulator(), () if only_output else _OF_MODEL)
     residual = file.residual
     progress(0.3)
-    found = _alone(file)
-    progress(0.6)
-    found = _together(file, found)
+    if only_output:
+        found = file.judged((m,) for m in (*_OF_OUTPUT, *file.order_beside(file.right)))
+    else:
+        found = _alone(file)
+        progress(0.6)
+        found = _together(file, found)
     progress(0.9)
     classes = _compared(file, found)
     if not classes and residual is not None and not residual.methods:
