@@ -16,8 +16,7 @@ from types import ModuleType
 
 import numpy as np
 
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import require_heyoka
 from heyoka_bike.workbench.bench import codes
 from heyoka_bike.workbench.bench.problem import (
     ERROR_LIMIT,

@@ -6,7 +6,6 @@ Motions of about the same speed take about as many steps, so that they are put t
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import numpy as np
 
@@ -18,9 +17,17 @@ from heyoka_bike.bicycle.parameters import Bicycle, benchmark
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.fast.native import EnsembleCode
+from heyoka_bike.workbench.fast.many_code import ENDS, ends_source
 from heyoka_bike.workbench.fast.simulate import choose
-from heyoka_bike.workbench.fast.vector_code import POINTS, STATE
+from heyoka_bike.workbench.fast.vector_code import (
+    ADDRESS,
+    COUNT,
+    MOST_STEPS,
+    NUMBER,
+    POINTS,
+    STATE,
+    function,
+)
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Variables that give initial conditions [rad, rad/s, m/s], each in its default definition."""
@@ -38,6 +45,7 @@ TOLERANCES: Mapping[str | float, float] = {
 """For each accuracy of `simulate` the tolerance of a step that keeps it at the ends of 10 s,
 of 20 starts as there; of 4000 one in a hundred is worse, by up to a factor of five."""
 
+_ARGUMENTS = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
 # Work is handed out in parts of so many vectors, so that no thread is left with the slow motions.
 _PART = 16 * POINTS
 
@@ -69,7 +77,8 @@ class Ensemble:
         bicycle = bicycle or benchmark()[0]
         self._tolerance = TOLERANCES[choose(accuracy, TOLERANCES)]
         self._threads = threads
-        self._code = EnsembleCode(bicycle)
+        source = ends_source(Equations.binary64(bicycle, is_regular=False))
+        self._ends = function(source, ENDS, *_ARGUMENTS)
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
@@ -95,9 +104,13 @@ class Ensemble:
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
         parts = [range(len(filled))[i : i + _PART] for i in range(0, len(filled), _PART)]
-        work = partial(
-            self._code.ends, packed, columns, duration=duration, tolerance=self._tolerance
-        )
+
+        def work(part: range) -> None:
+            self._ends(
+                packed.ctypes.data, len(filled), part.start, part.stop, duration, self._tolerance,
+                MOST_STEPS, columns.ctypes.data,
+            )  # fmt: skip
+
         if self._threads == 1:
             work(range(len(filled)))
         else:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.equations.bodies import bodies_of
 from heyoka_bike.bicycle.equations.constants import constants_of
 from heyoka_bike.bicycle.equations.forces import forces
-from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
@@ -165,9 +165,7 @@ def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equ
 def _rates(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
     o, u = equations.unfold(y)
     rear, _ = track_speeds(equations.k, u)
-    _, c1, c3 = lateral_condition(o)
-    divisors = (o.kappa, o.den, c3 * o.cb - c1 * o.sb)
-    return [*whole_rates(equations, y), rear, *divisors]
+    return [*whole_rates(equations, y), rear, o.kappa, o.den, turn_divisor(o)]
 
 
 def _observed(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
