@@ -40,7 +40,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource, kind
 from heyoka_bike.errors import BicycleError, InputError, quoted
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.findings import named
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system import jobs

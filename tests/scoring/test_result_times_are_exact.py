@@ -7,9 +7,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.quanta import as_multiples, settle
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.reading.text import rest
 
 
