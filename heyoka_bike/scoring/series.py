@@ -37,8 +37,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.bicycle.columns import COMPARED, Column
 from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, median

@@ -5,14 +5,14 @@ To first order in roll and steer, pitch and speed are constant and, with q = (ro
     M q'' + v C1 q' + (g K0 + v^2 K2) q = 0,
 
 in the notation of Meijaard, Papadopoulos, Ruina and Schwab (2007), doi:10.1098/rspa.2007.1857.
-No formula is taken from there: M comes from the kinetic energy of the nonlinear model, the other
-matrices from derivatives of its accelerations. These are taken by dual numbers, which are exact up
-to rounding.
+`matrices` takes no formula from there: M comes from the kinetic energy of the nonlinear model, the
+other matrices from derivatives of its accelerations. These are taken by dual numbers, which are
+exact up to rounding. `closed_form` has the formulas.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache, cached_property, reduce
@@ -178,30 +178,18 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
     InputError
         The mass matrix of roll and steer is singular.
     """
-    mass = _mass_matrix(bicycle, a)
-    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
-    weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
-    motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
-    return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
-
-
-def _mass_matrix(bicycle: Bicycle, a: Arithmetic) -> Array:
-    """Hessian of the kinetic energy by roll rate and steer rate."""
-    equations = Equations.of(bicycle, a)
-    zero = a.number(0)
-
-    def twice_energy(roll_rate: int, steer_rate: int) -> Number:
-        rates = (a.number(roll_rate), a.number(steer_rate))
-        return 2 * equations.energies((zero, zero, zero, *rates, zero)).kinetic
-
-    m11, m22 = twice_energy(1, 0), twice_energy(0, 1)
-    m12 = (twice_energy(1, 1) - m11 - m22) / 2
+    masses = Equations.of(bicycle, a).masses([a.number(0)] * 3)
+    m11, m12, m22 = masses[0, 0], masses[0, 1], masses[1, 1]
     if abs(m11 * m22 - m12 * m12) <= abs(m11 * m22) / 10**_GUARD:
         raise InputError(
             f"the mass matrix of roll and steer of '{bicycle.name}' is singular, "
             "expected mass or inertia that resists both"
         )
-    return np.array([[m11, m12], [m12, m22]], dtype=object)
+    mass = np.array([[m11, m12], [m12, m22]], dtype=object)
+    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
+    weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
+    motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
+    return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
 
 
 def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int) -> Array:
@@ -281,6 +269,27 @@ def _roots(coefficients: Sequence[mpmath.mpf], digits: int) -> list[mpmath.mpc]:
 def _root_size(p: Sequence[mpmath.mpf]) -> mpmath.mpf:
     """Bound of the roots, not above the largest by more than a small factor."""
     return max(p[0].context.root(abs(q / p[0]), i) for i, q in enumerate(p) if i)
+
+
+Pair = tuple[Number, Number]
+
+
+def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, Pair, Pair, Pair]:
+    """Coefficients of the characteristic polynomial, without gravity.
+
+    It is a s^4 + v b s^3 + (g c0 + c1 x) s^2 + v (g d0 + d1 x) s + g (g e0 + e1 x) with x = v^2.
+    """
+
+    def det(p: Any) -> Number:
+        return p[0][0] * p[1][1] - p[0][1] * p[1][0]
+
+    def mixed(p: Any, q: Any) -> Number:
+        """Return the part of det(p + q) that is of first order in both."""
+        return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
+
+    c, d = (mixed(m, k0), mixed(m, k2) + det(c1)), (mixed(c1, k0), mixed(c1, k2))
+    # K2 has no first column, and so no determinant.
+    return det(m), mixed(m, c1), c, d, (det(k0), mixed(k0, k2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,29 +379,16 @@ class _Quartic:
         cls, a: Multiprecision, g: Number, w: Number, m: Array, c1: Array, k0: Array, k2: Array
     ) -> _Quartic:
         """From M / w, C1, K0 and w K2."""
-
-        def mixed(p: Array, q: Array) -> Number:
-            """Return the part of det(p + q) that is of first order in both."""
-            return p[0, 0] * q[1, 1] + q[0, 0] * p[1, 1] - p[0, 1] * q[1, 0] - q[0, 1] * p[1, 0]
-
-        def polynomials(*coefficients: Array) -> Array:
-            make = np.frompyfunc(lambda *c: _Polynomial(c), len(coefficients), 1)
-            return np.asarray(make(*coefficients))
-
-        mass, damping, k = polynomials(m), polynomials(c1), polynomials(k0, k2)
-        scale = 1 / (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
-        return cls(
-            a=a, g=g, root_w=_sqrt(w),
-            b=mixed(mass, damping) * scale,
-            c=mixed(mass, k) * scale + mixed(damping, damping).times_x() * (scale / 2),
-            d=mixed(damping, k) * scale,
-            e=mixed(k, k) * (scale / 2),
-        )  # fmt: skip
+        constant = np.frompyfunc(lambda x: _Polynomial((x,)), 1, 1)
+        mass, b, *pairs = characteristic(*map(constant, (m, c1, k0, k2)))
+        scale = 1 / mass.coefficients[0]
+        c, d, e = ((low + high.times_x()) * scale for low, high in pairs)
+        return cls(a=a, g=g, root_w=_sqrt(w), b=b * scale, c=c, d=d, e=e)
 
     def at(self, v: Number, g: Number) -> list[Number]:
         """Coefficients at a speed and gravity, highest power first."""
         x = v * v
-        return [1 + 0 * x, v * self.b(x, g), self.c(x, g), v * self.d(x, g), self.e(x, g)]
+        return [1 + 0 * x, v * self.b(x, g), self.c(x, g), v * self.d(x, g), g * self.e(x, g)]
 
     def changes(self, p: _Polynomial) -> list[Number]:
         """Values of x where p changes sign, if there is gravity."""
@@ -408,3 +404,63 @@ class _Quartic:
         i = e * 12 - (b * d * 3).times_x() + c * c
         j = c * e * 72 + (b * c * d * 9 - d * d * 27 - b * b * e * 27).times_x() - c * c * c * 2
         return i * i * i * 4 - j * j
+
+
+def closed_form(p: Mapping[str, Number], a: Arithmetic) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """M, C1, K0 and K2 from the parameters by symbol, over any number type.
+
+    Typed from Meijaard, Papadopoulos, Ruina and Schwab (2007), Appendix A, in its symbols. These
+    need fewer operations than `matrices`, which is what intervals and affine numbers ask for. The
+    tests compare the two.
+    """
+    w, c = p["w"], p["c"]
+    sin, cos = a.sin(p["lam"]), a.cos(p["lam"])
+
+    # Total: m_T x_T and m_T z_T, and the inertia about the rear contact point.
+    front_x = p["mH"] * p["xH"] + p["mF"] * w
+    front_z = p["mH"] * p["zH"] - p["mF"] * p["rF"]
+    total_x = p["mB"] * p["xB"] + front_x
+    total_z = p["mB"] * p["zB"] - p["mR"] * p["rR"] + front_z
+    t_xx = (
+        (p["IRxx"] + p["IBxx"] + p["IHxx"] + p["IFxx"])
+        + (p["mR"] * p["rR"] * p["rR"] + p["mB"] * p["zB"] * p["zB"])
+        + (p["mH"] * p["zH"] * p["zH"] + p["mF"] * p["rF"] * p["rF"])
+    )
+    t_xz = (
+        (p["IBxz"] + p["IHxz"])
+        - (p["mB"] * p["xB"] * p["zB"] + p["mH"] * p["xH"] * p["zH"])
+        + p["mF"] * w * p["rF"]
+    )
+    t_zz = (
+        (p["IRxx"] + p["IBzz"] + p["IHzz"] + p["IFxx"])
+        + p["mB"] * p["xB"] * p["xB"]
+        + (p["mH"] * p["xH"] * p["xH"] + p["mF"] * w * w)
+    )
+
+    # Front assembly A: its inertia about the steer axis, from each body's distance u to it, ahead.
+    u_h = (p["xH"] - w - c) * cos - p["zH"] * sin
+    u_f = p["rF"] * sin - c * cos
+    moment = p["mH"] * u_h + p["mF"] * u_f
+    own_x = (p["IHxx"] + p["IFxx"]) * sin + p["IHxz"] * cos
+    own_z = p["IHxz"] * sin + (p["IHzz"] + p["IFxx"]) * cos
+    a_ll = p["mH"] * u_h * u_h + p["mF"] * u_f * u_f + own_x * sin + own_z * cos
+    a_lx = own_x - p["mH"] * u_h * p["zH"] + p["mF"] * u_f * p["rF"]
+    a_lz = own_z + p["mH"] * u_h * p["xH"] + p["mF"] * u_f * w
+
+    mu = c / w * cos
+    s_f = p["IFyy"] / p["rF"]
+    s_t = p["IRyy"] / p["rR"] + s_f
+    s_a = moment + mu * total_x
+    m12 = a_lx + mu * t_xz
+    swing = cos / w
+    gyro = mu * s_t + s_f * cos
+    zero = 0 * w
+    return (
+        ((t_xx, m12), (m12, a_ll + 2 * mu * a_lz + mu * mu * t_zz)),
+        (
+            (zero, gyro + t_xz * swing - mu * total_z),
+            (-gyro, a_lz * swing + mu * (s_a + t_zz * swing)),
+        ),
+        ((total_z, -s_a), (-s_a, -s_a * sin)),
+        ((zero, (s_t - total_z) * swing), (zero, (s_a + s_f * sin) * swing)),
+    )

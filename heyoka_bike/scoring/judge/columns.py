@@ -23,8 +23,7 @@ from math import floor
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED, LATERAL
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import COMPARED, LATERAL, MOTION_COLUMNS
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.findings import Finding, info, named, warning

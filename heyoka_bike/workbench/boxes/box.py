@@ -24,19 +24,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import NamedTuple
 
 import flint
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
-from heyoka_bike.bicycle.stability.closed_form import Matrix, closed_form
-from heyoka_bike.errors import InputError
+from heyoka_bike.bicycle.stability.linear import characteristic, closed_form
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number, upper_fraction
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import ZERO, Exact
-from heyoka_bike.workbench.boxes.affine import Affines
-from heyoka_bike.workbench.boxes.box_range import Function, Side, corner, sign_over, slopes
+from heyoka_bike.showing.document import Block, Paragraph, TableBlock
+from heyoka_bike.workbench.boxes.box_range import Affines, Function, Side, corner, sign_over, slopes
 
 # Beyond the digits asked for: some hundred operations lose a digit or two, powers of v the more.
 _GUARD_BITS = 64
@@ -82,6 +83,8 @@ class BoxStability:
     ----------
     sigmas
         Half widths of the box in standard deviations.
+    digits
+        Of the decimals in which it is told.
     parameters
         How many parameters have an uncertainty.
     weave, capsize
@@ -94,11 +97,50 @@ class BoxStability:
     """
 
     sigmas: Fraction
+    digits: int
     parameters: int
     weave: tuple[CriticalSpeed, ...] | None
     capsize: tuple[CriticalSpeed, ...] | None
     every: Interval | None
     some: Interval | None
+
+    def as_json(self) -> dict[str, object]:
+        """Every number as a decimal string that says no more than is proved."""
+        return {
+            "standard_deviations": str(self.sigmas),
+            "parameters": self.parameters,
+            **{
+                name: None if speeds is None else [_bounds(v, self.digits) for v in speeds]
+                for name, speeds in (("weave", self.weave), ("capsize", self.capsize))
+            },
+            "all_stable": _ends(self.every, self.digits, inward=True),
+            "some_stable": _ends(self.some, self.digits, inward=False),
+        }
+
+    def blocks(self) -> tuple[Block, ...]:
+        """As a table."""
+        said = (
+            f"Every bicycle whose {self.parameters} uncertain parameters are each within "
+            f"{self.sigmas} standard deviation(s):"
+        )
+        rows = []
+        for name, speeds in (("weave", self.weave), ("capsize", self.capsize)):
+            if speeds is None:
+                rows.append([f"{name} speed [m/s]", "not decided", "", "", "", ""])
+            elif not speeds:
+                rows.append([f"{name} speed [m/s]", "none", "", "", "", ""])
+            rows += [
+                [f"{name} speed [m/s]", *_bounds(v, self.digits).values()] for v in speeds or ()
+            ]
+        for name, interval, inward in (
+            ("all are stable [m/s]", self.every, True),
+            ("none is stable outside [m/s]", self.some, False),
+        ):
+            ends = _ends(interval, self.digits, inward=inward)
+            found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
+            rows.append([name, *found, "", "", ""])
+        heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
+        return Paragraph(said), TableBlock(heading, rows)
 
 
 def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStability:
@@ -131,6 +173,7 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
         b, e, hurwitz = conditions = (box.damping(), box.capsize(), box.weave())
         return BoxStability(
             sigmas=sigmas,
+            digits=digits,
             parameters=sum(bool(u.sign) for u in bicycle.uncertainties.values()),
             weave=hurwitz.speeds if b.sure else None,
             capsize=e.speeds,
@@ -230,13 +273,8 @@ class _Box:
         """At a point, or over what the numbers enclose."""
         p = dict(zip(PARAMETERS, x, strict=True))
         g = p["g"]
-        m, c1, k0, k2 = closed_form(p, Duals(Affines(self.balls)))
-        return _Polynomials(
-            a=_det(m), b=_mixed(m, c1), c=(g * _mixed(m, k0), _mixed(m, k2) + _det(c1)),
-            d=(g * _mixed(c1, k0), _mixed(c1, k2)),
-            # K2 has no first column, and so no determinant.
-            e=(g * g * _det(k0), g * _mixed(k0, k2)),
-        )  # fmt: skip
+        a, b, c, d, e = characteristic(*closed_form(p, Duals(Affines(self.balls))))
+        return _Polynomials(a, b, (g * c[0], c[1]), (g * d[0], d[1]), (g * g * e[0], g * e[1]))
 
     def sign(self, select: Select) -> int | None:
         """The sign that a polynomial has for every bicycle, if that is proved."""
@@ -384,15 +422,77 @@ def _lesser(x: Fraction | None, y: Fraction | None) -> Fraction | None:
     return min((v for v in (x, y) if v is not None), default=None)
 
 
-def _det(p: Matrix) -> Number:
-    return p[0][0] * p[1][1] - p[0][1] * p[1][0]
-
-
-def _mixed(p: Matrix, q: Matrix) -> Number:
-    """The part of det(p + q) that is of first order in both."""
-    return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
-
-
 def _sqrt(x: Number) -> Number:
     """Of a ball or a dual number over balls."""
     return x.chain(x.value.sqrt(), 1 / (2 * x.value.sqrt())) if isinstance(x, Dual) else x.sqrt()
+
+
+# It is of first order only.
+_DEVIATION_DIGITS = 3
+
+
+def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> BoxStability:
+    """Weave and capsize speeds if each parameter is within so many standard deviations.
+
+    Raises
+    ------
+    InputError
+        `sigmas` is no positive number, or the bicycle has no uncertainties.
+    """
+    return stability_box(bicycle, parse_sigmas(sigmas), digits)
+
+
+def parse_sigmas(text: str) -> Fraction:
+    """A positive number of standard deviations.
+
+    Raises
+    ------
+    InputError
+        The text is not one.
+    """
+    try:
+        sigmas = Exact.parse(text).fraction()
+    except ValueError:
+        sigmas = Fraction(0)
+    if sigmas <= 0:
+        raise InputError(
+            f"--uncertainty: found {quoted(text)}, expected a positive number of standard "
+            "deviations"
+        )
+    return sigmas
+
+
+def below(x: Fraction, digits: int) -> str:
+    """A decimal at or below x."""
+    return str(_divided(x, digits, ROUND_FLOOR))
+
+
+def above(x: Fraction, digits: int) -> str:
+    """A decimal at or above x."""
+    return str(_divided(x, digits, ROUND_CEILING))
+
+
+def _divided(x: Fraction, digits: int, rounding: str) -> Decimal:
+    return Context(prec=digits, rounding=rounding).divide(
+        Decimal(x.numerator), Decimal(x.denominator)
+    )
+
+
+def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
+    """Decimals that say no more than is proved or was attained."""
+    return {
+        "from": below(v.low, digits),
+        "to": above(v.high, digits),
+        "attained_from": above(v.least, digits),
+        "attained_to": below(v.most, digits),
+        "standard_deviation": above(v.deviation, _DEVIATION_DIGITS),
+    }
+
+
+def _ends(interval: Interval | None, digits: int, *, inward: bool) -> dict[str, str | None] | None:
+    """An interval of speeds, rounded inward or outward."""
+    if interval is None:
+        return None
+    low, high = interval
+    begin, end = (above, below) if inward else (below, above)
+    return {"from": begin(low, digits), "to": None if high is None else end(high, digits)}

@@ -1,31 +1,191 @@
-"""An atlas as one HTML page that needs nothing else: a map, and the motion of any start in it."""
+"""An atlas as one HTML page that needs nothing else: a map, and the motion of any start in it.
+
+The page computes motions itself: it gets the equations of the bicycle as JavaScript, written by
+evaluating the model (see `numbers.straight_line`), and ``motion.js`` follows a motion with them.
+"""
 
 from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
+from itertools import groupby, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.parameters import START, Bicycle, benchmark
+from heyoka_bike.bicycle.equations.bodies import bodies_of
+from heyoka_bike.bicycle.equations.constants import constants_of
+from heyoka_bike.bicycle.equations.forces import forces
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, turn_divisor
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import (
+    INTEGRALS,
+    Configuration,
+    track_speeds,
+    whole_rates,
+)
+from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
+from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.straight_line import Language, StraightLine
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
-from heyoka_bike.workbench.atlas.figure import limits
-from heyoka_bike.workbench.atlas.page.motion_source import MOTION_SCRIPT, motion_source
-from heyoka_bike.workbench.atlas.page.packed import Packed
+from heyoka_bike.workbench.atlas.figure import limits, maneuvers
 from heyoka_bike.workbench.atlas.store import load_atlas
+
+_LAST, _NONE = 65534, 65535
+
+
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """Numbers as integers k of 16 bits.
+
+    A number is ``low + (high - low) k / 65534``, or ten to the power of that; of powers k = 0 means
+    zero. 65535 means that there is none.
+
+    Attributes
+    ----------
+    low, high
+        Of the numbers, or of their decimal logarithms.
+    is_log
+        Whether they are powers of ten.
+    codes : ndarray of uint16
+    """
+
+    low: float
+    high: float
+    is_log: bool
+    codes: NDArray[np.uint16]
+
+    @classmethod
+    def of(cls, values: Array, *, is_log: bool) -> Packed:
+        """Numbers packed; what is not finite is none, and of powers what is not positive zero."""
+        flat = np.asarray(values, dtype=float).ravel()
+        is_there = np.isfinite(flat)
+        kept = is_there & (flat > 0) if is_log else is_there
+        scaled = np.log10(flat[kept]) if is_log else flat[kept]
+        low, high = (float(scaled.min()), float(scaled.max())) if len(scaled) else (0.0, 0.0)
+        codes = np.where(is_there, 0, _NONE).astype(np.uint16)
+        places = (scaled - low) / ((high - low) or 1.0) * _LAST
+        codes[kept] = np.maximum(np.rint(places), 1 if is_log else 0)
+        return cls(low, high, is_log, codes)
+
+    @property
+    def precision(self) -> float:
+        """The largest error of a number: absolute, or relative for powers."""
+        half = (self.high - self.low) / _LAST / 2
+        # The lowest power has the code of the one above it.
+        return float(10 ** (2 * half) - 1) if self.is_log else half
+
+    def text(self) -> str:
+        """The codes in base64, little-endian."""
+        return b64encode(self.codes.astype("<u2").tobytes()).decode()
+
+
+MOTION_SCRIPT = Path(__file__).with_name("motion.js").read_text(encoding="utf-8")
+"""Follows a motion by `motion_source`."""
+
+ERROR = 1e-8
+"""The largest error of angles [rad], rates [rad/s] and speed [m/s] within 10 s."""
+
+STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "spin", "yaw", *INTEGRALS, "track")
+"""The integrated variables; `track` is the length of the rear track [m]."""
+
+OBSERVED = (
+    "front_x", "front_y", "speed", "potential", "kinetic", "rear_normal", "front_normal",
+)  # fmt: skip
+"""The derived quantities: front contact [m], speed [m/s], energies [J], normal forces [N]."""
+
+DIVISORS = 3
+"""The number of divisors of the equations that may vanish; a motion ends there."""
+
+_JAVASCRIPT = Language(
+    opening="const {name} = ({arguments}) => {{",
+    closing="}};",
+    statement="const {name} = {value}",
+    output="{result}",
+)
+
+_Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
+
+
+def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
+    """Functions and names for ``motion.js``.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+    free
+        Symbols of parameters that ``P`` has, in place of the bicycle's.
+
+    ``rates(y, f)`` puts the time derivatives of the state y into f, and after them the `DIVISORS`;
+    ``observe(y, f)`` what is `OBSERVED`; ``floorGap([roll, pitch, steer], f)`` the height of the
+    front wheel [m]. ``spinOf([speed], f)`` is the state's ``spin``.
+    """
+
+    def function(name: str, size: int, formulas: _Formulas) -> str:
+        return _JAVASCRIPT.function(
+            name, {"y": size}, "f", lambda code, y: formulas(_equations(bicycle, free, code), y)
+        )
+
+    parts = [
+        "const { sin, cos, sqrt, atan2 } = Math;",
+        f"const STATE = {json.dumps(STATE)}, OBSERVED = {json.dumps(OBSERVED)};",
+        f"const DIVISORS = {DIVISORS}, P = {json.dumps({x: float(bicycle[x]) for x in free})};",
+        function("rates", len(STATE), _rates),
+        function("observe", len(STATE), _observed),
+        function("floorGap", 3, _floor_gap),
+        function("spinOf", 1, _spin),
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equations:
+    """With constants rounded once, or written as formulas of what is free."""
+    if not free:
+        return Equations.binary64(bicycle).convert(code.literal, code)
+    p: dict[str, Number] = {symbol: value.rational for symbol, value in bicycle.values.items()}
+    p |= {symbol: code.variable(f"P.{symbol}") for symbol in free}
+    tilt = p["lam"] if "lam" in free else code.number(bicycle["lam"])
+    k = constants_of(p, tilt, code, is_vertical=False)
+    return Equations(bicycle, k, bodies_of(p, tilt, code), code)
+
+
+def _rates(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    o, u = equations.unfold(y)
+    rear, _ = track_speeds(equations.k, u)
+    return [*whole_rates(equations, y), rear, o.kappa, o.den, turn_divisor(o)]
+
+
+def _observed(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    x_y = Configuration.of(equations, y).places()["front_contact"][:2]
+    energies, contacts = equations.energies(y), forces(equations, y)
+    _, u = equations.unfold(y)
+    return [
+        *x_y, equations.k.length * u.v, energies.potential, energies.kinetic,
+        contacts.rear.normal, contacts.front.normal,
+    ]  # fmt: skip
+
+
+def _floor_gap(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    return [front_contact_height(equations.k, equations.a, *y)]
+
+
+def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    return [y[0] / equations.k.length]
+
 
 _HERE = Path(__file__).parent
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
@@ -164,18 +324,14 @@ frame, with Shift by a second. An address ending in <code>#at=4.6,0.5</code> ope
 
 
 def _title(axis: GridAxis) -> str:
-    is_start = axis.name in START
-    return f"initial {axis.name.replace('_', ' ')}" if is_start else f"{axis.long_name} {axis.name}"
+    return axis.title if axis.name in START else f"{axis.title} {axis.name}"
 
 
 def _marks(atlas: Atlas) -> list[dict[str, Any]]:
     """The benchmark's maneuvers that are in the map."""
-    bicycle, maneuvers = benchmark()
-    if atlas.bicycle.values != bicycle.values:
-        return []
     found = []
     names = [axis.name for axis in atlas.axes]
-    for number, maneuver in enumerate(maneuvers, start=1):
+    for number, maneuver in enumerate(maneuvers(atlas), start=1):
         start = {key: float(getattr(maneuver, key)) for key in START}
         is_on = all(start[key] == x for key, x in atlas.start.items() if key not in names)
         inside = all(a.values[0] <= start.get(a.name, np.nan) <= a.values[-1] for a in atlas.axes)
@@ -195,31 +351,20 @@ def _stable(atlas: Atlas) -> dict[str, Any]:
     if "speed" not in names:
         return {"curves": [], "ranges": []}
     other = atlas.axes[1 - names.index("speed")]
-    ends = (other.values[0], other.values[-1])
-    if other.name in START:
-        found = _ranges(atlas.bicycle)
-        at = [(x, found) for x in ends]
-    else:
-        values = np.linspace(*ends, _CURVE)
-        at = [
-            (x, _ranges(atlas.bicycle.replace(**{other.name: Exact(Fraction(x))}))) for x in values
-        ]
-    curves: list[list[list[float]]] = []
-    last: dict[tuple[int, int], list[list[float]]] = {}
-    for x, ranges in at:
-        now = {}
-        for i, one in enumerate(ranges):
-            for j, speed in enumerate(one):
-                if speed is None:
-                    continue
-                place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
-                now[i, j] = last.get((i, j), [])
-                now[i, j].append(place)
-                if len(now[i, j]) == 1:
-                    curves.append(now[i, j])
-        last = now
-    is_simple = names[0] == "speed" and other.name in START
-    return {"curves": curves, "ranges": at[0][1] if is_simple else []}
+    is_one, ends = other.name in START, (other.values[0], other.values[-1])
+    values = ends if is_one else np.linspace(*ends, _CURVE)
+    changes = [{} if is_one else {other.name: Exact(Fraction(x))} for x in values]
+    ranges = [_ranges(atlas.bicycle.replace(**change)) for change in changes]
+    curves = []
+    for i, j in product(range(max(map(len, ranges))), (0, 1)):
+        speeds = [found[i][j] if i < len(found) else None for found in ranges]
+        for is_there, points in groupby(
+            zip(speeds, values, strict=True), lambda p: p[0] is not None
+        ):
+            if is_there:
+                places = [[speed, float(x)] for speed, x in points]
+                curves.append(places if names[0] == "speed" else [p[::-1] for p in places])
+    return {"curves": curves, "ranges": ranges[0] if is_one and names[0] == "speed" else []}
 
 
 def _energy(atlas: Atlas) -> list[list[list[float]]]:
