@@ -31,7 +31,7 @@ from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import START, UNKNOWNS, load_sensitivities
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import find_input, reference_folder
 
