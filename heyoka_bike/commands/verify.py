@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     if args.folder is not None and not args.folder.strip():
         raise InputError("DIR: found nothing, expected a folder")
     if args.rerun:
-        from heyoka_bike.motion.expressions import require_heyoka
+        from heyoka_bike.motion.integrate import require_heyoka
 
         require_heyoka()
     from heyoka_bike.reference.verification.rerun import run_again

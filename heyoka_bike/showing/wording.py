@@ -6,8 +6,8 @@ from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity, named
-from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Run, Series
+from heyoka_bike.scoring.verdict import MOST_DIGITS
 from heyoka_bike.showing.grades import PHRASES, Grade, file_grade, judgement
 
 _LONGEST_NAME = 30

@@ -7,8 +7,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, Curve, Explanation, ManeuverScore
+from heyoka_bike.scoring.verdict import TOLERANCE
 from heyoka_bike.showing.charts import axis
 from heyoka_bike.showing.charts.chart import Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.charts.decimate import envelope, highest

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Run, Series
+from heyoka_bike.scoring.verdict import TOLERANCE
 from heyoka_bike.showing.charts import axis
 from heyoka_bike.showing.charts.chart import Guide, Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.charts.decimate import highest
