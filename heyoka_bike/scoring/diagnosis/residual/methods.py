@@ -136,7 +136,9 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
     fits = best_subsets(b, 1, len(SCHEMES))
     found = []
     for (i,), (size,), gain in zip(fits.members, fits.changes, fits.gains, strict=True):
-        left = b.squares - 2 * size * b.moments[:, i] + size**2 * b.products[:, i, i] + b.floors
+        left = b.squares - 2 * size * b.moments[:, i] + size**2 * b.products[:, i, i]
+        # Rounding may leave less than nothing.
+        left = np.maximum(left, 0.0) + b.floors
         falls = np.log((b.squares + b.floors) / left).reshape(len(motions), -1) / 2
         # A force, or constraints that drift, leave nothing of an integrator in these.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
