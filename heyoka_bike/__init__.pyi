@@ -21,7 +21,7 @@ from heyoka_bike.scoring.series import score_series as score_series
 from heyoka_bike.scoring.series.side_by_side import compare as compare
 
 # Show.
-from heyoka_bike.showing.figures.plot import plot as plot
+from heyoka_bike.showing.figures import plot as plot
 from heyoka_bike.showing.replay.animate import animate as animate
 
 # Compute.

@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnosed_elsewhere
     from heyoka_bike.scoring.score import score
-    from heyoka_bike.showing.formats import diagnosis
+    from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
     reference = load_reference(args.reference)
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
     if NOTHING in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
-    print(_as_json(found) if args.format == "json" else diagnosis.render(found))
+    print(_as_json(found) if args.format == "json" else diagnosis(found))
     return Exit.OK
 
 

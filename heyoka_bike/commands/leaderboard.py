@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring.leaderboard import leaderboard
     from heyoka_bike.showing.document import html
     from heyoka_bike.showing.formats.leaderboard import document, render_json
-    from heyoka_bike.showing.formats.origin import origin
+    from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.files import write_output
 
     finish = {}

@@ -26,7 +26,7 @@ from typing import Any
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
-from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES
+from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, drawn, written
 from heyoka_bike.showing.figures.style import FORMATS
 
 _DEFAULT_FOLDER = "figures"
@@ -62,8 +62,6 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.showing.figures.plot import drawn
-    from heyoka_bike.showing.figures.style import save
     from heyoka_bike.system.files import write_output
 
     if args.figure == ATLAS:
@@ -81,8 +79,6 @@ def run(args: argparse.Namespace) -> int:
     every = drawn(
         args.figure, args.maneuver, args.reference, args.output, args.formats, dashes="--"
     )
-    for figure, files in every:
-        for path in files:
-            save(figure, path)
-            print(path)
+    for path in written(every):
+        print(path)
     return Exit.OK

@@ -49,8 +49,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.exact import positive_numbers
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.score import score
-    from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.showing.formats.output import render
+    from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     (cpu,) = positive_numbers("--cpu", args.cpu)[:1]

@@ -8,8 +8,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.checker.wasm import KEPT
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
-from heyoka_bike.showing.formats.origin import reference_words
-from heyoka_bike.showing.grades import MEANINGS, PHRASES, SIGNS, WORDS, Grade
+from heyoka_bike.showing.wording import MEANINGS, PHRASES, SIGNS, WORDS, Grade, reference_words
 
 _HERE = Path(__file__).parent
 

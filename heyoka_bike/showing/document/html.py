@@ -1,23 +1,31 @@
-"""Documents as HTML: pages that need nothing else, and pieces of them.
+"""Documents as HTML: pages that need nothing else, and pieces of them for notebooks.
 
-Pages are readable without script and on paper; the script only reads values off the charts.
+Pages are readable without script and on paper; the script only reads values off the charts. A piece
+has no script and touches nothing around it: the style sheet of the pages is nested in its class.
 """
 
 import re
 from base64 import b64encode
 from collections.abc import Sequence
+from functools import cache
 from hashlib import sha256
 from html import escape
 from pathlib import Path
 from string import Template
 
 from heyoka_bike.showing import document as doc
-from heyoka_bike.showing.grades import MEANINGS, SIGNS, WORDS, Grade
+from heyoka_bike.showing.wording import MEANINGS, SIGNS, WORDS, Grade
 
 PAGE_STYLE = Path(__file__).with_name("page.css")
 SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 """Of every report."""
 _PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+
+_CLASS = "heyoka-bike"
+_OWN = """background: var(--page); color: var(--ink); padding: 8px 12px; font: 14px/1.5 system-ui, sans-serif;
+.verdict { font-size: 1.25em; }
+details { margin: .4em 0; } summary { cursor: pointer; font-weight: 600; }
+"""  # noqa: E501
 
 # A line must not end within 1e-05, nor before a unit.
 _UNIT = r" (?:%|s\b|J\b|rad\b(?:/s)?|m/s)"
@@ -37,6 +45,17 @@ def render(document: doc.Document) -> str:
         f"{markup(blocks[:start])}\n{contents}</header>\n{markup(blocks[start:])}"
     )
     return page(document.title, body, document.origin, styles=(PAGE_STYLE,), script=SCRIPT)
+
+
+@cache
+def _style() -> str:
+    sheet = PAGE_STYLE.read_text(encoding="utf-8").replace(":root", "&")
+    return f"<style>.{_CLASS} {{\n{sheet}{_OWN}}}</style>"
+
+
+def piece(blocks: Sequence[doc.Block]) -> str:
+    """Blocks as a piece for a notebook, in which chapters fold."""
+    return f'<div class="{_CLASS}">{_style()}{markup(blocks, medium=doc.NOTEBOOK)}</div>'
 
 
 def markup(blocks: Sequence[doc.Block], level: int = 2, medium: str = doc.PAGE) -> str:

@@ -12,8 +12,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore, Measures
 from heyoka_bike.scoring.report import Report, Series
-from heyoka_bike.showing.grades import WORDS
-from heyoka_bike.showing.wording import by_severity, reports, sentence, verdict
+from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, verdict
 
 
 def render(scored: Report | Series) -> str:

@@ -12,15 +12,13 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Line, chart
-from heyoka_bike.showing.charts.maneuver import legend
+from heyoka_bike.showing.charts.chart import ChartAxis, Line, chart, linear, times
+from heyoka_bike.showing.charts.results import legend
 from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose
-from heyoka_bike.showing.formats.origin import reference_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
 from heyoka_bike.showing.replay.shapes import shape
-from heyoka_bike.showing.wording import sentence, worst_words
+from heyoka_bike.showing.wording import reference_words, sentence, worst_words
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
@@ -134,7 +132,7 @@ def _plots(scenes: Sequence[Scene]) -> str:
 
 def _charts(scene: Scene) -> list[str]:
     exact, result = scene.reference, scene.result
-    time = axis.times(0.0, float(exact.motion.time[-1]))
+    time = times(0.0, float(exact.motion.time[-1]))
     found = []
     for name, title, unit in _PANELS:
         lines = [Line("reference", "mine", exact.motion.time, exact.columns[name])]
@@ -156,7 +154,7 @@ def _charts(scene: Scene) -> list[str]:
     return [f"<figure>{one}</figure>" for one in found]
 
 
-def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
+def _chart(scene: Scene, time: ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
     # A result that leaves the picture does not flatten the reference.
@@ -164,7 +162,7 @@ def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str
     for line in lines:
         low = min(low, max(float(line.y.min()), low - room))
         high = max(high, min(float(line.y.max()), high + room))
-    y = axis.values(low, high)
+    y = linear(low, high)
     return chart(
         time, y, lines, about=f"{title.capitalize()} over time, maneuver {scene.number}",
         title=f"{title}{y.offset_text} [{unit}]", x_title="", height=_HEIGHT,

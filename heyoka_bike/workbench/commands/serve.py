@@ -128,7 +128,7 @@ def _board(args: argparse.Namespace) -> str | None:
     from heyoka_bike.scoring.leaderboard import leaderboard
     from heyoka_bike.showing.document import html
     from heyoka_bike.showing.formats.leaderboard import document
-    from heyoka_bike.showing.formats.origin import origin
+    from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.console import progress_bar
 
     with progress_bar("scoring") as progress:
