@@ -25,12 +25,14 @@ _DEFAULT = "uncontrolled-bicycle.html"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
-    options.add_output(p, f"file to write, .html (default ./{_DEFAULT})")
+    said = {
+        "[FILE]": "result file; - is standard input",
+        "-o --output FILE": f"file to write, .html (default ./{_DEFAULT})",
+    }
+    p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("html",), "")
-    said = "show this one, which a file of one maneuver then holds (default: all)"
-    options.add_options(p, {"--maneuver N": said})
+    which = "show this one, which a file of one maneuver then holds (default: all)"
+    options.add_arguments(p, {"--maneuver N": which})
     options.add_reference(p)
 
 

@@ -18,7 +18,6 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
 
@@ -28,11 +27,11 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
+    files = {"FILE...": "result file, or files of one run"}
+    p = options.add_command(subparsers, run, __doc__, files)
     options.add_format(p, ("text", "json"))
-    options.add_options(p, {"--maneuver N": "maneuver that a file of one maneuver holds"})
-    add_columns(p)
+    maneuver = {"--maneuver N": "maneuver that a file of one maneuver holds"}
+    options.add_arguments(p, maneuver | options.COLUMNS)
     options.add_reference(p)
     options.add_workers(p)
 
@@ -47,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.system.parallel import side_by_side
 
     reference = load_reference(args.reference)
-    numbers = maneuvers_of(args.maneuver, len(args.files), reference)
-    files = [read(f, n, reference, args.columns) for f, n in zip(args.files, numbers, strict=True)]
+    numbers = maneuvers_of(args.maneuver, len(args.file), reference)
+    files = [read(f, n, reference, args.columns) for f, n in zip(args.file, numbers, strict=True)]
     with progress_bar("simulating mistakes") as progress:
         (found,) = side_by_side(
             diagnosed_elsewhere, [(score(files, reference), reference)], [("", 1.0)],

@@ -55,10 +55,10 @@ def add_parser(subparsers: Any) -> None:
         "--checker": f"write {_STEM}.h: the exact motion, and how many digits of yours are right",
         "--page": f"write {_STEM}.html: a page that judges files in the browser, without a server",
     }
-    options.add_options(what, kinds, equations={"choices": _LANGUAGES})
-    said = f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: this folder)"
-    options.add_output(p, said, metavar="FILE_OR_DIR", default=".")
+    options.add_arguments(what, kinds, equations={"choices": _LANGUAGES})
     others = {
+        "-o --output FILE_OR_DIR=.": f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: "
+        "this folder)",
         "--bicycle NAME|FILE": "of --equations: a bicycle of the collection, or a TOML file "
         "(default: benchmark)",
         "--maneuvers NAME|FILE": "of --equations: maneuvers of the collection, or a TOML file "
@@ -68,7 +68,7 @@ def add_parser(subparsers: Any) -> None:
         "in their default definitions)",
         "--digits N": "of csv: 17 (default) or 32",
     }
-    options.add_options(p, others, maneuver={"type": int}, digits={"type": int})
+    options.add_arguments(p, others, maneuver={"type": int}, digits={"type": int})
     options.add_reference(p)
 
 

@@ -62,7 +62,7 @@ def add_parser(subparsers: Any) -> None:
         "bicycles ./sets)",
         "--force": "replace a set of another version or of other inputs",
     }
-    options.add_options(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
+    options.add_arguments(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
     options.add_format(p, ("table", "json"))
     options.add_workers(p)
 

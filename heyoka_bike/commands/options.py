@@ -12,12 +12,15 @@ from heyoka_bike.errors import unknown_word
 
 
 def add_command(
-    subparsers: Any, run: Callable[[Namespace], int], said: str | None, **fields: str
-) -> ArgumentParser:
+    subparsers: Any, run: Callable[[Namespace], int], said: str | None,
+    arguments: Mapping[str, str] | None = None, **fields: str,
+) -> ArgumentParser:  # fmt: skip
     """Add a command to the command line; it is called like the module of `run`.
 
     Parameters
     ----------
+    arguments
+        See `add_arguments`.
     said
         Docstring of that module. The summary is the command's line in the list of commands; the
         paragraphs after it stand above the options, those from the first on that begins with a
@@ -36,6 +39,7 @@ def add_command(
         formatter_class=_Paragraphs,
     )
     parser.set_defaults(run=run)
+    add_arguments(parser, arguments or {})
     return parser
 
 
@@ -47,40 +51,50 @@ class _Paragraphs(HelpFormatter):
         return "\n\n".join(p if p[:1].islower() else textwrap.fill(p, width) for p in paragraphs)
 
 
-def add_options(parser: Any, said: Mapping[str, str], **settings: Mapping[str, object]) -> None:
-    """Add options, in their order.
+def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str, object]) -> None:
+    """Add arguments and options, in their order.
 
     Parameters
     ----------
     said
-        The help of each by its usage: ``--force`` is a switch, ``--until WHEN`` takes a text.
+        The help of each by its usage. ``FILE`` is an argument, ``[FILE]`` one that may be missing,
+        ``FILE...`` one or more. ``--force`` is a switch, ``-o --output FILE`` takes a text,
+        ``--speeds LIST=0:10:1`` has a default, ``--require EXPR...`` may be repeated.
     settings
         Arguments of ``add_argument``, such as ``{"type": int}``, by the name of an option with
         underscores.
     """
     for usage, text in said.items():
-        option, _, metavar = usage.partition(" ")
+        *flags, value = usage.split() if " " in usage or usage[0] != "-" else (usage, "")
+        metavar, _, default = value.strip("[]").removesuffix("...").partition("=")
         kind: dict[str, Any] = {"metavar": metavar} if metavar else {"action": "store_true"}
-        kind |= settings.get(option.strip("-").replace("-", "_"), {})
-        parser.add_argument(option, help=text, **kind)
+        if flags and value.endswith("..."):
+            kind |= {"action": "append", "default": []}
+        elif value.endswith(("...", "]")):
+            kind["nargs"] = "?" if value.endswith("]") else "+"
+        if default:
+            kind["default"] = default
+        names = flags or [metavar.lower()]
+        kind |= settings.get(names[-1].strip("-").replace("-", "_"), {})
+        parser.add_argument(*names, help=text, **kind)
+
+
+FOLDER = {"[DIR]": "folder (default: the published set)"}
+BICYCLE = {
+    "--bicycle NAME|FILE=benchmark": "a bicycle of the collection, or a TOML file (default: "
+    "benchmark)"
+}
+COLUMNS = {
+    "--columns NAMES": "what the columns of a file are, in its order, whatever their names there: "
+    "time,roll_angle,m2_steer_angle,...; - for one that is left out"
+}
+"""Arguments that several commands have."""
 
 
 def add_reference(parser: ArgumentParser, of: str = "") -> None:
     """Add ``--reference``."""
     said = f"folder of a reference set{of} (default: the published one)"
-    add_options(parser, {"--reference DIR": said})
-
-
-def add_folder(parser: ArgumentParser) -> None:
-    """Add the folder of a reference set as an argument."""
-    said = "folder (default: the published set)"
-    parser.add_argument("folder", nargs="?", metavar="DIR", help=said)
-
-
-def add_bicycle(parser: ArgumentParser) -> None:
-    """Add ``--bicycle``."""
-    said = "a bicycle of the collection, or a TOML file (default: benchmark)"
-    add_options(parser, {"--bicycle NAME|FILE": said}, bicycle={"default": "benchmark"})
+    add_arguments(parser, {"--reference DIR": said})
 
 
 def add_workers(parser: ArgumentParser) -> None:
@@ -91,7 +105,7 @@ def add_workers(parser: ArgumentParser) -> None:
         "--cluster ADDRESS": "do the work on the workers of a running Dask scheduler, such as "
         "tcp://node7:8786, or of a scheduler file; needs heyoka_bike[cluster]",
     }
-    add_options(parser.add_mutually_exclusive_group(), options, workers={"type": int})
+    add_arguments(parser.add_mutually_exclusive_group(), options, workers={"type": int})
 
 
 def using_workers(args: Namespace) -> AbstractContextManager[None]:
@@ -104,8 +118,9 @@ def using_workers(args: Namespace) -> AbstractContextManager[None]:
     return using(workers, cluster=cluster)
 
 
-def lists(action: Action, words: Iterable[str]) -> None:
+def lists(parser: ArgumentParser, dest: str, words: Iterable[str]) -> None:
     """Let a shell complete the words of an option that takes several, or checks them itself."""
+    (action,) = (x for x in parser._actions if x.dest == dest)
     vars(action)["words"] = tuple(words)
 
 
@@ -145,11 +160,11 @@ def add_formats(
     parser: ArgumentParser, formats: Sequence[str], said: str, *, nargs: str | None = None
 ) -> None:
     """Add ``--format`` for several, as ``formats``."""
-    action = parser.add_argument(
+    parser.add_argument(
         "--format", metavar="FORMAT", dest="formats", action=_Formats, nargs=nargs,
         help=f"one of {', '.join(formats)}; {said}",
     )  # fmt: skip
-    lists(action, formats)
+    lists(parser, "formats", formats)
 
 
 class _Formats(Action):
@@ -166,8 +181,3 @@ class _Formats(Action):
             if word not in self.words:
                 raise ArgumentError(self, unknown_word(word, self.words))
         setattr(namespace, self.dest, [*(getattr(namespace, self.dest) or ()), *found])
-
-
-def add_output(parser: ArgumentParser, said: str, **options: Any) -> None:
-    """Add ``-o`` and ``--output``, a file unless another ``metavar`` is given."""
-    parser.add_argument("-o", "--output", help=said, **{"metavar": "FILE"} | options)

@@ -28,7 +28,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle, add_command, add_workers
+from heyoka_bike.commands.options import BICYCLE, add_arguments, add_command, add_workers
 from heyoka_bike.commands.printing import print_table
 from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
 from heyoka_bike.system.console import progress_bar
@@ -66,7 +66,7 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help="what the start is where no axis says it (default 0); may be repeated",
     )
-    add_bicycle(p)
+    add_arguments(p, BICYCLE)
     p.add_argument(
         "--longest",
         metavar="SECONDS",
