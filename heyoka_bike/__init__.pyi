@@ -22,7 +22,7 @@ from heyoka_bike.scoring.series.side_by_side import compare as compare
 
 # Show.
 from heyoka_bike.showing.figures import plot as plot
-from heyoka_bike.showing.replay.animate import animate as animate
+from heyoka_bike.showing.replay.page import animate as animate
 
 # Compute.
 from heyoka_bike.bicycle.parameters import Bicycle as Bicycle

@@ -13,8 +13,13 @@ from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from heyoka_bike.commands.citation import Cite
-from heyoka_bike.commands.completion import SHELLS, PrintCompletion
-from heyoka_bike.commands.options import add_verbose, telling, using_workers
+from heyoka_bike.commands.options import (
+    SHELLS,
+    PrintCompletion,
+    add_verbose,
+    telling,
+    using_workers,
+)
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
 from heyoka_bike.registry import COMMANDS, command
 from heyoka_bike.version import __version__

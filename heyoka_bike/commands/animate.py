@@ -18,7 +18,6 @@ from typing import Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit
-from heyoka_bike.showing.replay import check_suffix
 
 _DEFAULT = "uncontrolled-bicycle.html"
 
@@ -41,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.commands.result_files import maneuvers_of
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.reading import read_results
-    from heyoka_bike.showing.replay.page import render
+    from heyoka_bike.showing.replay.page import check_suffix, render
     from heyoka_bike.showing.replay.scenes import replay
     from heyoka_bike.system.files import refuse_overwriting, write_output
 

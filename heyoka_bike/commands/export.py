@@ -122,10 +122,10 @@ def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
 
 
 def _page(args: argparse.Namespace) -> dict[Path, bytes]:
-    from heyoka_bike.showing.checker.page import render
+    from heyoka_bike.showing.checker.wasm import render_page
 
     folder, stem = _place(args.output, (".html",), _STEM)
-    return {folder / f"{stem}.html": render().encode()}
+    return {folder / f"{stem}.html": render_page().encode()}
 
 
 def _digits(args: argparse.Namespace) -> int:

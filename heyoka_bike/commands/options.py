@@ -1,14 +1,25 @@
-"""Commands as the command line takes them, and the options that several of them have."""
+"""Commands as the command line takes them, their options, and the completion of both in a shell."""
 
 import os
 import textwrap
-from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from argparse import (
+    Action,
+    ArgumentError,
+    ArgumentParser,
+    HelpFormatter,
+    Namespace,
+    _SubParsersAction,
+)
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from string import Template
 from typing import Any
 
-from heyoka_bike.errors import unknown_word
+from heyoka_bike.errors import Exit, unknown_word
+
+SHELLS = ("bash", "zsh", "fish", "tcsh")
+_FILES = ("FILE", "NAME|FILE", "FILE_OR_DIR", "FILE_OR_FOLDER")
+_FOLDERS = ("DIR", "FOLDER")
 
 
 def add_command(
@@ -181,3 +192,43 @@ class _Formats(Action):
             if word not in self.words:
                 raise ArgumentError(self, unknown_word(word, self.words))
         setattr(namespace, self.dest, [*(getattr(namespace, self.dest) or ()), *found])
+
+
+class PrintCompletion(Action):
+    """Prints what a shell reads to complete words of the command line, and ends."""
+
+    def __call__(
+        self, parser: ArgumentParser, namespace: Any, values: Any, option: Any = None
+    ) -> None:
+        try:
+            print(completion(parser, values))
+        except ModuleNotFoundError:
+            said = "shtab is not installed, expected it: pip install 'heyoka_bike[completion]'"
+            parser.exit(Exit.INPUT, f"{parser.prog}: {said}\n")
+        parser.exit(Exit.OK)
+
+
+def completion(parser: ArgumentParser, shell: str) -> str:
+    """Return a completion script: commands, options and formats by name, files and folders.
+
+    The parser is of no other use afterwards.
+    """
+    import shtab
+
+    kinds = dict.fromkeys(_FILES, shtab.FILE) | dict.fromkeys(_FOLDERS, shtab.DIRECTORY)
+    for action in _actions(parser):
+        if (kind := kinds.get(str(action.metavar))) is not None:
+            vars(action)["complete"] = kind
+        action.choices = action.choices or getattr(action, "words", None)
+    text: str = shtab.complete(parser, shell=shell)
+    return text
+
+
+def _actions(parser: ArgumentParser) -> Iterator[Action]:
+    for action in parser._actions:
+        yield action
+        if isinstance(action, _SubParsersAction):
+            for command in action._choices_actions:
+                # A shell shows it beside the name.
+                action.choices[command.dest].description = command.help
+                yield from _actions(action.choices[command.dest])

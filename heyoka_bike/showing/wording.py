@@ -164,17 +164,6 @@ def warnings_words(report: Report) -> str:
     return f"{count} warning{'s' if count > 1 else ''}" if count else ""
 
 
-def fewest_digits(m: ManeuverScore) -> float | None:
-    """Correct digits of the worst column of a maneuver; None if nothing was compared."""
-    return None if m.worst is None else m.worst.scd
-
-
-def worst_place(report: Report) -> str:
-    """Return the worst column and its maneuver."""
-    found = report.worst
-    return f"{label(found.column)} of maneuver {found.maneuver}" if found else "nothing compared"
-
-
 def worst_words(report: Report) -> str:
     """Return the correct digits of the worst column."""
     found = report.worst

@@ -80,7 +80,7 @@ def diagnosis(report: Report) -> str:
 
 def _report(report: Report) -> Iterator[_Entry]:
     digits = (
-        f"maneuver {m.maneuver}: {words.one_decimal(words.fewest_digits(m))}"
+        f"maneuver {m.maneuver}: {words.one_decimal(m.worst and m.worst.scd)}"
         for m in report.maneuvers
     )
     judged = (
