@@ -18,7 +18,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose as diagnose
 from heyoka_bike.scoring.instants.check import check as check
 from heyoka_bike.scoring.score import score as score
 from heyoka_bike.scoring.series import score_series as score_series
-from heyoka_bike.scoring.series.side_by_side import compare as compare
+from heyoka_bike.scoring.series import compare as compare
 
 # Show.
 from heyoka_bike.showing.figures import plot as plot

@@ -33,9 +33,9 @@ COMMANDS = {
 _ADDITIONS = {
     "atlas_figure": "heyoka_bike.workbench.atlas.figure",
     "atlas_page": "heyoka_bike.workbench.atlas.page.page",
-    "certify_after": "heyoka_bike.workbench.after_ten_seconds.facts_file",
+    "certify_after": "heyoka_bike.workbench.after_ten_seconds.facts",
     "generate_after": "heyoka_bike.workbench.after_ten_seconds.making",
-    "uncertain_stability": "heyoka_bike.workbench.boxes.report",
+    "uncertain_stability": "heyoka_bike.workbench.boxes.box",
 }
 
 

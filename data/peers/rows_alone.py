@@ -13,8 +13,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.proof.dense import interpolate

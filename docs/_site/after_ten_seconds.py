@@ -18,9 +18,9 @@ import mpmath
 from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.bicycle.stability.linear import linearise
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import GREATEST_LEAN, events, zeros
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.layout import AFTER

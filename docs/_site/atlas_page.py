@@ -21,9 +21,9 @@ from heyoka_bike.cli import main as command
 from heyoka_bike.system.machine import machine
 from heyoka_bike.system.parallel import processors
 from heyoka_bike.system.resources import benchmark_bicycle
-from heyoka_bike.workbench.atlas.compute import edge
 from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UPRIGHT, WEAVES
 from heyoka_bike.workbench.atlas.design import axis, design
+from heyoka_bike.workbench.atlas.make import edge
 from heyoka_bike.workbench.atlas.store import load_atlas
 
 PAGE = Path(__file__).parent.parent / "atlas.md"

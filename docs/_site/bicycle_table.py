@@ -20,8 +20,7 @@ from heyoka_bike.cli import main as command
 from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.manifest import MANIFEST, read_manifest
 from heyoka_bike.system.resources import collection
-from heyoka_bike.workbench.boxes.box import stability_box
-from heyoka_bike.workbench.boxes.report import above, below
+from heyoka_bike.workbench.boxes.box import above, below, stability_box
 
 PAGE = Path(__file__).parent.parent / "reference" / "other-bicycles.md"
 NAMES = [name for name in collection("bicycles") if name != "benchmark"]

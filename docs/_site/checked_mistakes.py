@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
-from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.bicycle.parameters import read_bicycle
-from heyoka_bike.bicycle.stability.closed_form import closed_form
+from heyoka_bike.bicycle.stability.linear import closed_form
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.reference.proof.instants import known_states
@@ -19,8 +19,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Program
-from heyoka_bike.scoring.instants.check import check
-from heyoka_bike.scoring.instants.expected import binary64_states, of_own
+from heyoka_bike.scoring.instants.check import binary64_states, check, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
 
 PAGE = Path(__file__).parent.parent / "reference" / "checked-mistakes.md"

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING, Column
 
 PAGE = Path(__file__).parent.parent / "reference" / "columns.md"
 BEGIN, END = "<!-- columns: begin -->", "<!-- columns: end -->"

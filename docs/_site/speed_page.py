@@ -24,10 +24,10 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.figures.style import render, style
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
-from heyoka_bike.workbench.bench.figure import COLOURS, MARKERS, draw
-from heyoka_bike.workbench.bench.floor import Floor
+from heyoka_bike.workbench.bench.batches import Floor
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES
+from heyoka_bike.workbench.bench.summary import COLOURS, MARKERS, draw
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, simulate
 
 DOCS = Path(__file__).parent.parent

@@ -33,7 +33,7 @@ def add_parser(subparsers: Any) -> None:
         "and check nothing",
         **options.BICYCLE,
         "--si": "columns without a unit are in SI units",
-        "--tolerance X=1e-9": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
+        "--tolerance X 1e-9": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
     }
     p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("text", "json"))

@@ -57,7 +57,7 @@ def add_parser(subparsers: Any) -> None:
     }
     options.add_arguments(what, kinds, equations={"choices": _LANGUAGES})
     others = {
-        "-o --output FILE_OR_DIR=.": f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: "
+        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: "
         "this folder)",
         "--bicycle NAME|FILE": "of --equations: a bicycle of the collection, or a TOML file "
         "(default: benchmark)",

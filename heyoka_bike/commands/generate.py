@@ -29,7 +29,7 @@ from heyoka_bike.system.console import progress_bars
 from heyoka_bike.version import __version__
 
 if TYPE_CHECKING:
-    from heyoka_bike.motion.endings import Ending
+    from heyoka_bike.motion.events import Ending
     from heyoka_bike.reference.making.generate import Generated
     from heyoka_bike.reference.making.tabulate import Table
 

@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
     said = {
         "--digits N": "significant decimal digits, 5 to 1000 (default 15)",
         **options.BICYCLE,
-        "--speeds LIST=0:10:1": "speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step "
+        "--speeds LIST 0:10:1": "speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step "
         "(default 0:10:1)",
         "--uncertainty SIGMAS": "prove between which speeds weave and capsize lie if every "
         "parameter may be so many of its standard deviations off (default 1), and where all such "

@@ -70,14 +70,16 @@ def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str,
     said
         The help of each by its usage. ``FILE`` is an argument, ``[FILE]`` one that may be missing,
         ``FILE...`` one or more. ``--force`` is a switch, ``-o --output FILE`` takes a text,
-        ``--speeds LIST=0:10:1`` has a default, ``--require EXPR...`` may be repeated.
+        ``--speeds LIST 0:10:1`` has a default, ``--require EXPR...`` may be repeated.
     settings
         Arguments of ``add_argument``, such as ``{"type": int}``, by the name of an option with
         underscores.
     """
     for usage, text in said.items():
-        *flags, value = usage.split() if " " in usage or usage[0] != "-" else (usage, "")
-        metavar, _, default = value.strip("[]").removesuffix("...").partition("=")
+        words = usage.split()
+        flags = [word for word in words if word.startswith("-")]
+        value, default, *_ = *words[len(flags) :], "", ""
+        metavar = value.strip("[]").removesuffix("...")
         kind: dict[str, Any] = {"metavar": metavar} if metavar else {"action": "store_true"}
         if flags and value.endswith("..."):
             kind |= {"action": "append", "default": []}
@@ -92,7 +94,7 @@ def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str,
 
 FOLDER = {"[DIR]": "folder (default: the published set)"}
 BICYCLE = {
-    "--bicycle NAME|FILE=benchmark": "a bicycle of the collection, or a TOML file (default: "
+    "--bicycle NAME|FILE benchmark": "a bicycle of the collection, or a TOML file (default: "
     "benchmark)"
 }
 COLUMNS = {

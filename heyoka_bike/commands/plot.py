@@ -40,8 +40,8 @@ def add_parser(subparsers: Any) -> None:
     listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
     said = {
         "[DIR]": "folder of the reference set (default: the published one), or of an atlas",
-        f"--figure NAME={DEFAULT}": f"what to draw, see below, or {ALL} (default {DEFAULT})",
-        "-o --output FILE_OR_FOLDER=figures": "folder, or the file of a single figure, its format "
+        f"--figure NAME {DEFAULT}": f"what to draw, see below, or {ALL} (default {DEFAULT})",
+        "-o --output FILE_OR_FOLDER figures": "folder, or the file of a single figure, its format "
         "by the suffix (default ./figures)",
     }
     p = options.add_command(subparsers, run, __doc__, said, figures=listed)

@@ -180,7 +180,7 @@ _Numbers = list[float | None] | None
 def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _Numbers]:
     """Result files, their step sizes, tolerances and processor times."""
     if lists := _lists(args.file):
-        from heyoka_bike.scoring.series.runs_file import read_runs
+        from heyoka_bike.scoring.series import read_runs
 
         if len(args.file) > 1:
             raise InputError(

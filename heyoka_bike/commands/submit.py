@@ -37,7 +37,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--program", required=True, help="name, version, method and step, in a line")
     p.add_argument("--cpu", metavar="S", required=True, help="processor time of the run [s]")
     p.add_argument("--machine", required=True, help="processor, compiler and options, in a line")
-    output = {"-o --output ZIP=submission.zip": "the archive (default: submission.zip)"}
+    output = {"-o --output ZIP submission.zip": "the archive (default: submission.zip)"}
     options.add_arguments(p, options.COLUMNS | output)
 
 

@@ -1,30 +1,54 @@
 """Events of a motion: upright, greatest lean, a wheel leaving the floor, the end of the model.
 
-An event is a zero of a function of the state, isolated by `crossings`. With a certificate what is
-said is proved of the exact motion: every zero is in one of the events, and those with `is_single`
-are exactly one zero each. What could not be decided is among them, and says so.
+An event is a zero of a function of the state. Every piece of the motion is bisected, in time, until
+one of three things is shown on each span, in ball arithmetic and for every state that the motion
+can have there:
+
+- the function does not vanish;
+- its rate does not vanish. Newton's method in intervals then leaves a tiny span outside of which
+  the function has known signs, or nothing;
+- shorter spans would not help: in the middle the function is not told from zero, and over the span
+  it does not change by more than what is unknown of it.
+
+A piece is looked at inside its own interval, where its bounds hold. What may hold zeros is joined
+where it touches, also across breaks. If the rate has one sign there, signs on both sides say
+whether there is exactly one zero or none; all else is kept as undecided.
+
+With a certificate the states are those of the exact motion, the rate is taken by the equations of
+motion, and what is said is proved of the exact motion: every zero is in one of the events, and
+those with `is_single` are exactly one zero each. Without one it is said of the polynomials, and
+pieces on which an interpolation in binary64 sees no zero are passed over: that is not proved.
 
 The model holds both wheels on the floor: their normal forces may pull. A *fall* is where a real
 bicycle stops obeying it: the first time that a normal force is zero, or the end of the model, where
 a wheel lies on the floor.
+
+A set of rows ends at the last row that the motion reaches (`ending`). Where that is sooner than was
+asked for the maneuver's name says so, and with it every file.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from math import floor
+from math import ceil, floor
+from typing import Any
 
 import flint
+import numpy as np
+from numpy.polynomial import chebyshev
 
 from heyoka_bike.bicycle.equations.forces import forces
+from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.bicycle.parameters import MAX_ROWS, Bicycle, Maneuver
 from heyoka_bike.errors import InputError, SingularMotionError
-from heyoka_bike.motion.crossings import Quantity, crossings
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
-from heyoka_bike.numbers.arithmetic import Number, span_ball
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
+from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.arithmetic import Number, exact_ball, span_ball, upper_fraction
+from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
 
 UPRIGHT = "upright"
@@ -39,12 +63,30 @@ FALL = "fall"
 LONGEST = Fraction(1000)
 """Longest time that is searched for a fall [s]."""
 
-_GUARD_BITS = 64
 _FIRST_LOOK, _LONGER = Fraction(16), 4
 # The run that follows a first look ends so long after the event [s]: many times the error of
 # binary64, and little beside the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
+
+
+_GUARD_BITS = 64
+# Spans of one piece; a tangent zero takes two for each bit. Reached only where the function is zero
+# all along and its rate is not seen to be.
+_MOST = 4096
+# A step of heyoka ends well inside the circle of convergence of its series, so the coefficients of
+# the interpolation fall by more than ten each.
+_NODES = 24
+# Far above what the interpolation or the series leaves out, relative to its coefficients.
+_SLACK = 1e-7
+_TERMS, _LAST_TERMS = 24, 3  # of the Taylor series
+_AT_ONCE = 512  # pieces in one array
+# Of a piece: without a certificate, a zero so near to a start that is a zero is the start.
+_AT_START = Fraction(1, 2**24)
+
+
+Quantity = Callable[[Equations, Sequence[Number]], Number]
+"""A function of a bicycle and a state of its form."""
 
 
 def _lean_rate(equations: Equations, state: Sequence[Number]) -> Number:
@@ -227,10 +269,206 @@ def events(
 def zeros(
     run: Trajectory, quantity: Quantity, what: str, certificate: Certificate | None = None
 ) -> list[Event]:
-    """Times at which a function of the state vanishes; see `events`."""
-    found = crossings(run, quantity, certificate)
-    with flint.ctx.workprec(run.bits + _GUARD_BITS):
-        return [Event(what, span_ball(c.low, c.high), c.rises, c.is_single) for c in found]
+    """All zeros of a function of the state, after the start up to the end of a run, in their order.
+
+    Parameters
+    ----------
+    run, certificate
+        See `events`.
+    quantity
+        The function.
+    what
+        How the events are named.
+    """
+    along = _Along(run, quantity, certificate)
+    found = []
+    with along.at.balls.precision():
+        start = along.exact_start()
+        is_zero, earliest = bool(start == 0), run.breaks[1] * _AT_START
+        # Polynomials without a certificate need not begin where the exact motion does.
+        for group, before, after in _groups(along.spans(), _sign(start) if certificate else 0):
+            if is_zero and group[0].low == 0:
+                # Just after a zero the function has the sign of its rate.
+                before = group[0].way
+            way, *others = {span.way for span in group}
+            is_monotone = bool(way) and not others
+            holds_none = is_monotone and (before == way or after == -way)
+            is_start = is_zero and not certificate and group[-1].high <= earliest
+            if holds_none or is_start:
+                continue
+            rises = after > 0 if before * after < 0 else None
+            time = span_ball(group[0].low, group[-1].high)
+            found.append(Event(what, time, rises, is_monotone and rises is not None))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Span:
+    """A time span [s]: the sign of the function, or 0 and that of its rate, or 0 twice."""
+
+    low: Fraction
+    high: Fraction
+    sign: int
+    way: int = 0
+
+
+def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], int, int]]:
+    """Spans that touch and may hold zeros, with the signs before and after them."""
+    group: list[_Span] = []
+    for span in spans:
+        if not span.sign:
+            group.append(span)
+            continue
+        if group:
+            yield group, before, span.sign
+        elif before * span.sign < 0:
+            # The polynomials of a run without a certificate may jump past zero.
+            yield [_Span(span.low, span.low, 0, span.sign)], before, span.sign
+        before, group = span.sign, []
+    if group:
+        yield group, before, 0
+
+
+class _Along:
+    """A function of the state along a run, in balls."""
+
+    def __init__(
+        self, run: Trajectory, quantity: Quantity, certificate: Certificate | None
+    ) -> None:
+        self.run, self.quantity, self.certificate = run, quantity, certificate
+        self.at = evaluator(run, run.bits + _GUARD_BITS, certificate)
+        self.duals = self.at.equations.over(Duals(self.at.balls))
+        self.series = PowerSeries(self.at.balls.bits, _TERMS)
+
+    def exact_start(self) -> flint.arb:
+        """The function of the exact initial state."""
+        equations = Equations.of(self.run.bicycle, self.at.balls)
+        return flint.arb(self.quantity(equations, initial_state(equations, self.run.maneuver)))
+
+    def value(self, piece: int, t: Fraction | flint.arb) -> flint.arb:
+        """The function at a time [s] of a piece."""
+        return flint.arb(self.quantity(self.at.equations, self.at.state(t, piece)))
+
+    def bounds(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
+        """The function over a span of a piece, and, unless that has one sign, its rate [1/s]."""
+        if self.certificate is None:
+            return self._seen(piece, low, high)
+        span, middle = span_ball(low, high), (low + high) / 2
+        whole = self.value(piece, span)
+        if _sign(whole):
+            return whole, flint.arb.nan()
+        state = self.at.state(span, piece)
+        rates = self.at.equations.rates_with_yaw(state)
+        moving = [Dual(x, (rate,)) for x, rate in zip(state, rates, strict=True)]
+        found = self.quantity(self.duals, moving)
+        rate = flint.arb(found.slopes[0] if isinstance(found, Dual) else 0)
+        return self.value(piece, middle) + rate * (span - exact_ball(middle)), rate
+
+    def _seen(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
+        """The function and its rate on the polynomials, by its Taylor series.
+
+        What the series leaves out is seen to be small, not proved.
+        """
+        half = exact_ball((high - low) / 2)
+        with self.series.precision():
+            rows = self.run.around(piece, (low + high) / 2, half, _TERMS)
+            value = self.quantity(
+                self.at.equations.over(self.series), [self.series.series(row) for row in rows]
+            )
+            here, *rest = self.series.coefficients(value)
+        sizes = [abs(c) for c in rest]
+        if not total(sizes[-_LAST_TERMS:]) <= _SLACK * total(sizes):
+            return flint.arb.nan(), flint.arb.nan()
+        bend = total(m * size for m, size in enumerate(sizes, start=1)) - sizes[0]
+        over = here + flint.arb(0, (total(sizes) * (1 + _SLACK)).upper())
+        return over, (rest[0] + flint.arb(0, (bend * (1 + _SLACK)).upper())) / half
+
+    def spans(self) -> Iterator[_Span]:
+        """The whole run, span by span."""
+        signs = [0] * self.run.steps if self.certificate else _seen_signs(self.run, self.quantity)
+        for piece, sign in enumerate(signs):
+            low, high = self.run.breaks[piece : piece + 2]
+            if sign:
+                yield _Span(low, high, sign)
+            else:
+                yield from self._isolated(piece, low, high)
+
+    def _isolated(self, piece: int, low: Fraction, high: Fraction) -> Iterator[_Span]:
+        """A piece in spans on which something is shown, or nothing can be."""
+        smallest = (high - low) / 2**self.run.bits
+        rest, count = [(low, high)], 0
+        while rest:
+            low, high = rest.pop()
+            count += 1
+            value, rate = self.bounds(piece, low, high)
+            if sign := _sign(value):
+                yield _Span(low, high, sign)
+            elif way := _sign(rate):
+                yield from self._narrowed(piece, _Span(low, high, 0, way), rate, smallest)
+            elif self._is_lost(piece, low, high, rate) or high - low < smallest or count > _MOST:
+                yield _Span(low, high, 0)
+            else:
+                middle = (low + high) / 2
+                rest += [(middle, high), (low, middle)]
+
+    def _narrowed(
+        self, piece: int, span: _Span, rate: flint.arb, smallest: Fraction
+    ) -> Iterator[_Span]:
+        """A span on which the rate has a sign, but for where the function is told from zero."""
+        low, high, way = span.low, span.high, span.way
+        while True:
+            width, middle = high - low, (low + high) / 2
+            # The line through the middle with any of these slopes is zero in here.
+            root = exact_ball(middle) - self.value(piece, middle) / rate
+            first, last = -upper_fraction(-root), upper_fraction(root)
+            if last < low or first > high:
+                yield _Span(span.low, span.high, way if last < low else -way)
+                return
+            low, high = max(low, first), min(high, last)
+            if high - low < smallest or 4 * (high - low) > 3 * width:
+                break
+            _, tighter = self.bounds(piece, low, high)
+            rate = tighter if _sign(tighter) else rate
+        if span.low < low:
+            yield _Span(span.low, low, -way)
+        yield _Span(low, high, 0, way)
+        if high < span.high:
+            yield _Span(high, span.high, way)
+
+    def _is_lost(self, piece: int, low: Fraction, high: Fraction, rate: flint.arb) -> bool:
+        """True if the uncertainty in the middle of a span exceeds the change over it."""
+        here = self.value(piece, (low + high) / 2)
+        change = abs(rate) * exact_ball((high - low) / 2)
+        hidden = here.contains(0) and change.upper() <= here.rad() / 8
+        return not here.is_finite() or bool(hidden)
+
+
+def _sign(x: flint.arb) -> int:
+    """1 or -1 if a ball has only such numbers, else 0."""
+    return int(bool(x > 0)) - int(bool(x < 0))
+
+
+def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
+    """The sign of the function by piece as binary64 sees it; 0 where it may vanish."""
+    equations = Equations.binary64(run.bicycle, is_regular=run.is_regular)
+    nodes = chebyshev.chebpts1(_NODES)
+    transform = np.linalg.inv(chebyshev.chebvander(nodes, _NODES - 1))
+    for begin in range(0, run.steps, _AT_ONCE):
+        state = _states(run, range(begin, min(begin + _AT_ONCE, run.steps)), (nodes + 1) / 2)
+        for c in quantity(equations, tuple(state)) @ transform.T:
+            is_clear = abs(c[0]) > (1 + _SLACK) * np.abs(c[1:]).sum() + _SLACK * np.abs(c).max()
+            yield int(np.sign(c[0])) if is_clear else 0
+
+
+def _states(run: Trajectory, pieces: range, s: Any) -> Any:
+    """States at places in pieces in binary64, shape (states, pieces, places)."""
+    unit = 1 << run.grid
+    found = np.zeros((len(run.states), len(pieces), len(s)))
+    for row, i in enumerate(pieces):
+        for variable, integers in enumerate(run.pieces[i]):
+            powers = [c / unit for c in integers]
+            found[variable, row] = np.polynomial.polynomial.polyval(s, powers)
+    return found
 
 
 def _decided(run: Trajectory, kinds: Sequence[str]) -> Iterator[Event]:
@@ -254,3 +492,94 @@ def _check_start(run: Trajectory) -> None:
 def _fraction(t: flint.arb) -> Fraction:
     """Midpoint of a time, rounded down to 2^-40 s."""
     return Fraction(floor(t.mid() * 2**40), 2**40)
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """A maneuver with the duration that it gets.
+
+    Attributes
+    ----------
+    maneuver : Maneuver
+    said : str or None
+        What ends it, where that is not its own duration.
+    is_early : bool
+        Whether it is less than what was asked for.
+    """
+
+    maneuver: Maneuver
+    said: str | None = None
+    is_early: bool = False
+
+
+def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> Ending:
+    """The maneuver up to its end.
+
+    Parameters
+    ----------
+    until
+        ``fall``, or a time [s] in place of the maneuver's duration.
+
+    Raises
+    ------
+    InputError
+        No such end, or none that leaves two rows.
+    """
+    if until == FALL:
+        return _until_fall(bicycle, maneuver)
+    asked = maneuver if until is None else replace(maneuver, duration=_time(maneuver, until))
+    try:
+        integrate(bicycle, asked)
+    except SingularMotionError as e:
+        kept = _last_row_before(maneuver, singularity(e), str(e))
+        name = f"{maneuver.name}, stopped at {float(kept):g} of {float(asked.duration):g} s"
+        return Ending(replace(maneuver, name=name, duration=kept), str(e), is_early=True)
+    return Ending(asked)
+
+
+def _until_fall(bicycle: Bicycle, maneuver: Maneuver) -> Ending:
+    event = first_event(bicycle, maneuver, longest=LONGEST)
+    if event is None:
+        said = f"it does not fall within {float(LONGEST):g} s"
+        name = f"{maneuver.name}, no fall within {float(LONGEST):g} s"
+        return Ending(replace(maneuver, name=name), said, is_early=True)
+    said = f"the {event.what}" if event.what != SINGULAR else "the motion meets a singularity"
+    said = f"{said} at t = {float(event.time):.9g} s"
+    return Ending(replace(maneuver, duration=_last_row_before(maneuver, event, said)), said)
+
+
+def _last_row_before(maneuver: Maneuver, event: Event, said: str) -> Fraction:
+    """The time of the last row before an event [s]."""
+    row = ceil(event.sooner / maneuver.spacing) - 1
+    if row < 1:
+        raise InputError(
+            f"{maneuver.name}: {said}, before its second row at {float(maneuver.spacing):g} s, "
+            "expected a motion that lasts longer, or a shorter spacing"
+        )
+    _check_rows(maneuver, row)
+    return row * maneuver.spacing
+
+
+def _time(maneuver: Maneuver, text: str) -> Fraction:
+    try:
+        time = Exact.parse(text)
+    except ValueError as e:
+        raise InputError(f"--until: {e}, or 'fall'") from None
+    if not time.is_rational or time.rational <= 0:
+        raise InputError(f"--until: found '{text}', expected 'fall' or a positive time [s]")
+    rows = time.rational / maneuver.spacing
+    if rows.denominator != 1:
+        raise InputError(
+            f"--until: found {text} s, expected a whole number of the spacings of {maneuver.name}, "
+            f"{float(maneuver.spacing):g} s"
+        )
+    _check_rows(maneuver, int(rows))
+    return time.rational
+
+
+def _check_rows(maneuver: Maneuver, last: int) -> None:
+    if last >= MAX_ROWS:
+        raise InputError(
+            f"{maneuver.name}: found {last + 1} rows, expected {MAX_ROWS} or fewer (a longer "
+            "spacing)"
+        )

@@ -1,24 +1,153 @@
 """Number types for functions that are analytic on a disc: Taylor series, and values on its rim.
 
-`Series` works with truncated Taylor series whose coefficients are balls. What they leave out is
-bounded by Cauchy's estimate from the size of the function on a circle, where `Rim` evaluates it.
+`PowerSeries` works with truncated Taylor series whose coefficients are balls. What they leave out
+is bounded by Cauchy's estimate from the size of the function on a circle, where `Rim` evaluates it.
 For that the function must be analytic inside. Every division and square root on the way is watched:
 where the real part of the divisor (or the radicand) keeps its sign on the whole circle it keeps it
 inside, because the real part of an analytic function takes its extremes on the boundary; taken in
 the order of evaluation, this proves each intermediate result analytic.
+
+`Samples` are values on the unit circle, from which Taylor coefficients follow. A product of two
+series of n coefficients costs some n^2 products, one of two functions at n points costs n. With w a
+primitive n-th root of unity, the mean of f(w^j) w^(-jk) over j is c_k + c_(k + n) + c_(k + 2n) +
+..., the Taylor coefficient c_k of f and what is folded onto it. Where f is analytic for
+abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
+from math import ceil, log2
 from typing import Any
 
 import flint
 import numpy as np
 
 from heyoka_bike.numbers.arithmetic import Balls, Number
-from heyoka_bike.numbers.samples import each
+from heyoka_bike.numbers.ball_matrices import total
+
+_FOLDED_BITS = 64
+"""The folded terms are below 2^-64 of the remainder of a series of the same length."""
+
+
+class AtPoints(Balls):
+    """Values of functions at some points: a number is an array of real or complex balls."""
+
+    def elementary(self, name: str, x: Number) -> Number:
+        """Return the values; a root is that with positive real part, and its radicand has one."""
+        return each(lambda z: getattr(z, name)(), x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Return the angle of a point with positive x, as the arc tangent."""
+        return self.elementary("atan", y / x)
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        # An array of zeros to begin with would cost as much as a term.
+        return sum(terms)
+
+
+class Samples(AtPoints):
+    """Values at roots of unity of functions that are real on the real line, as balls.
+
+    A number is an array of complex balls. Conjugate points have conjugate values: those of the
+    upper half are enough. Constants may be real or complex balls; products with complex ones are
+    faster.
+
+    Parameters
+    ----------
+    bits : int
+        Working precision.
+    length : int
+        How many Taylor coefficients are wanted.
+    radius : int
+        R.
+    """
+
+    def __init__(self, bits: int, length: int, radius: int) -> None:
+        super().__init__(bits)
+        self.length, self.radius = length, radius
+        half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
+        count = 2 * half
+        with self.precision():
+            angles = [flint.fmpq(2 * j, count) for j in range(count)]
+            cos = [flint.arb.cos_pi_fmpq(x) for x in angles]
+            sin = [flint.arb.sin_pi_fmpq(x) for x in angles]
+            self._cos, self._sin = (
+                flint.arb_mat([[x[j * k % count] for j in range(half + 1)] for k in range(count)])
+                for x in (cos, sin)
+            )
+            # The ends of the half circle are counted once, all else with its conjugate.
+            shares = [flint.arb(1 if j % half == 0 else 2) / count for j in range(half + 1)]
+            self._mean = flint.arb_mat(
+                [
+                    [share * x[j * k % count] for k in range(length)]
+                    for x in (cos, sin)
+                    for j, share in enumerate(shares)
+                ]
+            )
+
+    @classmethod
+    @cache
+    def of(cls, bits: int, length: int, radius: int) -> Samples:
+        """Samples that are made once, for many functions along many pieces."""
+        return cls(bits, length, radius)
+
+    @property
+    def left_out(self) -> flint.arb:
+        """Bound for abs(s) <= 1 on how far the polynomial found is from the function, over M."""
+        return geometric(self.radius, self.length) + folded(self.radius, self._cos.nrows())
+
+    def polynomials(self, rows: Sequence[Sequence[flint.arb]]) -> list[Number]:
+        """The values of polynomials of any degree, given by their coefficients."""
+        count = self._cos.nrows()
+        folded = flint.arb_mat([[total(row[k::count]) for k in range(count)] for row in rows])
+        parts = (folded * self._cos).table(), (folded * self._sin).table()
+        return [array(map(flint.acb, re, im)) for re, im in zip(*parts, strict=True)]
+
+    def coefficients(self, values: Sequence[Number]) -> list[list[flint.arb]]:
+        """The first Taylor coefficients of functions, each with what is folded onto it."""
+        count = self._cos.ncols()
+        rows = [x if isinstance(x, np.ndarray) else array([flint.acb(x)] * count) for x in values]
+        table = flint.arb_mat([[*(z.real for z in x), *(z.imag for z in x)] for x in rows])
+        found: list[list[flint.arb]] = (table * self._mean).table()
+        return found
+
+    def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
+        """Taylor coefficients of a matrix, by power; an entry that is the integer 0 stays so."""
+        flat = [x for row in table for x in row]
+        places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
+        by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)
+        found = []
+        for terms in by_power:
+            entries = [flint.arb(0)] * len(flat)
+            for i, x in zip(places, terms, strict=True):
+                entries[i] = x
+            found.append(flint.arb_mat(len(table), len(table[0]), entries))
+        return found
+
+
+def geometric(radius: int, length: int) -> flint.arb:
+    """Sum of R^-m for m >= length: of the terms that a polynomial does not have."""
+    ratio = flint.arb(1) / radius
+    return ratio**length / (1 - ratio)
+
+
+def folded(radius: int, count: int) -> flint.arb:
+    """Sum of R^-(k + m count) for k >= 0 and m >= 1: of what is folded onto all terms."""
+    ratio = flint.arb(1) / radius
+    return ratio**count / (1 - ratio**count) / (1 - ratio)
+
+
+def each(function: Callable[[Number], Number], x: Number) -> Number:
+    """A function of every number of an array, or of one number."""
+    return array(map(function, x)) if isinstance(x, np.ndarray) else function(x)
+
+
+def array(values: Iterable[Number]) -> Any:
+    """An array of such numbers."""
+    return np.array(list(values), dtype=object)
 
 
 class PowerSeries(Balls):

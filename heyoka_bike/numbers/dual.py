@@ -1,13 +1,20 @@
-"""Dual numbers: a value with its first derivatives, over any number type.
+"""Dual numbers: a value with its first derivatives, over any number type; and traced numbers.
 
-Derivatives that are structurally zero are kept as the integer 0 and cost nothing.
+A `Dual` carries its derivatives by every variable through every operation. Those that are
+structurally zero are kept as the integer 0 and cost nothing.
+
+A `Traced` number remembers what it was made of, for derivatives of few numbers by many variables:
+after the last operation, `gradient` follows what a result was made of back to the variables. An
+operation then costs two products for each *result* that it enters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from heapq import heappop, heappush
+from itertools import count
 from typing import ClassVar
 
 from heyoka_bike.numbers.arithmetic import Arithmetic, Differentiated, Number
@@ -129,3 +136,129 @@ def _over(x: Number, y: Number) -> Number:
     if isinstance(x, int) and isinstance(y, int) and x:
         raise TypeError("a quotient of two integers would be a float")
     return 0 if _is_zero(x) else x / y
+
+
+Share = Callable[[Number], Number]
+"""From the derivative by a number, the share that goes to one that it was made of."""
+
+_places = count()
+
+
+class Traced:
+    """A number, and the numbers that it was made of, each with its share.
+
+    Attributes
+    ----------
+    value
+        The number itself.
+    sources : tuple
+    place : int
+        Larger than those of its sources.
+    """
+
+    __slots__ = ("place", "sources", "value")
+
+    # An array times a traced number is a traced number of arrays, not an array of traced numbers.
+    __array_ufunc__: ClassVar[None] = None
+
+    def __init__(self, value: Number, *sources: tuple[Traced, Share]) -> None:
+        self.value, self.sources, self.place = value, sources, next(_places)
+
+    def __add__(self, other: Number) -> Traced:
+        if isinstance(other, Traced):
+            return Traced(self.value + other.value, (self, _all), (other, _all))
+        return Traced(self.value + other, (self, _all))
+
+    def __neg__(self) -> Traced:
+        return Traced(-self.value, (self, _minus))
+
+    def __sub__(self, other: Number) -> Traced:
+        if isinstance(other, Traced):
+            return Traced(self.value - other.value, (self, _all), (other, _minus))
+        return Traced(self.value - other, (self, _all))
+
+    def __rsub__(self, other: Number) -> Traced:
+        return Traced(other - self.value, (self, _minus))
+
+    def __mul__(self, other: Number) -> Number:
+        if isinstance(other, Traced):
+            x, y = self.value, other.value
+            return Traced(x * y, (self, lambda s: s * y), (other, lambda s: s * x))
+        if isinstance(other, int) and other in (0, 1):
+            return self if other else 0
+        return Traced(self.value * other, (self, lambda s: s * other))
+
+    def __truediv__(self, other: Number) -> Traced:
+        if isinstance(other, Traced):
+            x, y = self.value / other.value, other.value
+            return Traced(x, (self, lambda s: s / y), (other, lambda s: -(s * x) / y))
+        return Traced(self.value / other, (self, lambda s: s / other))
+
+    def __rtruediv__(self, other: Number) -> Traced:
+        x, y = other / self.value, self.value
+        return Traced(x, (self, lambda s: -(s * x) / y))
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+class Traces(Arithmetic):
+    """Traced numbers over the numbers of another arithmetic."""
+
+    def __init__(self, inner: Arithmetic) -> None:
+        self.inner = inner
+
+    def number(self, value: Exact | Fraction | int) -> Number:
+        return self.inner.number(value)
+
+    def elementary(self, name: str, x: Number) -> Number:
+        a = self.inner
+        if not isinstance(x, Traced):
+            return getattr(a, name)(x)
+        value = getattr(a, name)(x.value)
+        shares: dict[str, Share] = {
+            "sin": lambda s: s * a.cos(x.value),
+            "cos": lambda s: -(s * a.sin(x.value)),
+            "sqrt": lambda s: s / (2 * value),
+        }
+        return Traced(value, (x, shares[name]))
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        if not isinstance(x, Traced) or not isinstance(y, Traced):
+            raise TypeError("atan2: expected two traced numbers")
+        u, v = x.value, y.value
+        square = u * u + v * v
+        return Traced(
+            self.inner.atan2(v, u),
+            (y, lambda s: s * u / square),
+            (x, lambda s: -(s * v) / square),
+        )
+
+    def gradient(self, x: Number, variables: Sequence[Number]) -> list[Number]:
+        """Derivatives of a number by some variables; the integer 0 by those it is not made of."""
+        found: dict[int, Number] = {}
+        waiting: list[tuple[int, Traced]] = []
+
+        def give(to: Traced, share: Number) -> None:
+            if to.place in found:
+                # Not in place: an array may be the share of others, too.
+                found[to.place] = found[to.place] + share
+            else:
+                found[to.place] = share
+                heappush(waiting, (-to.place, to))
+
+        if isinstance(x, Traced):
+            give(x, self.inner.number(1))
+        while waiting:
+            _, at = heappop(waiting)
+            for source, share in at.sources:
+                give(source, share(found[at.place]))
+        return [found.get(v.place, 0) if isinstance(v, Traced) else 0 for v in variables]
+
+
+def _all(share: Number) -> Number:
+    return share
+
+
+def _minus(share: Number) -> Number:
+    return -share

@@ -3,13 +3,16 @@
 Every constant of the problem is held in this form, from the TOML file to the moment a precision is
 chosen, so that no binary approximation is made on the way.
 
-Expressions are read by a small parser of their own. Python's would turn decimals into floats, and
-it accepts, or chokes on, much that is not a number.
+Python's parser would turn decimals of an expression into floats, and it accepts, or chokes on, much
+that is not a number: it gets names in place of the numbers, and little else passes.
 """
 
 from __future__ import annotations
 
+import ast
+import operator
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
@@ -17,10 +20,14 @@ from math import pi
 
 from heyoka_bike.errors import InputError, quoted
 
-_TOKEN = re.compile(
-    r"[ \t]*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9A-Za-z_.])"
-    r"|(?P<pi>pi)(?![0-9A-Za-z_.(])|(?P<sign>[-+*/()]))"
-)
+# A number, or pi, that no letter, digit or point follows.
+_NUMBER = re.compile(r"(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|pi)(?![0-9A-Za-z_.])")
+_WITHOUT_NUMBERS = re.compile(r"(?:x[0-9]+|[-+*/() \t])*")
+_SIGNS = re.compile(r"[-+][-+ \t]*[-+]")
+_OPERATIONS: Mapping[type, Callable[..., Exact]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
+    ast.Div: operator.truediv, ast.UAdd: operator.pos, ast.USub: operator.neg,
+}  # fmt: skip
 # Python may be told to convert no integers of more than 640 digits.
 _MAX_LENGTH = 600
 _MAX_INTEGER = 10**640
@@ -63,8 +70,8 @@ class Exact:
             (see `is_moderate`). The message is one line.
         """
         try:
-            value = _Parser(text).parse()
-        except _ExpressionError as e:
+            value = _value(text)
+        except ValueError as e:
             raise ValueError(f"found {quoted(text)}, {e}") from None
         if not value.is_moderate:
             raise ValueError(
@@ -90,10 +97,29 @@ class Exact:
     def __add__(self, other: Exact) -> Exact:
         return Exact(self.rational + other.rational, self.pi_multiple + other.pi_multiple)
 
+    def __pos__(self) -> Exact:
+        return self
+
+    def __neg__(self) -> Exact:
+        return Exact(-self.rational, -self.pi_multiple)
+
+    def __sub__(self, other: Exact) -> Exact:
+        return self + -other
+
     def __mul__(self, other: Exact) -> Exact:
         """Return the product; raise `ValueError` where both contain pi."""
         x, by = (self, other) if other.is_rational else (other, self)
-        return Exact(by.fraction() * x.rational, by.rational * x.pi_multiple)
+        if not by.is_rational:
+            raise ValueError("a product of pi and pi, expected one linear in pi")
+        return Exact(by.rational * x.rational, by.rational * x.pi_multiple)
+
+    def __truediv__(self, other: Exact) -> Exact:
+        """Return the quotient; raise `ValueError` where the divisor is zero or contains pi."""
+        if other.is_zero:
+            raise ValueError("a division by zero, expected a nonzero divisor")
+        if not other.is_rational:
+            raise ValueError("a division by pi, expected an expression linear in pi")
+        return self * Exact(1 / other.rational)
 
     @property
     def is_rational(self) -> bool:
@@ -152,7 +178,6 @@ class Exact:
 
 
 ZERO = Exact(Fraction(0))
-_SIGNS = {"+": Exact(Fraction(1)), "-": Exact(Fraction(-1))}
 
 
 def shortest_decimal(x: Fraction, digits: int) -> str:
@@ -165,10 +190,6 @@ def shortest_decimal(x: Fraction, digits: int) -> str:
         digits = len(str(x.numerator)) + x.denominator.bit_length() + 1
     text = f"{Context(prec=digits).divide(Decimal(x.numerator), Decimal(x.denominator)):f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
-
-
-class _ExpressionError(Exception):
-    """Why a text is not an expression."""
 
 
 def positive_numbers(name: str, text: str) -> tuple[float, ...]:
@@ -195,87 +216,42 @@ def positive_numbers(name: str, text: str) -> tuple[float, ...]:
     return tuple(found)
 
 
-class _Parser:
-    """Recursive descent over sums, products, signs and brackets, in bounded time and depth."""
+def _value(text: str) -> Exact:
+    """The value of an expression; a `ValueError` says why it is none.
 
-    def __init__(self, text: str) -> None:
-        if len(text) > _MAX_LENGTH:
-            raise _ExpressionError(f"expected at most {_MAX_LENGTH} characters")
-        self.text = text.rstrip(" \t")
-        self.at = 0
-        self.brackets = 0
-        self.next: re.Match[str] | None = None
-        self._advance()
+    Python parses it once its numbers are names. These are then given their exact values.
+    """
+    if len(text) > _MAX_LENGTH:
+        raise ValueError(f"expected at most {_MAX_LENGTH} characters")
+    if text.count("(") > _MAX_BRACKETS:
+        raise ValueError(f"expected at most {_MAX_BRACKETS} brackets")
+    numbers: list[Exact] = []
 
-    def parse(self) -> Exact:
-        value = self._sum()
-        if self.next is not None:
-            raise _ExpressionError(_EXAMPLE)
-        return value
+    def named(number: re.Match[str]) -> str:
+        is_pi = number[0] == "pi"
+        numbers.append(Exact(Fraction(0), Fraction(1)) if is_pi else Exact(_decimal(number[0])))
+        return f"x{len(numbers) - 1}"
 
-    def _advance(self) -> None:
-        if self.at == len(self.text):
-            self.next = None
-            return
-        self.next = _TOKEN.match(self.text, self.at)
-        if self.next is None:
-            raise _ExpressionError(_EXAMPLE)
-        self.at = self.next.end()
+    def evaluated(node: ast.AST) -> Exact:
+        if isinstance(node, ast.Name):
+            return numbers[int(node.id[1:])]
+        operation = _OPERATIONS.get(type(getattr(node, "op", None)))
+        if operation and isinstance(node, ast.UnaryOp):
+            return operation(evaluated(node.operand))
+        if operation and isinstance(node, ast.BinOp):
+            return operation(evaluated(node.left), evaluated(node.right))
+        raise ValueError(_EXAMPLE)
 
-    def _take(self, signs: str) -> str:
-        """The next sign if it is one of `signs`, else nothing."""
-        sign: str = self.next["sign"] if self.next and self.next["sign"] else ""
-        if not sign or sign not in signs:
-            return ""
-        self._advance()
-        return sign
-
-    def _sum(self) -> Exact:
-        value = self._product()
-        while sign := self._take("+-"):
-            value += self._product() * _SIGNS[sign]
-        return value
-
-    def _product(self) -> Exact:
-        value = self._signed()
-        while sign := self._take("*/"):
-            factor = self._signed()
-            if sign == "/":
-                if factor.is_zero:
-                    raise _ExpressionError("a division by zero, expected a nonzero divisor")
-                if not factor.is_rational:
-                    raise _ExpressionError("a division by pi, expected an expression linear in pi")
-                factor = Exact(1 / factor.rational)
-            elif not (value.is_rational or factor.is_rational):
-                raise _ExpressionError("a product of pi and pi, expected one linear in pi")
-            value *= factor
-        return value
-
-    def _signed(self) -> Exact:
-        factor = _SIGNS["+"]
-        while sign := self._take("+-"):
-            factor *= _SIGNS[sign]
-        return self._atom() * factor
-
-    def _atom(self) -> Exact:
-        token = self.next
-        if token is None:
-            raise _ExpressionError(_EXAMPLE)
-        if literal := token["number"]:
-            self._advance()
-            return Exact(_decimal(literal))
-        if token["pi"]:
-            self._advance()
-            return Exact(Fraction(0), Fraction(1))
-        if not self._take("("):
-            raise _ExpressionError(_EXAMPLE)
-        self.brackets += 1
-        if self.brackets > _MAX_BRACKETS:
-            raise _ExpressionError(f"expected at most {_MAX_BRACKETS} brackets")
-        value = self._sum()
-        if not self._take(")"):
-            raise _ExpressionError("expected a closing bracket")
-        return value
+    formula = _NUMBER.sub(named, text.strip(" \t"))
+    if not _WITHOUT_NUMBERS.fullmatch(formula):
+        raise ValueError(_EXAMPLE)
+    # A long row of signs is one sign.
+    formula = _SIGNS.sub(lambda signs: "-" if signs[0].count("-") % 2 else "+", formula)
+    try:
+        return evaluated(ast.parse(formula, mode="eval").body)
+    except SyntaxError:
+        is_open = text.count("(") > text.count(")")
+        raise ValueError("expected a closing bracket" if is_open else _EXAMPLE) from None
 
 
 def _decimal(literal: str) -> Fraction:
@@ -283,7 +259,7 @@ def _decimal(literal: str) -> Fraction:
     # Compared as text first: the exponent itself can be long.
     digits = exponent.lstrip("+-").lstrip("0")
     if len(digits) > len(str(_MAX_EXPONENT)) or int(digits or 0) > _MAX_EXPONENT:
-        raise _ExpressionError(f"expected an exponent between -{_MAX_EXPONENT} and {_MAX_EXPONENT}")
+        raise ValueError(f"expected an exponent between -{_MAX_EXPONENT} and {_MAX_EXPONENT}")
     return Fraction(literal)
 
 

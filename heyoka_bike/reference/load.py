@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, definitions_among
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column, definitions_among
 from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double
@@ -405,7 +404,7 @@ def _read_reference(where: Path, manifest: manifest_file.Manifest, f: Any) -> Re
 class Motion(Displayed, Numbered[ReferenceManeuver]):
     """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
 
-    Its columns are those of `motion_columns.MOTION_COLUMNS`, as far as its set has them.
+    Its columns are those of `columns.MOTION_COLUMNS`, as far as its set has them.
 
     Attributes
     ----------

@@ -10,10 +10,13 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.bicycle.instant_columns import QUANTITIES
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import (
+    BENCHMARK_COLUMNS,
+    COLUMNS,
+    MOTION_COLUMNS,
+    QUANTITIES,
+    Column,
+)
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.description.facts import CONVENTIONS, attributes_of

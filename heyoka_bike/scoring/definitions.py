@@ -38,8 +38,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL, RATE_OF
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL, RATE_OF, Column
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.measures import TOLERANCE, rms

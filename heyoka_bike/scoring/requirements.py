@@ -14,14 +14,13 @@ from math import isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import named
-from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
 )  # fmt: skip
-"""Metrics of a column, see `column_score.Measures`; as understood."""
+"""Metrics of a column, see `report.Measures`; as understood."""
 
 OF_MANEUVER = ("performance", "coverage", "gap")
 """Metrics of a maneuver, see `report.ManeuverScore`."""

@@ -1,9 +1,9 @@
 """Scoring: a result file against the reference, at the file's own times.
 
 `score` is the pipeline: `alignment` finds the maneuvers and the rows that can be compared,
-`definitions` what the columns mean, `comparison` their errors and what the digits written allow,
-`measures` how far they are from the reference, and `judge` what that means. The outcome is one
-`report.Report`, of which `verdict` decides what is right.
+`definitions` what the columns mean, `measures` their errors and what the digits written allow, and
+`judge` what that means. The outcome is one `report.Report`, of which `verdict` decides what is
+right.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,15 +18,20 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
-from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
-from heyoka_bike.scoring.comparison import errors, is_small, largest_errors, rounding
 from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
 from heyoka_bike.scoring.judge import judged
-from heyoka_bike.scoring.judge.consistency import consistency
-from heyoka_bike.scoring.judge.unfilled import without_unfilled
+from heyoka_bike.scoring.judge.contradictions import consistency, without_unfilled
+from heyoka_bike.scoring.measures import errors, is_small, largest_errors, rounding
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import results_of, words
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.report import (
+    Alternative,
+    ColumnScore,
+    ManeuverScore,
+    Reading,
+    Report,
+    Trace,
+)
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.scoring.units import to_si
 

@@ -21,7 +21,7 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 }
 """By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm.
 
-Others are tried only in columns whose heading names them, see `reading.names.units`."""
+Others are tried only in columns whose heading names them, see `reading.headings`."""
 
 # OEIS A000796; more than hi + lo can hold.
 _PI = "3.14159265358979323846264338327950288419716939937510"

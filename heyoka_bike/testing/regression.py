@@ -16,11 +16,10 @@ import numpy as np
 
 from heyoka_bike.errors import BicycleError, InputError, printable
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Requirement
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.showing import wording as words
 

@@ -6,13 +6,12 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS
+from heyoka_bike.bicycle.columns import COORDINATES, LEVELS
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.instants import known_states, of_known
-from heyoka_bike.scoring.instants.check import TOLERANCE
-from heyoka_bike.scoring.instants.expected import of_own
+from heyoka_bike.scoring.instants.check import TOLERANCE, of_own
 from heyoka_bike.system.resources import find_input
 
 

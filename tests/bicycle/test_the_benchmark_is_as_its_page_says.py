@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp, mpf
 
 from heyoka_bike.bicycle.stability.linear import linearise
-from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.instants import of_known
 from heyoka_bike.system.resources import reference_folder

@@ -38,7 +38,6 @@ from support.two_models import (
 )
 
 from heyoka_bike.bicycle.equations import (
-    axes,
     bodies,
     constants,
     forces,
@@ -231,7 +230,7 @@ EQUIVALENT = "p['mB'] + p['mR']"
 @pytest.mark.proof
 @pytest.mark.parametrize(
     "module",
-    [axes, bodies, constants, forces, kinematics, model, outputs, vectors, whole_motion],
+    [bodies, constants, forces, kinematics, model, outputs, vectors, whole_motion],
     ids=lambda module: module.__name__.rpartition(".")[2],
 )
 def test_every_plus_and_minus_matters(both: Both, module: ModuleType) -> None:

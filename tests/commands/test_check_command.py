@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import heyoka_bike as hb
-from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
+from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.instants import as_csv, known_states
-from heyoka_bike.scoring.instants.expected import of_own
+from heyoka_bike.scoring.instants.check import of_own
 from heyoka_bike.showing.formats import check as shown
 
 SCHEMA = Path(shown.__file__).with_name("check-1.schema.json")

@@ -16,7 +16,7 @@ import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
-from heyoka_bike.motion import endings
+from heyoka_bike.motion import events
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import read_file, read_manifest, render, write_set
 
@@ -130,7 +130,7 @@ def test_unwritable_output_is_one_line(tmp_path, capsys):
 
 
 def test_what_ends_early_is_kept_marked_and_said(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(endings, "LONGEST", Fraction(1))
+    monkeypatch.setattr(events, "LONGEST", Fraction(1))
     out = tmp_path / "out"
     arguments = ["--maneuvers", write(tmp_path), "--out", str(out), "--workers", "1"]
     assert main(["generate", *arguments, "--until", "fall"]) == 4

@@ -3,8 +3,8 @@
 import pytest
 from support.tiers import ONE_MANEUVER
 
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 
 pytestmark = pytest.mark.proof
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import (
     FRONT_LIFT,
     GREATEST_LEAN,
@@ -25,7 +24,7 @@ from heyoka_bike.motion.events import (
 )
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import integrate, right_hand_side
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
 

@@ -4,8 +4,8 @@ import flint
 import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])

@@ -7,9 +7,8 @@ from typing import Any
 import flint
 import pytest
 
-from heyoka_bike.numbers import samples
-from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.samples import Samples
+from heyoka_bike.numbers import analytic
+from heyoka_bike.numbers.analytic import PowerSeries, Samples
 
 BITS, LENGTH, RADIUS = 100, 20, 3
 
@@ -27,7 +26,7 @@ def test_coefficients_are_those_of_series() -> None:
         state = points.polynomials([[flint.arb(0), flint.arb(1)]])
         (found,) = points.coefficients([formula(points, state[0])])
         # At most 20 for abs(s) = 3, and 2^-64 of that beyond a series' own rest is folded.
-        folded = 20 * samples.folded(RADIUS, LENGTH + 41) + 1e-28
+        folded = 20 * analytic.folded(RADIUS, LENGTH + 41) + 1e-28
         assert folded < 1e-25
         for x, y in zip(found, expected, strict=True):
             assert abs(x - y) < folded
@@ -74,7 +73,7 @@ def distances() -> list[tuple[float, float]]:
 
 @pytest.fixture
 def as_few_points_as_possible(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(samples, "_FOLDED_BITS", 0)
+    monkeypatch.setattr(analytic, "_FOLDED_BITS", 0)
 
 
 @pytest.mark.usefixtures("as_few_points_as_possible")
@@ -87,5 +86,5 @@ def test_what_is_left_out_is_bounded() -> None:
 def test_both_parts_of_what_is_left_out_are_needed(
     part: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(samples, part, lambda radius, length: flint.arb(0))
+    monkeypatch.setattr(analytic, part, lambda radius, length: flint.arb(0))
     assert not all(off <= bound for off, bound in distances())

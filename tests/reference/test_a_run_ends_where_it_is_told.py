@@ -9,9 +9,8 @@ import pytest
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, NotCertifiedError
-from heyoka_bike.motion import endings
-from heyoka_bike.motion.endings import ending
-from heyoka_bike.motion.events import REAR_LIFT, first_event
+from heyoka_bike.motion import events
+from heyoka_bike.motion.events import REAR_LIFT, ending, first_event
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
@@ -95,7 +94,7 @@ def test_a_motion_past_a_singularity_is_kept_up_to_it_and_says_so(bicycle, maneu
 def test_a_motion_that_does_not_fall_keeps_its_duration_and_says_so(
     bicycle, maneuvers, monkeypatch
 ):
-    monkeypatch.setattr(endings, "LONGEST", Fraction(20))
+    monkeypatch.setattr(events, "LONGEST", Fraction(20))
     found = ending(bicycle, maneuvers[1], "fall")
     assert found.is_early
     assert found.maneuver.duration == 10

@@ -22,8 +22,8 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations import initial
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, describe_inputs
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.numbers.rounding import decimal_digits, hi_lo

@@ -13,9 +13,8 @@ import flint
 import pytest
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
+from heyoka_bike.numbers.analytic import NotAnalyticError, Rim, array
 from heyoka_bike.numbers.arithmetic import Balls
-from heyoka_bike.numbers.samples import array
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.cauchy import circle_bound, rho
 

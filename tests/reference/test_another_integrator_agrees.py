@@ -21,8 +21,7 @@ from oracles import taylor
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.load import Reference, ReferenceManeuver

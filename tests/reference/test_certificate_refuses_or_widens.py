@@ -12,8 +12,8 @@ import flint
 import pytest
 
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.analytic import NotAnalyticError
 from heyoka_bike.numbers.arithmetic import exact_ball, upper_fraction
 from heyoka_bike.numbers.exact import Exact

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.tiers import ONE_MANEUVER
 
-from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.trajectory import evaluator
 
 pytestmark = pytest.mark.proof
 

@@ -21,7 +21,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
 from heyoka_bike.errors import InputError, NotCertifiedError, UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
-from heyoka_bike.numbers import samples
+from heyoka_bike.numbers import analytic
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import Nodes
 from heyoka_bike.numbers.dual import Dual, Duals
@@ -135,7 +135,7 @@ def test_what_the_polynomial_of_the_defect_leaves_out(
     truth = defects(damaged(run, 0, straight))
     assert all(x <= y for x, y in zip(truth, bounds(), strict=True))
     for part in ("geometric", "folded"):
-        monkeypatch.setattr(samples, part, lambda radius, length: flint.arb(0))
+        monkeypatch.setattr(analytic, part, lambda radius, length: flint.arb(0))
     assert any(x > y for x, y in zip(truth, bounds(), strict=True))
 
 
@@ -290,7 +290,7 @@ def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch
 
     monkeypatch.setattr(dense, "_REMAINDER_BITS", 8)
     assert all(error <= rest for error, rest in errors())
-    monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb(0))
+    monkeypatch.setattr(analytic, "geometric", lambda radius, length: flint.arb(0))
     assert all(error > rest for error, rest in errors())
 
 
@@ -322,7 +322,7 @@ def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
 
 def test_what_the_coefficients_of_an_integrand_leave_out(run: Trajectory, monkeypatch: Any) -> None:
     """If that were 1e-9 of its bound on the circle, no place would be known better."""
-    monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb("1e-9"))
+    monkeypatch.setattr(analytic, "geometric", lambda radius, length: flint.arb("1e-9"))
     *_, last = with_integrals(run, certificate(run, Fraction(0)))
     time = float(run.breaks[-1])
     wheel_rate = 4.6 / 0.3
@@ -362,7 +362,7 @@ def test_what_a_polynomial_leaves_out_is_the_rest_of_a_geometric_series() -> Non
     with flint.ctx.workprec(64):
         for radius in (2, 3, 4):
             terms = sum((flint.arb(1) / radius**m for m in range(5, 200)), flint.arb(0))
-            assert abs(samples.geometric(radius, 5) - terms) < 1e-15
+            assert abs(analytic.geometric(radius, 5) - terms) < 1e-15
 
 
 def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:

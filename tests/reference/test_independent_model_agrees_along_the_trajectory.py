@@ -21,8 +21,7 @@ from oracles.newton_euler import Motion, move, solve_pitch
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.motion.trajectory import Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 
 pytestmark = pytest.mark.proof

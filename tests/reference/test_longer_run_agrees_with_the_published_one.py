@@ -5,8 +5,7 @@ import pytest
 from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.motion.trajectory import row_times
+from heyoka_bike.motion.trajectory import evaluator, row_times
 
 pytestmark = pytest.mark.proof
 

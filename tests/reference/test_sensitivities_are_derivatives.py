@@ -12,8 +12,8 @@ from support.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.sensitivities import UNKNOWNS, load_sensitivities
 

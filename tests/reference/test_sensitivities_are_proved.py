@@ -12,14 +12,13 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.numbers.analytic import NotAnalyticError
+from heyoka_bike.motion.trajectory import evaluator
+from heyoka_bike.numbers.analytic import AtPoints, NotAnalyticError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.ball_matrices import identity, largest, value
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.numbers.samples import AtPoints
 from heyoka_bike.reference.proof import sensitivity_rows, variation
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.error_flow import SIZE, Frame

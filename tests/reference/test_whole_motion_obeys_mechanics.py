@@ -24,8 +24,7 @@ from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, motion_columns
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.motion_rows import Stretch, with_integrals

@@ -5,7 +5,7 @@ from dataclasses import replace
 from support.made_results import made
 
 from heyoka_bike.scoring.findings import Severity
-from heyoka_bike.scoring.series.side_by_side import compare
+from heyoka_bike.scoring.series import compare
 
 
 def rough(key, values, number):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.results import Quantum
-from heyoka_bike.scoring.reading.text import table as text_table
 
 RNG = np.random.default_rng(1)
 COUNT = 300

@@ -8,7 +8,7 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.scoring.reading import formats, read_results, source
 from heyoka_bike.scoring.reading.formats import FORMATS, Format, listed
-from heyoka_bike.scoring.reading.text.table import read_text
+from heyoka_bike.scoring.reading.text import read_text
 from heyoka_bike.workbench.serving import pages
 from heyoka_bike.workbench.serving.limits import Limits
 

@@ -15,7 +15,7 @@ from support.without_packages import python
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.formats import matlab
-from heyoka_bike.scoring.reading.formats.matlab_bytes import matlab_variables
+from heyoka_bike.scoring.reading.formats.matlab import matlab_variables
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])

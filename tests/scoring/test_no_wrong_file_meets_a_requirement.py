@@ -9,8 +9,8 @@ import pytest
 from support import play
 from support.wrong_files import KINDS
 
-from heyoka_bike.scoring import comparison, score, verdict
-from heyoka_bike.scoring.judge import signs
+from heyoka_bike.scoring import measures, score, verdict
+from heyoka_bike.scoring.judge import columns
 from heyoka_bike.scoring.report import Report
 
 ROUNDS = range(3)
@@ -66,13 +66,13 @@ def test_the_game_sees_values_that_are_not_compared(monkeypatch):
 
 
 def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
-    monkeypatch.setattr(signs, "_impossible", lambda keys, signs: [])
+    monkeypatch.setattr(columns, "_impossible", lambda keys, signs: [])
     kinds = ["rate_against_angle", "improper_matrix", "signs_against_each_other"]
     assert all(o.lost for o in outcomes(kinds, 2))
 
 
 def test_the_game_sees_zeros_that_count_as_digits(monkeypatch):
-    monkeypatch.setattr(comparison, "_in_common", lambda values, largest: 0.0)
+    monkeypatch.setattr(measures, "_in_common", lambda values, largest: 0.0)
     assert is_lost(["rows_at_whole_numbers"], 10)
 
 

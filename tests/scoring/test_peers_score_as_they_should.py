@@ -13,8 +13,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_motion
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.scoring.series import score_series
-from heyoka_bike.scoring.series.runs_file import read_runs
+from heyoka_bike.scoring.series import read_runs, score_series
 from heyoka_bike.system.resources import data_folder
 
 PEERS = data_folder() / "peers"

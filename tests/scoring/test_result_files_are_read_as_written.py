@@ -13,8 +13,8 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading import result_file as reading
-from heyoka_bike.scoring.reading.text import table as text_table
+from heyoka_bike.scoring.reading import request as reading
+from heyoka_bike.scoring.reading import text as text_table
 
 NAMES = ("time", *(f"m{m}_{key}" for m in (1, 2, 3) for key in BENCHMARK_COLUMNS))
 

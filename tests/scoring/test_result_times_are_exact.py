@@ -8,9 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.text import table as text_table
-from heyoka_bike.scoring.reading.text.blocks import rest
-from heyoka_bike.scoring.reading.times import as_multiples, settle
+from heyoka_bike.scoring.reading import text as text_table
+from heyoka_bike.scoring.reading.quanta import as_multiples, settle
+from heyoka_bike.scoring.reading.text import rest
 
 
 def written(tmp_path, times, header=""):

@@ -8,8 +8,7 @@ from support.made_results import made
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.findings import Severity
-from heyoka_bike.scoring.judge.conventions import DEFAULT
-from heyoka_bike.scoring.judge.signs import CHOICES, contradictions, opposed
+from heyoka_bike.scoring.judge.columns import CHOICES, DEFAULT, contradictions, opposed
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 from heyoka_bike.showing.formats.summary import diagnosis

@@ -5,7 +5,7 @@ import pytest
 from support.numbered_columns import found, written
 
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.names.headings import recognise
+from heyoka_bike.scoring.reading.headings import recognise
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from support.numbered_columns import COUNT, found, written
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.names.headings import nearest
+from heyoka_bike.scoring.reading.headings import nearest
 
 
 @pytest.mark.parametrize(

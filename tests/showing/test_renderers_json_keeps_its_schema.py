@@ -12,8 +12,7 @@ from support import sample_reports
 
 import heyoka_bike
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.series import score_files
-from heyoka_bike.scoring.series.runs_file import read_runs
+from heyoka_bike.scoring.series import read_runs, score_files
 from heyoka_bike.showing.formats import json as renderer
 
 SCHEMA = json.loads(

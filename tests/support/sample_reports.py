@@ -11,17 +11,21 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver, load_reference
 from heyoka_bike.scoring.alignment import FileInfo, Part
-from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Measures, Reading, Trace
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import growth, measures
 from heyoka_bike.scoring.report import (
+    Alternative,
+    ColumnScore,
     Consistency,
     Convergence,
     ManeuverScore,
+    Measures,
+    Reading,
     Report,
     Requirement,
     Run,
     Series,
+    Trace,
 )
 
 NOTHING = Measures(None, None, None, None, None, None, None)

@@ -2,7 +2,7 @@
 
 import shutil
 
-from heyoka_bike.scoring.submission import read_submission
+from heyoka_bike.scoring.leaderboard import read_submission
 from heyoka_bike.system.resources import data_folder
 
 RESULTS = data_folder() / "results"

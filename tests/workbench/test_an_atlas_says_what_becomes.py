@@ -18,12 +18,11 @@ from heyoka_bike.motion.events import REAR_LIFT, follow
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import after_folder, data_folder
-from heyoka_bike.workbench.after_ten_seconds.lift import prove_lift
-from heyoka_bike.workbench.atlas.compute import changes, chunk, edge, lift_of
+from heyoka_bike.workbench.after_ten_seconds.facts import prove_lift
 from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, FATES, LIFTS, REAR, UPRIGHT, WEAVES
 from heyoka_bike.workbench.atlas.design import ACCURACY, axis, design
 from heyoka_bike.workbench.atlas.fates import fates, repeats
-from heyoka_bike.workbench.atlas.make import make_atlas
+from heyoka_bike.workbench.atlas.make import changes, chunk, edge, lift_of, make_atlas
 from heyoka_bike.workbench.atlas.runs import LEAST_TURN, PLANS, SPACING, Runs
 from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 

@@ -12,8 +12,7 @@ from support.pages import Page, assert_runs_alone, browser, data, look, widths
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Edge, GridAxis
-from heyoka_bike.workbench.atlas.page.packed import Packed
-from heyoka_bike.workbench.atlas.page.page import render
+from heyoka_bike.workbench.atlas.page.page import Packed, render
 
 POSITIVE = ("fate_time", "lift_time", "largest_lean", "largest_steer", "condition")
 

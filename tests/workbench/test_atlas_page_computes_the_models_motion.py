@@ -14,8 +14,8 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import Configuration, rates_of_integrals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.workbench.atlas.data import FALLS
-from heyoka_bike.workbench.atlas.page import motion_source as atlas_motion
-from heyoka_bike.workbench.atlas.page.motion_source import (
+from heyoka_bike.workbench.atlas.page import page as atlas_motion
+from heyoka_bike.workbench.atlas.page.page import (
     DIVISORS,
     MOTION_SCRIPT,
     OBSERVED,

@@ -173,15 +173,15 @@ def test_search_finds_the_loosest_tolerance(slope):
 @pytest.mark.parametrize(
     ("code", "modules"),
     [
-        (SciPy("SciPy LSODA", None), ["scipy", "scipy.integrate"]),
-        (Sundials("SUNDIALS CVODE", None), ["sksundae", "sksundae.cvode"]),
-        (Exudyn("Exudyn", None), ["exudyn"]),
+        (SciPy("SciPy LSODA", []), ["scipy", "scipy.integrate"]),
+        (Sundials("SUNDIALS CVODE", []), ["sksundae", "sksundae.cvode"]),
+        (Exudyn("Exudyn", []), ["exudyn"]),
     ],
 )
 def test_a_peer_that_is_not_installed_is_listed(problem, monkeypatch, code, modules):
     for module in modules:
         monkeypatch.setitem(sys.modules, module, None)
-    code.problem = problem
+    code.problems = [problem]
     line = Timing("performance", code)
     race._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("not installed", None)
@@ -190,7 +190,7 @@ def test_a_peer_that_is_not_installed_is_listed(problem, monkeypatch, code, modu
 def test_a_compiler_that_is_missing_is_listed(problem, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(compiled.shutil, "which", lambda _: None)
-    code = Compiled("C DOPRI5", problem)
+    code = Compiled("C DOPRI5", [problem])
     line = Timing("performance", code)
     race._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("no C compiler", None)
@@ -282,10 +282,7 @@ def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, refer
     for code in codes.codes(problems):
         if code.name == "heyoka_bike simulate" or (code.name == "C DOPRI5" and HAS_COMPILER):
             whole = code.at(1e-5)
-            if isinstance(code, codes.Several):
-                single = [part.at(1e-5) for part in code.parts]
-            else:
-                single = [Tuned("", [x]).at(1e-5) for x in problems]
+            single = [type(code)(code.name, [x]).at(1e-5) for x in problems]
             # One by one the fast path rounds differently, which may cost the last step.
             assert abs(whole.count - sum(x.count for x in single)) <= len(problems)
             assert whole.error == pytest.approx(max(x.error for x in single), rel=1e-6)

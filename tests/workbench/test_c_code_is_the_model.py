@@ -15,9 +15,13 @@ from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.straight_line import StraightLine
-from heyoka_bike.workbench.bench.c_source import operations, slope_source
-from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError
-from heyoka_bike.workbench.bench.floor import Floor, floor
+from heyoka_bike.workbench.bench.batches import Floor, floor
+from heyoka_bike.workbench.bench.compiled import (
+    CompiledPeers,
+    NoCompilerError,
+    operations,
+    slope_source,
+)
 
 pytestmark = pytest.mark.proof
 

@@ -19,9 +19,8 @@ from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import collection
 from heyoka_bike.workbench.boxes import box
-from heyoka_bike.workbench.boxes.affine import Affine, Affines
 from heyoka_bike.workbench.boxes.box import stability_box
-from heyoka_bike.workbench.boxes.box_range import corner, is_negative, sign_over
+from heyoka_bike.workbench.boxes.box_range import Affine, Affines, corner, is_negative, sign_over
 
 pytestmark = pytest.mark.proof
 

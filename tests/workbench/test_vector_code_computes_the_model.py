@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.workbench.fast.collocation import collocation
 from heyoka_bike.workbench.fast.model_code import rates_code
 from heyoka_bike.workbench.fast.native import function
+from heyoka_bike.workbench.fast.step_code import collocation
 from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, module, turns
 
 

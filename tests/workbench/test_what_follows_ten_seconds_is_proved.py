@@ -12,17 +12,16 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import FRONT_LIFT, REAR_LIFT, UPRIGHT, Event
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate
+from heyoka_bike.motion.trajectory import Certificate, evaluator
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.proof.candidate import parse_candidate
 from heyoka_bike.system.resources import after_folder
-from heyoka_bike.workbench.after_ten_seconds import facts, facts_file, limit_cycle
+from heyoka_bike.workbench.after_ten_seconds import facts, limit_cycle
 from heyoka_bike.workbench.after_ten_seconds.facts import Fact, settling_fact
 
 
@@ -51,11 +50,11 @@ def proved(monkeypatch, published):
         low, high = (Fraction(text) + side * Fraction(1, 10**45) for side in (-1, 1))
         return Enclosure(round(low * 2**400), round(high * 2**400), 400)
 
-    facts = [
+    found = [
         Fact(x["about"], x["statement"], {name: enclosed(t) for name, t in x["numbers"].items()})
         for x in published["proved"]
     ]
-    monkeypatch.setattr(facts_file, "prove_facts", lambda *_: tuple(facts))
+    monkeypatch.setattr(facts, "prove_facts", lambda *_: tuple(found))
 
 
 def certify(folder, capsys):
@@ -136,9 +135,9 @@ def test_candidates_of_something_else_are_refused(motions, bicycle):
     cycle, fall = motions
     heavier = replace(bicycle, values={**bicycle.values, "mB": Exact(Fraction(86))})
     with pytest.raises(NotCertifiedError, match="not about the benchmark's bicycle"):
-        facts_file.prove_facts(replace(cycle, bicycle=heavier), fall)
+        facts.prove_facts(replace(cycle, bicycle=heavier), fall)
     with pytest.raises(NotCertifiedError, match="does not start as maneuver 3"):
-        facts_file.prove_facts(cycle, cycle)
+        facts.prove_facts(cycle, cycle)
 
 
 def test_the_final_speed_is_proved_again(bicycle, maneuvers, published):

@@ -9,15 +9,10 @@ import pytest
 from after_ten_seconds import TABLES, agreed, certified, committed, number
 
 from heyoka_bike.bicycle.stability.linear import linearise
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import GREATEST_LEAN, REAR_LIFT, UPRIGHT, events, follow
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.workbench.after_ten_seconds.cycle_candidate import (
-    COLUMNS,
-    MIRRORED,
-    Section,
-    settled,
-)
+from heyoka_bike.motion.trajectory import evaluator
+from heyoka_bike.workbench.after_ten_seconds.making import COLUMNS, MIRRORED, Section, settled
 
 pytestmark = pytest.mark.proof
 

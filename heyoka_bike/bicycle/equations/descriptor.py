@@ -21,8 +21,7 @@ from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import Configuration, whole_rates
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
-from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.numbers.traced import Traced, Traces
+from heyoka_bike.numbers.dual import Dual, Duals, Traced, Traces
 from heyoka_bike.numbers.vectors import (
     Vector,
     cross,

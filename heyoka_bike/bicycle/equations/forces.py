@@ -24,8 +24,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from heyoka_bike.bicycle.equations.axes import Axes, Points
-from heyoka_bike.bicycle.equations.bodies import Bodies, Half
+from heyoka_bike.bicycle.equations.bodies import Axes, Bodies, Half, Points
 from heyoka_bike.bicycle.equations.kinematics import posture
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
@@ -56,19 +55,27 @@ class Contact:
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
-    """Force [N] of a bearing at its point, and moment [N m] about that point.
+class Wrench:
+    """A force [N], and a moment [N m] about a point.
 
-    The component of the moment about the bearing's own axis is zero, by the equations of motion.
+    Of a bearing the component of the moment about its own axis is zero, by the equations of motion.
     """
 
     force: Vector
     moment: Vector
 
+    def __add__(self, other: Wrench) -> Wrench:
+        return Wrench(plus(self.force, other.force), plus(self.moment, other.moment))
+
+    def __sub__(self, other: Wrench) -> Wrench:
+        return Wrench(minus(self.force, other.force), minus(self.moment, other.moment))
+
 
 @dataclass(frozen=True, slots=True)
 class Forces:
     """All reactions; those of the joints are found when asked for.
+
+    A joint gives what the motion of the parts beyond it needs, less what the floor gives.
 
     Attributes
     ----------
@@ -77,42 +84,45 @@ class Forces:
 
     rear: Contact
     front: Contact
-    _parts: _Parts
+    _bodies: Bodies
+    _axes: Axes
     _on_rear: Vector
     _on_front: Vector
+    _rear_wheel: Wrench
+    _front_wheel: Wrench
+    _front_frame: Wrench
 
     @property
-    def rear_axle(self) -> Joint:
+    def rear_axle(self) -> Wrench:
         """On the rear wheel at its hub, along the rear frame's axes; y is the axle."""
-        p = self._parts
-        at_wheel = p.axes.to_rear(self._on_rear)
-        arm = scaled(p.bodies.rear.wheel_r, p.axes.to_rear(p.axes.rear_down))
-        return _left_by(p.rear.wheel, at_wheel, cross(arm, at_wheel))
+        axes = self._axes
+        at_wheel = axes.to_rear(self._on_rear)
+        arm = scaled(self._bodies.rear.wheel_r, axes.to_rear(axes.rear_down))
+        return self._rear_wheel - Wrench(at_wheel, cross(arm, at_wheel))
 
     @property
-    def front_axle(self) -> Joint:
+    def front_axle(self) -> Wrench:
         """On the front wheel at its hub, along the fork's axes; y is the axle."""
-        return _left_by(self._parts.front.wheel, *self._floor_on_front)
+        return self._front_wheel - self._floor_on_front
 
     @property
-    def steer(self) -> Joint:
+    def steer(self) -> Wrench:
         """On the fork at the pivot (see `bodies`).
 
         z down the steer axis, y right along the front axle, x forward across both.
         """
-        p = self._parts
-        part = p.bodies.front
-        push = _left_by(p.front.frame + p.front.wheel, *self._floor_on_front)
+        part = self._bodies.front
+        push = self._front_frame + self._front_wheel - self._floor_on_front
         turn = minus(push.moment, cross((part.pivot_x, 0, part.pivot_z), push.force))
-        return Joint(*(p.axes.across_tilt(v, back=True) for v in (push.force, turn)))
+        return Wrench(*(self._axes.across_tilt(v, back=True) for v in (push.force, turn)))
 
     @property
-    def _floor_on_front(self) -> tuple[Vector, Vector]:
-        """Force of the floor on the front wheel and its moment about the hub, in front axes."""
-        p = self._parts
-        at_wheel = p.axes.to_front(self._on_front)
-        arm = scaled(p.bodies.front.wheel_r, p.axes.to_front(p.axes.front_down))
-        return at_wheel, cross(arm, at_wheel)
+    def _floor_on_front(self) -> Wrench:
+        """Of the floor on the front wheel, about its hub, in front axes."""
+        axes = self._axes
+        at_wheel = axes.to_front(self._on_front)
+        arm = scaled(self._bodies.front.wheel_r, axes.to_front(axes.front_down))
+        return Wrench(at_wheel, cross(arm, at_wheel))
 
 
 def forces(equations: Equations, state: Sequence[Number]) -> Forces:
@@ -132,50 +142,58 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
     axes = Axes.of(b, at_rest)
     weight = (0, 0, -b.g)
     v, v_f, p_f = k.length * u.v, k.length * u.v_f, o.cb_f * u.w1_f + o.sb_f * u.w3_f
-    rear = _loads(
+    frame, wheel = _loads(
         b.rear, axes, (u.w1, u.q, u.w3), (v * o.cb, b.rear.wheel_r * u.p, v * o.sb), v,
         axes.to_rear(weight),
     )  # fmt: skip
-    front = _loads(
+    frame_f, wheel_f = _loads(
         b.front, axes, (u.w1_f, u.q_f, u.w3_f),
         (v_f * o.cb_f, b.front.wheel_r * p_f, v_f * o.sb_f), v_f, axes.to_front(weight),
     )  # fmt: skip
-    return _contacts(_Parts(b, axes, rear, front))
-
-
-@dataclass(frozen=True, slots=True)
-class _Wrench:
-    """Force, and moment about a hub."""
-
-    force: Vector
-    moment: Vector
-
-    def __add__(self, other: _Wrench) -> _Wrench:
-        return _Wrench(plus(self.force, other.force), plus(self.moment, other.moment))
-
-
-@dataclass(frozen=True, slots=True)
-class _JointLoads:
-    """Loads that the motion of a frame and its wheel needs, less their weight, in its axes."""
-
-    frame: _Wrench
-    wheel: _Wrench
-
-
-@dataclass(frozen=True, slots=True)
-class _Parts:
-    """The loads of both halves of the bicycle, and the axes in which they are given."""
-
-    bodies: Bodies
-    axes: Axes
-    rear: _JointLoads
-    front: _JointLoads
+    # The contact forces give the whole bicycle what it needs.
+    points = Points.of(b, axes)
+    x, y, _ = points.front_contact  # the floor is level
+    whole, whole_f = frame + wheel, frame_f + wheel_f
+    force, force_f = axes.from_rear(whole.force), axes.from_front(whole_f.force)
+    about_rear = plus(
+        plus(axes.from_rear(whole.moment), cross(points.rear_hub, force)),
+        plus(axes.from_front(whole_f.moment), cross(points.front_hub, force_f)),
+    )
+    ahead, aside, _ = axes.front_heading
+    # Three conditions for two horizontal components; they agree, so least squares is exact, and
+    # regular where any two are: along each heading, and turning about the rear contact point.
+    spin = wheel.moment[1] / b.rear.wheel_r
+    spin_f = wheel_f.moment[1] / b.front.wheel_r
+    rest = force[0] + force_f[0] - spin
+    b_x = ahead * spin_f - y * about_rear[2] + rest
+    b_y = aside * spin_f + x * about_rear[2]
+    a_xx, a_xy, a_yy = 1 + ahead * ahead + y * y, ahead * aside - x * y, aside * aside + x * x
+    along = x * ahead + y * aside
+    determinant = along * along + a_yy
+    on_front = (
+        (a_yy * b_x - a_xy * b_y) / determinant,
+        (a_xx * b_y - a_xy * b_x) / determinant,
+        (about_rear[0] * y - about_rear[1] * x) / (x * x + y * y),
+    )
+    on_rear = minus(plus(force, force_f), on_front)
+    return Forces(
+        rear=Contact(normal=-on_rear[2], longitudinal=on_rear[0], lateral=on_rear[1]),
+        front=Contact(
+            normal=-on_front[2],
+            longitudinal=ahead * on_front[0] + aside * on_front[1],
+            lateral=ahead * on_front[1] - aside * on_front[0],
+        ),
+        _bodies=b, _axes=axes, _on_rear=on_rear, _on_front=on_front,
+        _rear_wheel=wheel, _front_wheel=wheel_f, _front_frame=frame_f,
+    )  # fmt: skip
 
 
 def _loads(
     part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector
-) -> _JointLoads:
-    """Newton's and Euler's laws for a frame and its wheel.
+) -> tuple[Wrench, Wrench]:
+    """Return what the motion of a frame and its wheel needs, less their weight, about the hub.
+
+    By Newton's and Euler's laws, in the frame's axes.
 
     Parameters
     ----------
@@ -196,9 +214,9 @@ def _loads(
     spin, spin_rate = (-(x / part.wheel_r) for x in (v.value, v.slopes[0]))
     rim = part.wheel_inertia_times((omega[0], spin, omega[2]))
     rim_rate = part.wheel_inertia_times((alpha[0], spin_rate, alpha[2]))
-    return _JointLoads(
-        frame=_Wrench(force, plus(moment, cross(arm, force))),
-        wheel=_Wrench(scaled(part.wheel_m, acceleration), plus(rim_rate, cross(omega, rim))),
+    return (
+        Wrench(force, plus(moment, cross(arm, force))),
+        Wrench(scaled(part.wheel_m, acceleration), plus(rim_rate, cross(omega, rim))),
     )
 
 
@@ -208,47 +226,3 @@ def _values(v: Vector) -> Vector:
 
 def _slopes(v: Vector) -> Vector:
     return v[0].slopes[0], v[1].slopes[0], v[2].slopes[0]
-
-
-def _contacts(p: _Parts) -> Forces:
-    """The contact forces that give the whole bicycle what it needs."""
-    b, axes = p.bodies, p.axes
-    points = Points.of(b, axes)
-    x, y, _ = points.front_contact  # the floor is level
-    whole, whole_f = p.rear.frame + p.rear.wheel, p.front.frame + p.front.wheel
-    force, force_f = axes.from_rear(whole.force), axes.from_front(whole_f.force)
-    about_rear = plus(
-        plus(axes.from_rear(whole.moment), cross(points.rear_hub, force)),
-        plus(axes.from_front(whole_f.moment), cross(points.front_hub, force_f)),
-    )
-    ahead, aside, _ = axes.front_heading
-    # Three conditions for two horizontal components; they agree, so least squares is exact, and
-    # regular where any two are: along each heading, and turning about the rear contact point.
-    spin = p.rear.wheel.moment[1] / b.rear.wheel_r
-    spin_f = p.front.wheel.moment[1] / b.front.wheel_r
-    rest = force[0] + force_f[0] - spin
-    b_x = ahead * spin_f - y * about_rear[2] + rest
-    b_y = aside * spin_f + x * about_rear[2]
-    a_xx, a_xy, a_yy = 1 + ahead * ahead + y * y, ahead * aside - x * y, aside * aside + x * x
-    along = x * ahead + y * aside
-    determinant = along * along + a_yy
-    on_front = (
-        (a_yy * b_x - a_xy * b_y) / determinant,
-        (a_xx * b_y - a_xy * b_x) / determinant,
-        (about_rear[0] * y - about_rear[1] * x) / (x * x + y * y),
-    )
-    on_rear = minus(plus(force, force_f), on_front)
-    return Forces(
-        rear=Contact(normal=-on_rear[2], longitudinal=on_rear[0], lateral=on_rear[1]),
-        front=Contact(
-            normal=-on_front[2],
-            longitudinal=ahead * on_front[0] + aside * on_front[1],
-            lateral=ahead * on_front[1] - aside * on_front[0],
-        ),
-        _parts=p, _on_rear=on_rear, _on_front=on_front,
-    )  # fmt: skip
-
-
-def _left_by(needed: _Wrench, floor: Vector, floor_moment: Vector) -> Joint:
-    """Return the reaction of a bearing about the hub: the load of a wheel less the floor's."""
-    return Joint(minus(needed.force, floor), minus(needed.moment, floor_moment))

@@ -1,6 +1,6 @@
 """All that a program can compute of a bicycle at one instant, in any number type.
 
-What each quantity means, and of which level it is, is in `instant_columns`.
+What each quantity means, and of which level it is, is in `columns`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from itertools import product
 
 import flint
 
+from heyoka_bike.bicycle.columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     Configuration,
@@ -20,7 +21,6 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     wheel_rates,
     whole_rates,
 )
-from heyoka_bike.bicycle.instant_columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
 from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
@@ -72,12 +72,13 @@ class Instant:
 def quantities(instant: Instant) -> dict[str, Number]:
     """Every quantity of `LEVELS` but the last one's by name, SI units; see `linear_quantities`."""
     velocities = _place_velocities(instant)
+    masses = instant.equations.masses(instant.state[:3])
     found = {
         **instant.columns(),
         **_geometry(instant.equations),
         "mass": _mass(instant.equations),
         **_velocities(instant, velocities),
-        **_mass_matrix(instant),
+        **dict(zip(MASS_MATRIX, masses.values(), strict=True)),
         **_momenta(instant, velocities),
         **_accelerations(instant),
     }
@@ -123,23 +124,6 @@ def _place_velocities(instant: Instant) -> dict[str, Vector]:
 
 def _slope(x: Number) -> Number:
     return x.slopes[0] if isinstance(x, Dual) else 0
-
-
-def _mass_matrix(instant: Instant) -> Values:
-    """From the kinetic energies of unit speeds and of their sums."""
-    equations, posture = instant.equations, instant.state[:3]
-    zero = 0 * instant.state[0]
-    units = (1, 1, 1 / equations.k.length)
-
-    def twice(*moving: int) -> Number:
-        rates = [zero + u * moving.count(i) for i, u in enumerate(units)]
-        return 2 * equations.energies([*posture, *rates]).kinetic
-
-    alone = [twice(i) for i in range(3)]
-    both = {(i, j): (twice(i, j) - alone[i] - alone[j]) / 2 for i in range(3) for j in range(i)}
-    names = [(i, j) for i, j in product(range(3), repeat=2) if i <= j]
-    found = [alone[i] if i == j else both[j, i] for i, j in names]
-    return {c.name: x for c, x in zip(MASS_MATRIX, found, strict=True)}
 
 
 def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Values:

@@ -108,6 +108,24 @@ class Equations:
         """Potential and kinetic energy [J]."""
         return energies(self.k, *self.unfold(state))
 
+    def masses(self, posture: Sequence[Number]) -> dict[tuple[int, int], Number]:
+        """Mass matrix of roll rate, steer rate and forward speed, by row and column, row <= column.
+
+        From the kinetic energies of unit speeds and of their sums, in the regular form.
+        """
+        zero, units = 0 * posture[0], (1, 1, 1 / self.k.length)
+
+        def twice(*moving: int) -> Number:
+            rates = [zero + u * moving.count(i) for i, u in enumerate(units)]
+            return 2 * self.energies([*posture, *rates]).kinetic
+
+        alone = [twice(i) for i in range(3)]
+        return {
+            (i, j): alone[i] if i == j else (twice(j, i) - alone[j] - alone[i]) / 2
+            for i in range(3)
+            for j in range(i, 3)
+        }
+
 
 def _precision(a: Arithmetic) -> AbstractContextManager[None]:
     context: AbstractContextManager[None] = getattr(a, "precision", nullcontext)()

@@ -1,6 +1,6 @@
 """The whole motion: places, attitudes and turning of all parts, and the columns of motion.h5.
 
-What each column means is in `motion_columns`.
+What each column means is in `columns`.
 
 The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
 rear wheel touches the floor at the start. Yaw, place and the angles of the wheels drive nothing;
@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import flint
 
-from heyoka_bike.bicycle.equations.axes import Axes, Points
+from heyoka_bike.bicycle.columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.bicycle.equations.bodies import Axes, Points
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.forces import Forces, forces
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.vectors import Quaternion, Vector, from_turned_z, plus, product, scaled
 

@@ -5,14 +5,14 @@ To first order in roll and steer, pitch and speed are constant and, with q = (ro
     M q'' + v C1 q' + (g K0 + v^2 K2) q = 0,
 
 in the notation of Meijaard, Papadopoulos, Ruina and Schwab (2007), doi:10.1098/rspa.2007.1857.
-No formula is taken from there: M comes from the kinetic energy of the nonlinear model, the other
-matrices from derivatives of its accelerations. These are taken by dual numbers, which are exact up
-to rounding.
+`matrices` takes no formula from there: M comes from the kinetic energy of the nonlinear model, the
+other matrices from derivatives of its accelerations. These are taken by dual numbers, which are
+exact up to rounding. `closed_form` has the formulas.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache, cached_property, reduce
@@ -178,30 +178,18 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
     InputError
         The mass matrix of roll and steer is singular.
     """
-    mass = _mass_matrix(bicycle, a)
-    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
-    weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
-    motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
-    return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
-
-
-def _mass_matrix(bicycle: Bicycle, a: Arithmetic) -> Array:
-    """Hessian of the kinetic energy by roll rate and steer rate."""
-    equations = Equations.of(bicycle, a)
-    zero = a.number(0)
-
-    def twice_energy(roll_rate: int, steer_rate: int) -> Number:
-        rates = (a.number(roll_rate), a.number(steer_rate))
-        return 2 * equations.energies((zero, zero, zero, *rates, zero)).kinetic
-
-    m11, m22 = twice_energy(1, 0), twice_energy(0, 1)
-    m12 = (twice_energy(1, 1) - m11 - m22) / 2
+    masses = Equations.of(bicycle, a).masses([a.number(0)] * 3)
+    m11, m12, m22 = masses[0, 0], masses[0, 1], masses[1, 1]
     if abs(m11 * m22 - m12 * m12) <= abs(m11 * m22) / 10**_GUARD:
         raise InputError(
             f"the mass matrix of roll and steer of '{bicycle.name}' is singular, "
             "expected mass or inertia that resists both"
         )
-    return np.array([[m11, m12], [m12, m22]], dtype=object)
+    mass = np.array([[m11, m12], [m12, m22]], dtype=object)
+    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
+    weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
+    motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
+    return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
 
 
 def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int) -> Array:
@@ -408,3 +396,63 @@ class _Quartic:
         i = e * 12 - (b * d * 3).times_x() + c * c
         j = c * e * 72 + (b * c * d * 9 - d * d * 27 - b * b * e * 27).times_x() - c * c * c * 2
         return i * i * i * 4 - j * j
+
+
+def closed_form(p: Mapping[str, Number], a: Arithmetic) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """M, C1, K0 and K2 from the parameters by symbol, over any number type.
+
+    Typed from Meijaard, Papadopoulos, Ruina and Schwab (2007), Appendix A, in its symbols. These
+    need fewer operations than `matrices`, which is what intervals and affine numbers ask for. The
+    tests compare the two.
+    """
+    w, c = p["w"], p["c"]
+    sin, cos = a.sin(p["lam"]), a.cos(p["lam"])
+
+    # Total: m_T x_T and m_T z_T, and the inertia about the rear contact point.
+    front_x = p["mH"] * p["xH"] + p["mF"] * w
+    front_z = p["mH"] * p["zH"] - p["mF"] * p["rF"]
+    total_x = p["mB"] * p["xB"] + front_x
+    total_z = p["mB"] * p["zB"] - p["mR"] * p["rR"] + front_z
+    t_xx = (
+        (p["IRxx"] + p["IBxx"] + p["IHxx"] + p["IFxx"])
+        + (p["mR"] * p["rR"] * p["rR"] + p["mB"] * p["zB"] * p["zB"])
+        + (p["mH"] * p["zH"] * p["zH"] + p["mF"] * p["rF"] * p["rF"])
+    )
+    t_xz = (
+        (p["IBxz"] + p["IHxz"])
+        - (p["mB"] * p["xB"] * p["zB"] + p["mH"] * p["xH"] * p["zH"])
+        + p["mF"] * w * p["rF"]
+    )
+    t_zz = (
+        (p["IRxx"] + p["IBzz"] + p["IHzz"] + p["IFxx"])
+        + p["mB"] * p["xB"] * p["xB"]
+        + (p["mH"] * p["xH"] * p["xH"] + p["mF"] * w * w)
+    )
+
+    # Front assembly A: its inertia about the steer axis, from each body's distance u to it, ahead.
+    u_h = (p["xH"] - w - c) * cos - p["zH"] * sin
+    u_f = p["rF"] * sin - c * cos
+    moment = p["mH"] * u_h + p["mF"] * u_f
+    own_x = (p["IHxx"] + p["IFxx"]) * sin + p["IHxz"] * cos
+    own_z = p["IHxz"] * sin + (p["IHzz"] + p["IFxx"]) * cos
+    a_ll = p["mH"] * u_h * u_h + p["mF"] * u_f * u_f + own_x * sin + own_z * cos
+    a_lx = own_x - p["mH"] * u_h * p["zH"] + p["mF"] * u_f * p["rF"]
+    a_lz = own_z + p["mH"] * u_h * p["xH"] + p["mF"] * u_f * w
+
+    mu = c / w * cos
+    s_f = p["IFyy"] / p["rF"]
+    s_t = p["IRyy"] / p["rR"] + s_f
+    s_a = moment + mu * total_x
+    m12 = a_lx + mu * t_xz
+    swing = cos / w
+    gyro = mu * s_t + s_f * cos
+    zero = 0 * w
+    return (
+        ((t_xx, m12), (m12, a_ll + 2 * mu * a_lz + mu * mu * t_zz)),
+        (
+            (zero, gyro + t_xz * swing - mu * total_z),
+            (-gyro, a_lz * swing + mu * (s_a + t_zz * swing)),
+        ),
+        ((total_z, -s_a), (-s_a, -s_a * sin)),
+        ((zero, (s_t - total_z) * swing), (zero, (s_a + s_f * sin) * swing)),
+    )

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from string import Template
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
 from heyoka_bike.reference.description import facts
 from heyoka_bike.reference.description.crate import render_crate
 from heyoka_bike.reference.layout import CARD, CRATE

@@ -25,8 +25,16 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
-from heyoka_bike.numbers.languages import FORTRAN, JULIA, MATLAB, PYTHON, RUST, C, Language
-from heyoka_bike.numbers.straight_line import StraightLine
+from heyoka_bike.numbers.straight_line import (
+    FORTRAN,
+    JULIA,
+    MATLAB,
+    PYTHON,
+    RUST,
+    C,
+    Language,
+    StraightLine,
+)
 from heyoka_bike.reference.description.facts import COPYRIGHT
 from heyoka_bike.reference.exports.selection import AXES, check_name, commented, wrapped
 from heyoka_bike.version import __version__

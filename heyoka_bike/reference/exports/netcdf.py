@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import Column
 from heyoka_bike.reference.description.facts import CONVENTIONS, TITLE, shared_attributes
 from heyoka_bike.reference.exports.selection import Selection, about, sharing_times
 from heyoka_bike.version import __version__

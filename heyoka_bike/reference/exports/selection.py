@@ -8,8 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from string import Template
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.reference.description.facts import COPYRIGHT, TITLE
 from heyoka_bike.reference.load import Reference, ReferenceManeuver

@@ -14,7 +14,7 @@ from heyoka_bike.bicycle.parameters import (
     read_inputs,
 )
 from heyoka_bike.errors import BicycleError, InputError, UndecidedError
-from heyoka_bike.motion.endings import Ending, ending
+from heyoka_bike.motion.events import Ending, ending
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.reference.making.dataset import check_overwrite, write_dataset
 from heyoka_bike.reference.making.tabulate import KEPT, STAGES, Table, tabulated, tabulating

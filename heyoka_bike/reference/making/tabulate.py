@@ -6,9 +6,8 @@ from typing import Any
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, describe_inputs
 from heyoka_bike.errors import SingularMotionError
-from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision

@@ -19,10 +19,9 @@ import numpy as np
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
+from heyoka_bike.numbers.analytic import NotAnalyticError, Rim, array
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
-from heyoka_bike.numbers.samples import array
 from heyoka_bike.reference.proof.error_flow import SIZE
 
 RADII = (4, 3, 2)

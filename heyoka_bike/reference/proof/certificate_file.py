@@ -9,11 +9,8 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.instant_columns import QUANTITIES
-from heyoka_bike.motion.evaluator import Drift
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, QUANTITIES, Column
+from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
 from heyoka_bike.reference.layout import STATES, STATES_HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.sensitivities import Sensitivity

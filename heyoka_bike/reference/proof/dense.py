@@ -31,11 +31,11 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError, UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
 from heyoka_bike.numbers.ball_matrices import largest
 from heyoka_bike.numbers.rounding import Value, hi_lo, upward, upward_ball
-from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.values import Dense

@@ -5,7 +5,7 @@ that follows is in ball arithmetic (Arb), with the parameters as exact rationals
 ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 
 1. The defect ``delta = p' - h f(p)`` is expanded in s to a length L, from values of f(p) on the
-   unit circle (see `samples`); the sum of its coefficients' absolute values bounds it on
+   unit circle (see `analytic`); the sum of its coefficients' absolute values bounds it on
    0 <= s <= 1.
 2. What that leaves out is bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
    There the state is widened by a polydisc of radius rho, so the same numbers bound the derivatives
@@ -39,11 +39,10 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError
+from heyoka_bike.numbers.analytic import NotAnalyticError, Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import Vector, identity, largest
 from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.error_flow import (
     CONDITION,

@@ -3,9 +3,9 @@
 Place and wheel angles along a candidate, as polynomials with certified bounds.
 
 They are integrals of functions g of the state. On each piece of the candidate p the Taylor
-coefficients of h g(p(s)) (see `samples`) are integrated in balls, and those of the integral rounded
-to the candidate's grid: a polynomial q. Its distance from the exact integral grows over a piece by
-at most
+coefficients of h g(p(s)) (see `analytic`) are integrated in balls, and those of the integral
+rounded to the candidate's grid: a polynomial q. Its distance from the exact integral grows over a
+piece by at most
 
 - ``q' - h g(p)``: the coefficients' absolute values, and beyond these Cauchy's estimate on a circle
   (see `cauchy`);
@@ -23,6 +23,7 @@ from math import ceil, log2
 
 import flint
 
+from heyoka_bike.bicycle.columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
@@ -31,12 +32,11 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     motion_columns,
     rates_of_integrals,
 )
-from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory, row_times
+from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.rounding import Enclosure, few_bits, hi_lo
-from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.dense import (
     BITS,

@@ -14,8 +14,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
-from heyoka_bike.motion.evaluator import Drift, evaluator
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator
 from heyoka_bike.reference import hdf5, layout, structure
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description.describe import describe

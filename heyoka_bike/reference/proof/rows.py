@@ -12,8 +12,7 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.evaluator import Evaluator, evaluator
-from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.motion.trajectory import Certificate, Evaluator, Trajectory, evaluator, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import shortest_decimal

@@ -29,12 +29,12 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.numbers.analytic import AtPoints, array
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
 from heyoka_bike.numbers.ball_matrices import Vector, largest, total
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward_ball
-from heyoka_bike.numbers.samples import AtPoints, array
 from heyoka_bike.reference.proof.error_flow import SIZE
 from heyoka_bike.reference.proof.first_row import exact_derivatives
 from heyoka_bike.reference.proof.rows import distance

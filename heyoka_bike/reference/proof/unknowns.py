@@ -19,8 +19,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number, value_of
 from heyoka_bike.numbers.ball_matrices import largest
-from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.numbers.traced import Traced, Traces
+from heyoka_bike.numbers.dual import Dual, Duals, Traced, Traces
 from heyoka_bike.reference.proof.cauchy import Function
 
 COUNT = len(PARAMETERS) + len(START)

@@ -5,7 +5,7 @@ of motion by the state, and g that by the constants times the derivatives of the
 unknowns, all along the exact motion x. Each piece of the candidate p is taken about its middle,
 with u = (t - middle) / h, -1 <= u <= 1. There:
 
-1. h J and h g along p are expanded in u, from values on the unit circle (see `samples`). What is
+1. h J and h g along p are expanded in u, from values on the unit circle (see `analytic`). What is
    left out, and what x, within the certificate's distance of p, adds, is bounded by Cauchy's
    estimate on a circle and a polydisc of states and constants (see `cauchy`).
 2. Y nearly solves ``Y' = h J Y``, Y(0) = 1, with a defect D, and p ``p' = h J p + h g``, p(0) = 0,
@@ -33,6 +33,7 @@ import flint
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
@@ -44,7 +45,6 @@ from heyoka_bike.numbers.ball_matrices import (
     total,
     value,
 )
-from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.error_flow import (
     CONDITION,

@@ -21,8 +21,7 @@ from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots, motion_columns
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.motion.trajectory import row_times
+from heyoka_bike.motion.trajectory import evaluator, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo

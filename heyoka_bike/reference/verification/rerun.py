@@ -17,10 +17,9 @@ from math import inf, log10
 
 import flint
 
-from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator, row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.layout import HDF5

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.numbers.double import Array

@@ -7,7 +7,6 @@ from typing import Any
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.reference.sensitivities import UNKNOWNS
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
@@ -18,8 +17,8 @@ from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
-from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
+from heyoka_bike.scoring.judge.columns import UNITS_BESIDE, in_units
+from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, Report
 
 NOTHING_WRONG = "nothing_to_explain"
 """Code of the finding that all that is diagnosed is right."""

@@ -22,7 +22,7 @@ from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.plain import beside
 from heyoka_bike.scoring.findings import Finding, named, warning
-from heyoka_bike.scoring.judge.signs import SIGNS_DISAGREE
+from heyoka_bike.scoring.judge.columns import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs

@@ -8,11 +8,10 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity, info
-from heyoka_bike.scoring.judge.single_precision import single_precision
+from heyoka_bike.scoring.judge.contradictions import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 
 # A correct file's error is its floor; sums and conversions may double it.
 _AT_FLOOR = 2.0

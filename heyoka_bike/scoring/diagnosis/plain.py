@@ -13,12 +13,11 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
-from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
+from heyoka_bike.scoring.judge.columns import RIGHT, far_worse, is_far
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.

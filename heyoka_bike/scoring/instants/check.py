@@ -1,28 +1,238 @@
-"""A program's table of instants against what every quantity is, level by level."""
+"""A program's table of single instants against what every quantity is, level by level.
 
-from collections.abc import Callable, Mapping
+The table tells the states and some quantities of them. Those of known states are proved, see
+`proof.instants`; of a user's own they are computed in binary64.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
-from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, read_bicycle
-from heyoka_bike.errors import BicycleError, InputError, NothingScoredError
+from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.instant import Instant, quantities
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
+from heyoka_bike.errors import BicycleError, InputError, NothingScoredError, did_you_mean, quoted
+from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.reference.proof.instants import known_states, of_known
+from heyoka_bike.numbers.unit import factor
+from heyoka_bike.reference.proof.instants import BITS, LinearBicycle, known_states, of_known
 from heyoka_bike.scoring.instants.checked import (
     CheckedColumn,
     CheckedLevel,
     CheckedTable,
     Explained,
 )
-from heyoka_bike.scoring.instants.expected import of_own
-from heyoka_bike.scoring.instants.table import InstantTable, read_table
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.results import Vectors
+from heyoka_bike.scoring.reading.source import read_columns
 from heyoka_bike.system.resources import find_input
+
+STATE = "state"
+"""Name of the column of the states' numbers."""
+
+_IN_BRACKETS = re.compile(r"(.*?)[\s/]*[\[(]([^\])]*)[\])]\s*")
+_BREAKS = re.compile(r"[\s.-]+")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class InstantTable:
+    """The quantities that a program wrote of some states.
+
+    Attributes
+    ----------
+    path
+        Name of the file.
+    numbers : ndarray of int, shape (n,), or None
+        Of the known state in each row, from 1; None where the table has its own.
+    values : mapping of str to ndarray, shape (n,)
+        Columns by name, SI units; NaN where there is no finite number.
+    uncertain : mapping of str to ndarray, shape (n,)
+        By how much a value may be off as it was written with so many digits.
+    vectors : Vectors
+        As they were read.
+    left_out : tuple of str
+        Names of columns that are not known.
+    """
+
+    path: str
+    numbers: Any
+    values: Mapping[str, Array]
+    uncertain: Mapping[str, Array]
+    vectors: Vectors
+    left_out: tuple[str, ...]
+
+    @property
+    def rows(self) -> int:
+        """Number of states."""
+        return len(self.vectors.columns[0].values)
+
+    def place(self, row: int) -> str:
+        """Where a row is, for people."""
+        return "{} {}".format(*self.vectors.place(row))
+
+    def error(self, row: int, message: str) -> InputError:
+        """The error that says where, what was found and what was expected."""
+        return self.vectors.error(Request(self.path, 1), row, message)
+
+
+def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> InstantTable:
+    """Read a table of instants.
+
+    Parameters
+    ----------
+    source
+        As `read_results` takes it, without times.
+    states
+        Those that are known, by number from 1.
+    si
+        True if columns whose name has no unit are in SI units.
+
+    Raises
+    ------
+    InputError
+        No states, one that is not known, a column twice, without unit or in one of something else.
+    """
+    found = read_columns(source, lambda name: _meaning(name) is not None)
+    path = str(source) if isinstance(source, str) or hasattr(source, "__fspath__") else "array"
+    names = found.names or []
+    meant = [_meaning(name) for name in names]
+    values: dict[str, Array] = {}
+    uncertain: dict[str, Array] = {}
+    for name, meaning, column in zip(names, meant, found.columns, strict=False):
+        if meaning is None:
+            continue
+        key, unit = meaning
+        if key in values:
+            raise InputError(f"found a second column of {key} ({quoted(name)})", file=path)
+        size = 1.0 if key == STATE else _factor(name, key, unit, si, path)
+        is_finite = np.isfinite(column.values)
+        values[key] = np.where(is_finite, column.values * size, np.nan)
+        # Half a step either way.
+        uncertain[key] = np.where(is_finite, column.quantum.at(column.values) * size / 2, 0.0)
+    left_out = tuple(name for name, meaning in zip(names, meant, strict=True) if meaning is None)
+    return _with_states(InstantTable(path, None, values, uncertain, found, left_out), states)
+
+
+def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTable:
+    if not table.rows:
+        raise InputError("found no rows, expected one for each state", file=table.path)
+    if STATE in table.values:
+        numbers = table.values[STATE]
+        for i, x in enumerate(numbers):
+            if not (x == np.rint(x) and 1 <= x <= len(states)):
+                shown = f"{x:.15g}" if np.isfinite(x) else "no number"
+                raise table.error(i, f"found state {shown}, expected 1 to {len(states)}")
+        return replace(table, numbers=numbers.astype(int))
+    missing = [key for key in COORDINATES if key not in table.values]
+    if missing:
+        names = ", ".join(missing)
+        raise InputError(
+            f"found no column {quoted(STATE)} and no {names}, expected the numbers of states, or "
+            f"states of your own by {', '.join(COORDINATES)}{_hint(table.left_out)}",
+            file=table.path,
+        )
+    for key in COORDINATES:
+        bad = np.flatnonzero(~np.isfinite(table.values[key]))
+        if len(bad):
+            raise table.error(int(bad[0]), f"found no finite number as {key} of the state")
+    return table
+
+
+def _hint(names: Sequence[str]) -> str:
+    hints = (did_you_mean(name, (STATE, *COORDINATES)) for name in names)
+    return next((hint for hint in hints if hint), "")
+
+
+def _meaning(name: str) -> tuple[str, str | None] | None:
+    """Key and unit of a column by its name, ``pitch [rad]`` or ``pitch_rad``; None if unknown."""
+    match = _IN_BRACKETS.fullmatch(name)
+    stem, unit = (match[1], match[2]) if match else (name, None)
+    plain = _BREAKS.sub("_", stem.strip().strip("\"'")).lower()
+    keys = {key.lower(): key for key in (STATE, *UNITS)}
+    if plain in keys:
+        return keys[plain], unit
+    # MATLAB's names have no brackets: the longest key that leaves a unit.
+    for key in sorted(keys, key=len, reverse=True):
+        if plain.startswith(f"{key}_") and key != STATE:
+            ending = plain[len(key) + 1 :].replace("_per_", "/").replace("_", " ")
+            for text in (ending, "/".join(ending.split())):
+                if factor(text, UNITS[keys[key]]) is not None:
+                    return keys[key], text
+    return None
+
+
+def _factor(name: str, key: str, unit: str | None, si: bool, path: str) -> float:
+    expected = UNITS[key]
+    if unit is None:
+        if si or expected == "1":
+            return 1.0
+        raise InputError(
+            f"found the column {quoted(name)} without a unit, expected one such as "
+            f"'{key} [{expected}]', or --si for SI units",
+            file=path,
+        )
+    size = factor(unit, expected)
+    if size is None:
+        raise InputError(
+            f"found the unit {quoted(unit)} of {key}, expected one such as {expected}", file=path
+        )
+    return float(size)
+
+
+def of_own(
+    bicycle: Bicycle, given: Mapping[str, Array], *, is_linear: bool = True
+) -> dict[str, Array]:
+    """Quantities of states by name, in binary64.
+
+    Parameters
+    ----------
+    bicycle
+        Any parameters, sensible or not.
+    given
+        `COORDINATES`, and some of `WHERE` [SI].
+    is_linear
+        True if those of the linear bicycle are wanted.
+
+    Returns
+    -------
+    dict of str to ndarray
+        With ``height``, of the front wheel above the floor [m]: zero but for rounding where there
+        is a pitch that puts both wheels on the floor.
+    """
+    with np.errstate(all="ignore"):
+        equations, state = binary64_states(bicycle, given)
+        found = quantities(Instant.of(equations, state))
+        found["height"] = front_contact_height(equations.k, equations.a, *state[:3])
+    speed = given["forward_speed"]
+    if is_linear:
+        with flint.ctx.workprec(BITS):
+            linear = LinearBicycle(bicycle)
+            by_speed = {v: linear.at(Fraction(v)) for v in np.unique(speed)}
+        for c in LEVELS[-1].columns:
+            found[c.name] = np.array([float(by_speed[v][c.name].mid()) for v in speed])
+    return {name: np.broadcast_to(np.asarray(x, float), speed.shape) for name, x in found.items()}
+
+
+def binary64_states(bicycle: Bicycle, given: Mapping[str, Array]) -> tuple[Equations, list[Number]]:
+    """The equations for arrays, and the variables of states as `Instant` takes them."""
+    equations = Equations.binary64(bicycle)
+    roll, steer, roll_rate, steer_rate, speed = (given[key] for key in COORDINATES)
+    pitch = pitch_on_the_floor(equations.k, roll, 0 * roll, steer)
+    where = [given.get(name, 0 * roll) for name in WHERE]
+    return equations, [
+        roll, pitch, steer, roll_rate, steer_rate, speed / equations.k.length, *where
+    ]  # fmt: skip
+
 
 TOLERANCE = 1e-9
 """Of a difference over 1 + abs(expected), in SI units. Rounding in binary64 leaves 1e-13 of the

@@ -5,13 +5,15 @@ from dataclasses import replace
 
 from heyoka_bike.scoring.alignment import ANOTHER_ORDER
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.judge.consistency import against_itself
-from heyoka_bike.scoring.judge.conventions import conventions, understood
-from heyoka_bike.scoring.judge.signs import odd_signs
-from heyoka_bike.scoring.judge.single_precision import single_precision
-from heyoka_bike.scoring.judge.time_shift import time_shifted
-from heyoka_bike.scoring.judge.unknown import unknown
-from heyoka_bike.scoring.judge.unseen import coverage, digits_written, energy_hides_error
+from heyoka_bike.scoring.judge.columns import conventions, odd_signs, understood, unknown
+from heyoka_bike.scoring.judge.contradictions import (
+    against_itself,
+    coverage,
+    digits_written,
+    energy_hides_error,
+    single_precision,
+    time_shifted,
+)
 from heyoka_bike.scoring.report import ManeuverScore, Report
 
 RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (

@@ -1,25 +1,39 @@
 """Reading of another program's results: files, whose content tells the format, and objects.
 
 Objects of Python may be arrays, columns by name, data frames, or several results of one run.
+
+Every column is put where it belongs, which its name or its place tells, and rows in the order of
+time.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import chain
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, MissingPackageError, printable, quoted
-from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.assembly import assemble
+from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.reading import headings
+from heyoka_bike.scoring.reading.arrays import tables
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
-from heyoka_bike.scoring.reading.names import headings
-from heyoka_bike.scoring.reading.request import ARGUMENT, NAMES, OPTION, Request
-from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.reading.vectors import Vectors
+from heyoka_bike.scoring.reading.quanta import Times, settle
+from heyoka_bike.scoring.reading.request import (
+    ARGUMENT,
+    LEFT_OUT,
+    NAMES,
+    OPTION,
+    Request,
+    ResultFile,
+)
+from heyoka_bike.scoring.reading.results import Results, Rows, Vectors
 from heyoka_bike.scoring.scored import Scored
 
 ARRAY = "array"
@@ -239,3 +253,265 @@ def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results
         "expected it for those of one maneuver",
         file=results.path,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _ColumnLayout:
+    """The index of each column, by number of the maneuver (None if that is not told) and key.
+
+    Times are in `unit`, s or ms.
+    """
+
+    time: int
+    maneuvers: Mapping[int | None, Mapping[str, int]]
+    findings: tuple[Finding, ...]
+    unit: str
+
+
+_Bad = tuple[int, int, str, int]
+"""Line or row, column, which of both it is, and how many values there are not finite."""
+
+_log = logging.getLogger(__name__)
+
+
+def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
+    """Put the columns of a file where they belong.
+
+    Parameters
+    ----------
+    tables
+        What the file has.
+    kind
+        Its format.
+    request
+        The request to read it.
+
+    Raises
+    ------
+    InputError
+        Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
+        finite.
+    """
+    known, findings = _of_the_reference(tables, request)
+    maneuvers: list[Rows] = []
+    digits: list[int] = []
+    bad: list[_Bad] = []
+    for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
+        times = _times(table, places, request)
+        said = (*table.findings, *places.findings, *times.findings)
+        findings += [f for f in said if f not in findings]
+        for number, columns in places.maneuvers.items():
+            _log.info(
+                "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
+                len(times.hi), number or "not told", places.time + 1,
+                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
+            )  # fmt: skip
+            names = request.names or table.names or ()
+            maneuvers.append(_rows(table, names, times, number, places.time, columns, bad))
+            used = [table.columns[j].digits for j in columns.values()]
+            digits += [d for d in used if d is not None]
+    findings += [_not_finite(bad)] if bad else []
+    maneuvers.sort(key=lambda rows: rows.maneuver or 0)
+    return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(findings))
+
+
+def _of_the_reference(
+    tables: Sequence[Vectors], request: Request
+) -> tuple[list[Vectors], list[Finding]]:
+    """The tables of maneuvers that the reference has, or of none that is told."""
+    numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
+    parts = [part for table in tables for part in _by_maneuver(table, request)]
+    known = [part for part in parts if part.maneuver in numbers]
+    others = [f"maneuver {part.maneuver}" for part in parts if part.maneuver not in numbers]
+    if not known:
+        raise request.error(f"found {others[0]}, expected 1 to {request.count}")
+    if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
+        raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
+    return known, [headings.left_out(others)] if others else []
+
+
+def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
+    """The rows of each maneuver, if a column tells of which they are; else the table alone."""
+    names, count = request.names or table.names or (), request.count
+    at = next((j for j, name in enumerate(names) if headings.is_maneuver(name)), None)
+    if at is None or at >= len(table.columns) or table.maneuver is not None:
+        return [table]
+    numbers = table.columns[at].values
+    first = 0 if count > 1 and (numbers == 0).any() else 1
+    fits = (numbers == np.rint(numbers)) & (numbers >= first) & (numbers < first + count)
+    if not fits.all():
+        i = int(np.argmin(fits))
+        found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
+        said = f"found {found} as {quoted(names[at])}, expected {first} to {first + count - 1}"
+        raise table.error(request, i, said)
+    return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
+
+
+def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, _ColumnLayout]]:
+    """A table and what its columns are; of maneuvers below each other, for each of these.
+
+    The times then begin again where they began.
+    """
+    places = _layout(table, request)
+    times = table.columns[places.time].values
+    starts = np.flatnonzero(np.r_[True, times[1:] < times[:-1]])
+    is_again = len(starts) > 1 and bool((times[starts] == times[0]).all())
+    if not is_again or len(starts) > request.count or len(places.maneuvers) > 1:
+        yield table, places
+    elif None not in places.maneuvers:
+        said = f"found {len(starts)} times that begin at {times[0]:g}, expected one maneuver"
+        raise request.error(f"{said}; a column maneuver tells the rows of several apart")
+    else:
+        number = np.cumsum(np.isin(np.arange(len(times)), starts))
+        for n in range(1, len(starts) + 1):
+            yield table.of_rows(number == n, None), places
+
+
+def _times(table: Vectors, places: _ColumnLayout, request: Request) -> Times:
+    column = table.columns[places.time]
+    bad = np.flatnonzero(~np.isfinite(column.values))
+    if len(bad):
+        said = "found a time that is not finite, expected seconds"
+        raise table.error(request, int(bad[0]), said, places.time + 1)
+    return settle(column.values, column.lo, column.significant, table.lines, places.unit)
+
+
+def _rows(
+    table: Vectors, names: Sequence[str], times: Times, number: int | None, time: int,
+    columns: Mapping[str, int], bad: list[_Bad],
+) -> Rows:  # fmt: skip
+    named = {key: names[j] if names else "" for key, j in columns.items()}
+    used = {key: table.columns[j] for key, j in columns.items()}
+    order = slice(None) if times.order is None else times.order
+    values = {}
+    for key, column in used.items():
+        is_bad = ~np.isfinite(column.values)
+        if is_bad.any() and not is_bad.all():
+            counted_by, line = table.place(int(np.argmax(is_bad)))
+            bad.append((line, columns[key] + 1, counted_by, int(is_bad.sum())))
+        finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
+        values[key] = finite[order]
+    lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}
+    units = {key: unit for key, name in named.items() if (unit := headings.named_unit(name, key))}
+    may_be = {key: keys for key, name in named.items() if key in (keys := headings.may_mean(name))}
+    quantum = {key: table.columns[j].quantum for key, j in {headings.TIME: time, **columns}.items()}
+    return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
+
+
+def _not_finite(bad: Sequence[_Bad]) -> Finding:
+    """Return the finding that values are not finite: how many, and the first one."""
+    line, column, unit, _ = min(bad)
+    count = sum(n for *_, n in bad)
+    said = f"{count} values are not finite and not used (first in {unit} {line}, column {column})."
+    return warning("not_finite", said, count=count, line=line, column=column)
+
+
+def _layout(vectors: Vectors, request: Request) -> _ColumnLayout:
+    """Find out which column is what.
+
+    Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
+    else those names that are known.
+
+    Raises
+    ------
+    InputError
+        The columns cannot be told, or one is there twice.
+    """
+    names = list(request.names or vectors.names or ())
+    width = len(vectors.columns)
+    found = headings.meanings(names, request.count)
+    known = [f[0] for f in found if f]
+    is_named = headings.TIME in known and len(known) > 1
+    # The benchmark's order has no place for what is not of the benchmark.
+    is_beyond = not {*known} <= {headings.TIME, *BENCHMARK_COLUMNS}
+    is_beyond |= any(map(headings.is_maneuver, names))
+    places = _by_place(width, request.count) if vectors.is_ordered else None
+    if request.names or (is_named and (places is None or None not in found or is_beyond)):
+        return _settled(names, found, vectors, request)
+    if places is not None:
+        settled = _settled([""] * width, places, vectors, request)
+        return replace(settled, findings=_names_unused(names, found, places))
+    raise request.not_columns(headings.names_found(names, found), vectors.heading)
+
+
+def _by_place(width: int, count: int) -> Sequence[headings.Found] | None:
+    """Return the meanings of columns without names; None if there are too many or too few."""
+    # One maneuver needs no number.
+    by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
+    if (numbers := by_width.get(width)) is None:
+        return None
+    columns = ((key, number) for number in numbers for key in BENCHMARK_COLUMNS)
+    return [(headings.TIME, None), *columns]
+
+
+def _settled(
+    names: Sequence[str], found: Sequence[headings.Found], vectors: Vectors, request: Request
+) -> _ColumnLayout:
+    """Each meaning with the one column that has it."""
+    candidates: dict[tuple[str, int | None], list[int]] = {}
+    for i, f in enumerate(found):
+        if f is not None:
+            candidates.setdefault(f, []).append(i)
+    meant = {}
+    for meaning, places in candidates.items():
+        # Of several columns of one meaning the plainest name is meant.
+        best, *others = sorted(places, key=lambda i: _oddity(names[i]))
+        if others and _oddity(names[others[0]]) == _oddity(names[best]):
+            key, number = meaning
+            of_which = "" if number is None else f" for maneuver {number}"
+            raise request.error(
+                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
+                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                vectors.heading,
+            )
+        meant[meaning] = best
+    time = meant[headings.TIME, None]
+    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
+    alone = 1 if alone is None and request.count == 1 else alone
+    maneuvers: dict[int | None, dict[str, int]] = {}
+    for (key, number), i in meant.items():
+        if key != headings.TIME:
+            maneuvers.setdefault(alone if number is None else number, {})[key] = i
+    if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
+        said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
+        raise request.error(said, vectors.heading)
+    findings = _left_out(names, found, {*meant.values()}, request)
+    findings += headings.unknown_units({names[i]: key for (key, _), i in meant.items()})
+    unit = headings.quantities(headings.unit_in(names[time])[1] or "").get("s", "s")
+    return _ColumnLayout(time, maneuvers, tuple(findings), unit)
+
+
+def _left_out(
+    names: Sequence[str], found: Sequence[headings.Found], used: Collection[int], request: Request
+) -> list[Finding]:
+    """Return findings about columns that are not used, unless the user left them out."""
+    left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
+    left = [i for i in left if not headings.is_maneuver(names[i])]
+    known = [names[i] for i in left if found[i] is None and headings.recognise(names[i])]
+    unknown = [names[i] for i in left if names[i] not in known]
+    findings = [headings.set_aside(known, request)] if known else []
+    return [*findings, headings.left_out(unknown)] if unknown else findings
+
+
+def _oddity(name: str) -> tuple[bool, bool]:
+    """True if a name has a unit other than SI, and true if it has its unit as an ending."""
+    _, unit, is_ending = headings.unit_in(name)
+    return not headings.is_si(unit), is_ending
+
+
+def _names_unused(
+    names: Sequence[str], found: Sequence[headings.Found], places: Sequence[headings.Found]
+) -> tuple[Finding, ...]:
+    """Return a finding if a name that is known contradicts the place of its column."""
+    both = enumerate(zip(found, places, strict=False))
+    wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
+    if not wrong:
+        return ()
+    unknown = [name for name, f in zip(names, found, strict=True) if f is None]
+    said = (
+        f"Not all column names are known ({headings.listed(unknown)}), so the columns are taken in "
+        f"the benchmark's order, although column {wrong[0] + 1} is named "
+        f"{quoted(names[wrong[0]])}."
+    )
+    shown = [quoted(name)[1:-1] for name in unknown[:100]]
+    return (warning("names_not_used", said, columns=[i + 1 for i in wrong], unknown=shown),)

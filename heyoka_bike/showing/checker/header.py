@@ -12,14 +12,12 @@ from string import Template
 
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, RATE_OF
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, RATE_OF, Column
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.numbers.languages import C
-from heyoka_bike.numbers.straight_line import Recorded, StraightLine
+from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine
 from heyoka_bike.reference.exports.selection import Selection, about, commented
 from heyoka_bike.reference.following import FOLLOWS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver

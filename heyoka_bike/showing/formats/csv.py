@@ -8,8 +8,7 @@ from typing import Any
 
 from heyoka_bike.errors import required
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.report import ManeuverScore, Report, Series
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series
 
 _MEASURES = (
     "max_abs_error", "time_of_max", "rms_error", "max_rel_error", "scd", "mescd",

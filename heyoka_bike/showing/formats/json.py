@@ -7,9 +7,8 @@ from dataclasses import asdict
 from numbers import Integral, Real
 from typing import Any
 
-from heyoka_bike.scoring.column_score import ColumnScore, Reading
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.report import ManeuverScore, Report, Series
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Reading, Report, Series
 from heyoka_bike.scoring.verdict import Grade
 from heyoka_bike.version import __version__
 

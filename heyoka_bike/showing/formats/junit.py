@@ -10,8 +10,7 @@ from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore, Measures
-from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.scoring.report import ColumnScore, Measures, Report, Series
 from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, verdict
 
 

@@ -8,9 +8,16 @@ from functools import partial
 from pathlib import Path
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore, open_words
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import Convergence, ManeuverScore, Report, Requirement, Series
+from heyoka_bike.scoring.report import (
+    ColumnScore,
+    Convergence,
+    ManeuverScore,
+    Report,
+    Requirement,
+    Series,
+    open_words,
+)
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import results as charts

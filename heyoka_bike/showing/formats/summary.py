@@ -63,8 +63,7 @@ def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str
 
 def diagnosis(report: Report) -> str:
     """Return the verdict, the conventions, and why the results differ, the likeliest first."""
-    from heyoka_bike.scoring.judge.conventions import DEFAULT, UNITS_BESIDE
-    from heyoka_bike.scoring.judge.signs import ODD_SIGNS
+    from heyoka_bike.scoring.judge.columns import DEFAULT, ODD_SIGNS, UNITS_BESIDE
 
     # Findings of the score that the diagnosis leaves out are said before it.
     beside = ("definition_unknown", "never_filled", *ODD_SIGNS)

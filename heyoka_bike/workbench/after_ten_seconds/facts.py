@@ -1,30 +1,52 @@
 """The benchmark's maneuvers after their ten seconds, proved from candidates alone.
 
 The candidates are the motion of a cycle, and maneuver 3 until it falls. What follows from them
-and from the inputs of the benchmark is published in after-ten-seconds.json, see `after_file`.
+and from the inputs of the benchmark is published in after-ten-seconds.json, and checked there. That
+file lies in a folder of its own, beside the candidates that it follows from (candidate.h5). Numbers
+are correctly rounded to the digits they have.
+
+`prove_lift` proves when a wheel leaves the floor first, for any one initial state.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from pathlib import Path
+from typing import Any
 
 import flint
 
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.crossings import Quantity
-from heyoka_bike.motion.evaluator import Evaluator, evaluator
-from heyoka_bike.motion.events import FRONT_LIFT, GREATEST_LEAN, KINDS, REAR_LIFT, Event, zeros
-from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, benchmark, describe_inputs
+from heyoka_bike.errors import DatasetError, NotCertifiedError
+from heyoka_bike.motion.events import (
+    FRONT_LIFT,
+    GREATEST_LEAN,
+    KINDS,
+    REAR_LIFT,
+    Event,
+    Quantity,
+    events,
+    zeros,
+)
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import Evaluator, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.rounding import Enclosure
-from heyoka_bike.reference.proof.enclose import Progress, enclose
+from heyoka_bike.reference.layout import AFTER, CANDIDATE
+from heyoka_bike.reference.proof.candidate import parse_candidate
+from heyoka_bike.reference.proof.enclose import Progress as TimeReached
+from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import Progress, side_by_side
+from heyoka_bike.system.resources import after_folder
 from heyoka_bike.workbench.after_ten_seconds.limit_cycle import Cycle, prove_cycle
 
 CYCLE = (
@@ -74,7 +96,7 @@ def _steer_rate(equations: Equations, state: Sequence[Number]) -> Number:
     return equations.unfold(state)[1].steer_rate
 
 
-def cycle_fact(run: Trajectory, like: Maneuver, progress: Progress | None = None) -> Fact:
+def cycle_fact(run: Trajectory, like: Maneuver, progress: TimeReached | None = None) -> Fact:
     """The cycle near a candidate that has the energy of a maneuver.
 
     Raises
@@ -117,7 +139,7 @@ def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
     return _fact(maneuver, SETTLING, {"final speed [m/s]": speed})
 
 
-def fall_fact(run: Trajectory, progress: Progress | None = None) -> Fact:
+def fall_fact(run: Trajectory, progress: TimeReached | None = None) -> Fact:
     """When the rear wheel leaves the floor.
 
     Raises
@@ -194,3 +216,201 @@ def _mean_speed(at: Evaluator, cycle: Cycle) -> flint.arb:
         spin = flint.arb_poly(list(piece.rows[5])).integral()(s) / flint.arb(2) ** piece.grid
         turned += h * (spin + flint.arb(0, exact_ball(bounds[5]).upper()))
     return flint.arb(k.length * k.rear.r * turned / cycle.half_period)
+
+
+_MOST_DIGITS = 30
+_SHOWN = 60  # characters of what is found in a file
+
+Digits = Callable[[Enclosure, str, str], int]
+"""The number of digits of a value, by maneuver and name."""
+
+
+def prove_facts(
+    cycle: Trajectory, fall: Trajectory, progress: Progress | None = None
+) -> tuple[Fact, ...]:
+    """All that is said of the maneuvers of the benchmark, from the two candidates.
+
+    Raises
+    ------
+    NotCertifiedError
+        Something is not shown, or a candidate is about other inputs.
+    """
+    bicycle, maneuvers = benchmark()
+    for run in (cycle, fall):
+        if describe_inputs(run.bicycle, []) != describe_inputs(bicycle, []):
+            raise NotCertifiedError(f"{run.maneuver.name}: it is not about the benchmark's bicycle")
+    if _start(fall.maneuver) != _start(maneuvers[2]):
+        raise NotCertifiedError(f"{fall.maneuver.name}: it does not start as {maneuvers[2].name}")
+    weaving, falling = side_by_side(
+        _prove,
+        [(cycle, maneuvers[0]), (fall, None)],
+        [(run.maneuver.name, float(run.breaks[-1])) for run in (cycle, fall)],
+        progress,
+    )
+    return weaving, settling_fact(bicycle, maneuvers[1]), falling
+
+
+def _prove(run: Trajectory, like: Maneuver | None, report: Report) -> Fact:
+    def progress(t: float) -> None:
+        report("certify", t)
+
+    return fall_fact(run, progress) if like is None else cycle_fact(run, like, progress)
+
+
+def _start(m: Maneuver) -> tuple[Any, ...]:
+    return m.speed, m.roll_rate, m.roll, m.steer, m.steer_rate
+
+
+def render_facts(facts: Sequence[Fact], digits: Digits | None = None) -> bytes:
+    """Bytes of after-ten-seconds.json.
+
+    Raises
+    ------
+    NotCertifiedError
+        A number is not decided to its digits.
+    """
+    count = digits or (lambda x, about, name: _decided(x))
+    document = {
+        "schema_version": 1,
+        "inputs": describe_inputs(*benchmark()),
+        "proved": [
+            {
+                "about": fact.about,
+                "statement": fact.statement,
+                "numbers": {
+                    name: _text(x, count(x, fact.about, name), name)
+                    for name, x in fact.numbers.items()
+                },
+            }
+            for fact in facts
+        ],
+        "used": USED,
+    }
+    return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
+
+
+def _decided(x: Enclosure) -> int:
+    """The most digits that an enclosure decides."""
+    return next((n for n in range(_MOST_DIGITS, 0, -1) if x.decimal(n) is not None), 1)
+
+
+def _text(x: Enclosure, digits: int, name: str) -> str:
+    text = x.decimal(digits)
+    if text is None:
+        raise NotCertifiedError(f"{name}: {digits} digits are not decided")
+    return str(Decimal(text))
+
+
+def certify_after(
+    folder: str | Path | None = None, *, progress: Progress | None = None
+) -> tuple[Fact, ...]:
+    """Prove again what after-ten-seconds.json says, from the candidates beside it.
+
+    Parameters
+    ----------
+    folder
+        By default the one that comes with the package.
+    progress
+        As for `certify`; the stage is ``certify``.
+
+    Raises
+    ------
+    NotCertifiedError
+        Something is not shown, or the file says something else.
+    DatasetError
+        A file is missing, or not of its kind.
+    """
+    where = after_folder() if folder is None else Path(folder)
+    raw = _read(where / AFTER)
+    runs = parse_candidate(_read(where / CANDIDATE), where / CANDIDATE)
+    try:
+        said = {x["about"]: x["numbers"] for x in json.loads(raw)["proved"]}
+        found = {(about, name): text for about, x in said.items() for name, text in x.items()}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as e:
+        raise DatasetError(f"{where / AFTER}: is not a file of proved facts ({e})") from None
+    if len(runs) != 2:
+        raise DatasetError(f"{where / CANDIDATE}: found {len(runs)} motions, expected 2")
+    facts = prove_facts(*runs, progress)
+    proved = {(fact.about, name): x for fact in facts for name, x in fact.numbers.items()}
+    for key in found.keys() ^ proved.keys():
+        what = "nothing proves it" if key in found else "it is missing"
+        raise NotCertifiedError(f"{where / AFTER}: {', '.join(key)}: {what}")
+    for key, x in proved.items():
+        text = _text(x, _digits(found[key]), ", ".join(key))
+        if text != found[key]:
+            raise NotCertifiedError(
+                f"{where / AFTER}: {', '.join(key)}: published {found[key]!r:.{_SHOWN}}, "
+                f"proved {text}"
+            )
+    if raw != render_facts(facts, lambda x, about, name: _digits(found[about, name])):
+        raise NotCertifiedError(f"{where / AFTER}: its inputs or sentences are not what is proved")
+    return facts
+
+
+def _digits(text: object) -> int:
+    """Significant digits of a published number; 1 if it is none."""
+    try:
+        return max(len(Decimal(str(text)[:_SHOWN]).as_tuple().digits), 1)
+    except InvalidOperation:
+        return 1
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as e:
+        raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
+
+
+_AFTER = Fraction(1, 2**10)
+"""So long after a lift in binary64 the candidate ends [s]."""
+
+_PRECISION = "binary128"
+
+
+@dataclass(frozen=True, slots=True)
+class ProvedLift:
+    """Proved statements about the wheels of a motion.
+
+    Attributes
+    ----------
+    lift : Event or None
+        The first time that a normal force passes zero, enclosed. None if that was not shown.
+    is_decided : bool
+        Whether nothing was left open before it, or up to `end`: then both wheels press on the
+        floor until there.
+    end : Fraction
+        How far was looked [s].
+    """
+
+    lift: Event | None
+    is_decided: bool
+    end: Fraction
+
+
+def prove_lift(
+    bicycle: Bicycle, maneuver: Maneuver, time: float | None, progress: TimeReached | None = None
+) -> ProvedLift:
+    """Prove when a wheel leaves the floor first, or that none does within the maneuver.
+
+    Parameters
+    ----------
+    bicycle, maneuver
+        The start; the duration counts where no lift is expected.
+    time
+        Of the lift, as found in binary64 [s]; None if none was found.
+
+    Raises
+    ------
+    NotCertifiedError
+        No certificate was found.
+    MissingPackageError
+        heyoka is not installed.
+    """
+    end = maneuver.duration if time is None else Fraction(time) + _AFTER
+    run = integrate(bicycle, replace(maneuver, duration=end, spacing=end), _PRECISION)
+    certificate = enclose(run, progress)
+    found = list(events(run, (REAR_LIFT, FRONT_LIFT), certificate))
+    lift = next((x for x in found if x.rises is False), None)
+    before = found if lift is None else found[: found.index(lift)]
+    return ProvedLift(lift, not before, end)

@@ -1,21 +1,150 @@
-"""Making after-ten-seconds.json: the two candidates by heyoka, and all that follows from them."""
+"""Making after-ten-seconds.json: the two candidates by heyoka, and all that follows from them.
 
-from dataclasses import replace
+The candidate for the cycle that a weaving bicycle settles on is found by Newton's method. The
+bicycle keeps its energy, so cycles come in families of one parameter; the one wanted has the energy
+of the maneuver. It is its own mirror image half a period later: with roll = 0 and rising, a point
+(steer, roll rate, steer rate, speed) is mapped to the next upright crossing, mirrored, and a point
+that is mapped to itself is looked for. One of the four conditions follows from the others and is
+replaced by that of the energy. Derivatives are central differences. That the cycle exists is proved
+by `limit_cycle`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
+from typing import Any
 
-from heyoka_bike.bicycle.parameters import benchmark, describe_inputs
+import flint
+import mpmath
+
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, benchmark, describe_inputs
 from heyoka_bike.errors import InputError
-from heyoka_bike.motion.events import REAR_LIFT, first_event
+from heyoka_bike.motion.events import REAR_LIFT, UPRIGHT, events, first_event
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import Trajectory, evaluator
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.manifest import write_files
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.system.parallel import Progress
-from heyoka_bike.workbench.after_ten_seconds.cycle_candidate import cycle_candidate
-from heyoka_bike.workbench.after_ten_seconds.facts_file import prove_facts, render_facts
+from heyoka_bike.workbench.after_ten_seconds.facts import prove_facts, render_facts
+
+COLUMNS = ("steer_angle", "roll_rate", "steer_rate", "forward_speed")
+MIRRORED = (-1, -1, -1, 1)
+
+# Longer than half a period of the cycle, and shorter than a whole one [s].
+_A_HALF = Fraction(17, 16)
+_SETTLING = Fraction(300)
+_NEWTON_STEPS = 8
+_ROUGH_DIGITS = 30
+_GUARD_BITS = 64
+# Below this many units in the last place Newton's method is at its end.
+_LAST_BITS = 12
+
+
+@dataclass(frozen=True)
+class Section:
+    """The half return map of upright crossings, at a number of digits.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+    digits : int
+    """
+
+    bicycle: Bicycle
+    digits: int
+
+    @property
+    def bits(self) -> int:
+        return Precision.of(self.digits).bits
+
+    @property
+    def mp(self) -> Any:
+        """The context of mpmath that its numbers belong to."""
+        context = mpmath.mp.clone()
+        context.prec = self.bits + 32
+        return context
+
+    def run(self, x: Sequence[Any], duration: Fraction = _A_HALF) -> Trajectory:
+        """The motion from a point."""
+        mp = self.mp
+        values = [Fraction(int(mp.nint(mp.ldexp(v, self.bits))), 2**self.bits) for v in x]
+        steer, roll_rate, steer_rate, speed = map(Exact, values)
+        maneuver = Maneuver(
+            "cycle", speed, roll_rate, duration, duration, steer=steer, steer_rate=steer_rate
+        )
+        return integrate(self.bicycle, maneuver, self.digits, is_regular=True)
+
+    def half(self, x: Sequence[Any]) -> tuple[list[Any], Any, Any]:
+        """The next crossing, mirrored; its time [s]; the energy [J]."""
+        run = self.run(x)
+        crossing = next(events(run, (UPRIGHT,)))
+        at = evaluator(run, run.bits + _GUARD_BITS)
+        with at.balls.precision():
+            there = at.columns(crossing.time)
+            point = [s * self.number(there[c]) for s, c in zip(MIRRORED, COLUMNS, strict=True)]
+            energy = self.number(at.columns(Fraction(0))["mechanical_energy"])
+        return point, self.number(crossing.time), energy
+
+    def number(self, x: flint.arb) -> Any:
+        """The middle of a ball."""
+        man, exp = x.mid().man_exp()
+        return self.mp.ldexp(self.mp.mpf(int(man)), int(exp))
+
+    def derivatives(self, x: Sequence[Any]) -> Any:
+        """Of the map and of the energy, shape (5, 4)."""
+        step = self.mp.ldexp(1, -self.bits // 3)
+        found = self.mp.matrix(5, 4)
+        for j in range(4):
+            (up, _, e_up), (down, _, e_down) = (
+                self.half([v + side * step * (i == j) for i, v in enumerate(x)]) for side in (1, -1)
+            )
+            for i, (a, b) in enumerate(zip([*up, e_up], [*down, e_down], strict=True)):
+                found[i, j] = (a - b) / (2 * step)
+        return found
+
+
+def settled(bicycle: Bicycle, maneuver: Maneuver) -> list[float]:
+    """A rising upright crossing of the maneuver once it has settled, in binary64."""
+    run = integrate(bicycle, replace(maneuver, duration=_SETTLING))
+    crossing = [e for e in events(run, (UPRIGHT,)) if e.rises][-1]
+    at = evaluator(run, run.bits + _GUARD_BITS)
+    with at.balls.precision():
+        there = at.columns(crossing.time)
+        return [float(there[c].mid()) for c in COLUMNS]
+
+
+def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajectory:
+    """The motion of the cycle that has the energy of a maneuver, over half a period and more."""
+    section = Section(bicycle, digits)
+    mp = section.mp
+    start = integrate(bicycle, replace(maneuver, duration=maneuver.spacing), digits)
+    at = evaluator(start, section.bits + _GUARD_BITS)
+    with at.balls.precision():
+        wanted = section.number(at.columns(Fraction(0))["mechanical_energy"])
+    x = [mp.mpf(v) for v in settled(bicycle, maneuver)]
+    # The derivatives of the first guess are good enough for every step.
+    slopes = mp.matrix(Section(bicycle, _ROUGH_DIGITS).derivatives(x))
+    matrix = slopes[:4, :].copy()
+    for i in range(3):
+        matrix[i, i] -= 1
+    matrix[3, :] = slopes[4, :]
+    for _ in range(_NEWTON_STEPS):
+        there, _time, energy = section.half(x)
+        rest = [*(b - a for a, b in zip(x[:3], there[:3], strict=True)), energy - wanted]
+        change = mp.lu_solve(matrix, mp.matrix(rest))
+        x = [a - b for a, b in zip(x, change, strict=True)]
+        if mp.norm(change) < mp.ldexp(1, _LAST_BITS - section.bits):
+            break
+    return section.run(x)
+
 
 _VERSION = "after-ten-seconds"
 """Stands where files of the set have its version: the folder has none of its own."""

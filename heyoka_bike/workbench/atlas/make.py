@@ -1,18 +1,106 @@
 """Making an atlas: what is missing is computed, chunk by chunk, and the edge as rows get whole."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import carry_out
-from heyoka_bike.workbench.atlas.compute import changes, chunk, edge
-from heyoka_bike.workbench.atlas.data import Atlas, Edge
-from heyoka_bike.workbench.atlas.design import Chunk, Design
+from heyoka_bike.workbench.atlas.data import FALLS, UNDECIDED, Atlas, Edge
+from heyoka_bike.workbench.atlas.design import ACCURACY, EDGE_ACCURACY, Chunk, Design
+from heyoka_bike.workbench.atlas.fates import fates
+from heyoka_bike.workbench.atlas.runs import PLANS, Runs
 from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
+
+Quantities = Mapping[str, Array]
+
+_LOOK = Fraction(10)  # [s]
+
+
+def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
+    """The quantities of `VARIABLES` at the points of a chunk, each of its shape."""
+    first, second = (
+        axis.values[part] for axis, part in zip(design.axes, design.slices(which), strict=True)
+    )
+    grid = np.meshgrid(first, second, indexing="ij")
+    bicycles, starts, mine = design.points(*(x.ravel() for x in grid))
+    found = fates(Runs(bicycles, PLANS[ACCURACY]), starts, mine, design.longest)
+    return {name: values.reshape(grid[0].shape) for name, values in found.items()}
+
+
+def changes(axis: Array, row: Array) -> tuple[Array, Array]:
+    """Neighbours of a row of fates of which the first stays and the second falls, as values.
+
+    Where one of the two is undecided there is no saying whether there is a change.
+    """
+    is_known = (row[:-1] != UNDECIDED) & (row[1:] != UNDECIDED)
+    falls = row == FALLS
+    places = np.flatnonzero((falls[:-1] != falls[1:]) & is_known)
+    ahead = falls[places + 1]
+    return axis[np.where(ahead, places, places + 1)], axis[np.where(ahead, places + 1, places)]
+
+
+def edge(
+    design: Design, at: Array, stays: Array, falls: Array, report: Any = None
+) -> tuple[Array, Array, Array]:
+    """Changes bisected to neighbouring binary64 numbers.
+
+    One that meets an undecided motion on the way is left out.
+
+    Parameters
+    ----------
+    at : ndarray, shape (changes,)
+        On the first axis.
+    stays, falls : ndarray, shape (changes,)
+        On the second, as from `changes`.
+
+    Returns
+    -------
+    at, stays, falls : ndarray
+    """
+    at, stays, falls = at.copy(), stays.copy(), falls.copy()
+    # Motions of the grid were computed less accurately: what is said of the ends is asked again.
+    ends = [_fates(design, at, x) for x in (stays, falls)]
+    is_kept = (ends[0] != FALLS) & (ends[0] != UNDECIDED) & (ends[1] == FALLS)
+    while True:
+        middle = stays + (falls - stays) / 2
+        active = np.flatnonzero(is_kept & (middle != stays) & (middle != falls))
+        if not len(active):
+            return at[is_kept], stays[is_kept], falls[is_kept]
+        fate = _fates(design, at[active], middle[active])
+        is_fall = fate == FALLS
+        falls[active[is_fall]] = middle[active[is_fall]]
+        stays[active[~is_fall]] = middle[active[~is_fall]]
+        is_kept[active[fate == UNDECIDED]] = False
+
+
+def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuver, float | None]:
+    """Bicycle and start of an exact point, and when a wheel lifts first in binary64, if one does.
+
+    The maneuver lasts for as long as is looked at where none does.
+    """
+    at = {**{name: Exact(Fraction(x)) for name, x in design.start.items()}, **point}
+    start = {name: at.pop(name) for name in START}
+    bicycle = design.bicycle.replace(**at) if at else design.bicycle
+    maneuver = Maneuver("point", **start, duration=_LOOK, spacing=_LOOK)
+    row = np.array([[float(start[name]) for name in START]])
+    runs = Runs([bicycle], PLANS[EDGE_ACCURACY])
+    time = fates(runs, row, np.zeros(1, int), design.longest, is_brief=True)["lift_time"][0]
+    return bicycle, maneuver, float(time) if np.isfinite(time) else None
+
+
+def _fates(design: Design, first: Array, second: Array) -> Array:
+    bicycles, starts, which = design.points(first, second)
+    runs = Runs(bicycles, PLANS[EDGE_ACCURACY])
+    return fates(runs, starts, which, design.longest, is_brief=True)["fate"]
+
 
 _EDGE_SHARE = 0.3  # of the work, about
 _TOGETHER = 8  # changes that are bisected by a job

@@ -1,7 +1,6 @@
 """The codes that are compared; each is built and measured at a tolerance in its own sense.
 
-Each carries a maneuver out. `Several` carries out all of them with a code of that kind, one after
-the other; the fast path of this package does them at once.
+Each carries the maneuvers out one after the other, or, the fast path of this package, at once.
 """
 
 from __future__ import annotations
@@ -48,37 +47,75 @@ def tolerance_of(index: int) -> float:
 
 
 @dataclass(eq=False)
-class Heyoka:
-    """heyoka's adaptive Taylor integrator.
+class TimedCode:
+    """A code for one maneuver or several, one after the other at the same tolerance.
 
     Attributes
     ----------
-    name, precision
+    name
         As shown in the table.
-    problem
+    problems
         What is integrated.
-    is_compact
-        Whether its loops are rolled.
+    precision
+        Of its numbers, as shown in the table.
     counts
         What `Trial.count` counts.
     """
 
     name: str
-    precision: str
-    problem: ReferenceProblem
-    is_compact: bool = True
-    counts: str = "steps"
-    _build: dict[int, float] = field(default_factory=dict, init=False, repr=False)
+    problems: Sequence[ReferenceProblem]
+    precision: str = "binary64"
+    counts: str = "rhs_calls"
 
     def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance, None for heyoka's default.
+        """Build and measure; without a tolerance each maneuver has its own, the largest is told.
 
         Raises
         ------
         Unavailable
-            This heyoka has no binary128.
+            The code does not run here.
         """
-        hy, problem = require_heyoka(), self.problem
+        trials = [self._trial(problem, tolerance) for problem in self.problems]
+        if len(trials) == 1:
+            return trials[0]
+
+        def run() -> None:
+            for trial in trials:
+                trial.run()
+
+        return Trial(
+            run,
+            max(x.tolerance for x in trials),
+            max(x.build for x in trials),
+            sum(x.count for x in trials),
+            max(x.performance for x in trials),
+            max(x.error for x in trials),
+            order=trials[0].order,
+        )
+
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
+        """Build and measure on one maneuver, None for the code's tolerance for roundoff."""
+        raise NotImplementedError
+
+
+@dataclass(eq=False)
+class Heyoka(TimedCode):
+    """heyoka's adaptive Taylor integrator.
+
+    Attributes
+    ----------
+    counts
+        See `TimedCode`.
+    is_compact
+        Whether its loops are rolled.
+    """
+
+    counts: str = "steps"
+    is_compact: bool = True
+    _build: dict[int, float] = field(default_factory=dict, init=False, repr=False)
+
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
+        hy = require_heyoka()
         number, times, expected = float, problem.times, problem.expected
         if self.precision == "binary128":
             if not hasattr(hy, "real128"):
@@ -114,18 +151,9 @@ class Heyoka:
 
 
 @dataclass(eq=False)
-class Tuned:
-    """The fast path of this package, by the tolerance of its steps; one maneuver after the other.
+class Tuned(TimedCode):
+    """The fast path of this package, by the tolerance of its steps; all maneuvers at once."""
 
-    Attributes
-    ----------
-    name, problems, precision, counts
-        As of `Heyoka`, for each maneuver.
-    """
-
-    name: str
-    problems: Sequence[ReferenceProblem]
-    precision: str = "binary64"
     counts: str = "steps"
     _build: float = field(default=0.0, init=False, repr=False)
 
@@ -147,46 +175,28 @@ class Tuned:
         return Trial(run, tolerance, build, sum(run.steps), performance, error)
 
 
-@dataclass(eq=False)
-class _Peer:
-    """A code in binary64 for one maneuver."""
+class _Peer(TimedCode, ABC):
+    """A code whose steps are chosen by a tolerance; that of roundoff is of the smallest error."""
 
-    name: str
-    problem: ReferenceProblem
-    precision: str = "binary64"
-    counts: str = "rhs_calls"
-
-
-class _ByTolerance(_Peer, ABC):
-    """A code whose steps are chosen by a tolerance."""
-
-    def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance; by default the one of the smallest state error.
-
-        Raises
-        ------
-        Unavailable
-            The code, or a C compiler for it, is not installed.
-        """
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
         if tolerance is None:
-            # It has none for roundoff.
-            tried = [self.at(tolerance_of(i)) for i in range(NEAR_ROUNDOFF, TIGHTEST + 1)]
+            indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
+            tried = [self._trial(problem, tolerance_of(i)) for i in indices]
             return min(tried, key=lambda x: x.error)
-        run, chosen, build = self._built(tolerance)
+        run, chosen, build = self._built(problem, tolerance)
         rows, calls, _ = run()
-        measured = self.problem.measure(rows, self.problem.expected)
-        return Trial(run, chosen, build, calls, *measured)
+        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
 
     @abstractmethod
-    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
         """A run, the tolerance in the code's own sense, and the time of building it [s]."""
 
 
-class SciPy(_ByTolerance):
+class SciPy(_Peer):
     """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
 
-    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
-        solve_ivp, problem = _import("scipy.integrate").solve_ivp, self.problem
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        solve_ivp = _import("scipy.integrate").solve_ivp
         start, times, method = problem.start(float), problem.times, self.name.split()[-1]
         (slope, build), columns = problem.slope, problem.columns()
 
@@ -200,21 +210,21 @@ class SciPy(_ByTolerance):
         return run, tolerance, build
 
 
-class Compiled(_ByTolerance):
+class Compiled(_Peer):
     """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
 
     @cached_property
     def _peers(self) -> tuple[CompiledPeers, float]:
         begin = time.perf_counter()
         try:
-            peers = CompiledPeers(self.problem.bicycle)
+            peers = CompiledPeers(self.problems[0].bicycle)
         except NoCompilerError as e:
             raise Unavailable(str(e)) from None
         return peers, time.perf_counter() - begin
 
-    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
         peers, build = self._peers
-        start, times = self.problem.start(float), self.problem.times
+        start, times = problem.start(float), problem.times
         method = self.name.split()[-1]
         # The error of RK4 goes with the fourth power of the step.
         chosen = tolerance**0.25 if method == "RK4" else tolerance
@@ -226,13 +236,12 @@ class Compiled(_ByTolerance):
         return run, chosen, build
 
 
-class Sundials(_ByTolerance):
+class Sundials(_Peer):
     """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
 
-    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
         cvode = _import("sksundae.cvode").CVODE
-        problem, columns = self.problem, self.problem.columns()
-        start, times = problem.start(float), problem.times
+        columns, start, times = problem.columns(), problem.start(float), problem.times
         slope, build = problem.slope
 
         def rates(t: float, y: Array, out: Array) -> None:
@@ -248,7 +257,7 @@ class Sundials(_ByTolerance):
 
 
 @dataclass(eq=False)
-class Exudyn(_Peer):
+class Exudyn(TimedCode):
     """The four-body model in Exudyn of ``data/peers``, at a fixed step; its own definitions."""
 
     counts: str = "steps"
@@ -268,7 +277,7 @@ class Exudyn(_Peer):
         spec.loader.exec_module(module)
         return module
 
-    def at(self, tolerance: float | None) -> Trial:
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
         """Measure at the largest step that keeps eq. (1), for any tolerance.
 
         Raises
@@ -276,10 +285,10 @@ class Exudyn(_Peer):
         Unavailable
             Exudyn is not installed, or starts leaning or steered, which its model does not.
         """
-        peer, m = self._model, self.problem.maneuver
+        peer, m = self._model, problem.maneuver
         if not (m.roll.is_zero and m.steer.is_zero and m.steer_rate.is_zero):
             raise Unavailable("starts upright")
-        p = {symbol: float(x) for symbol, x in self.problem.bicycle.values.items()}
+        p = {symbol: float(x) for symbol, x in problem.bicycle.values.items()}
         maneuver = peer.Maneuver(
             float(m.speed), float(m.roll_rate), float(m.duration), float(m.spacing)
         )
@@ -290,7 +299,7 @@ class Exudyn(_Peer):
                 found: Array = peer.run(p, maneuver, step)[0]
                 return found
 
-            performance, error = self.problem.measure_columns(run().T, _EXUDYN)
+            performance, error = problem.measure_columns(run().T, _EXUDYN)
             if performance < PERFORMANCE_LIMIT:
                 break
         return Trial(run, step, 0.0, round(maneuver.duration / step), performance, error)
@@ -304,44 +313,6 @@ _EXUDYN = {
 """Definitions of its columns, see ``data/peers/README.md``."""
 
 
-@dataclass(eq=False)
-class Several:
-    """A code for each of several maneuvers, one after the other at the same tolerance."""
-
-    parts: Sequence[Heyoka | SciPy | Compiled | Sundials | Exudyn]
-
-    def __post_init__(self) -> None:
-        first = self.parts[0]
-        self.name, self.precision, self.counts = first.name, first.precision, first.counts
-
-    def at(self, tolerance: float | None) -> Trial:
-        """Build and measure; without a tolerance each part chooses its own, the largest is told.
-
-        Raises
-        ------
-        Unavailable
-            The code does not run here.
-        """
-        trials = [part.at(tolerance) for part in self.parts]
-
-        def run() -> None:
-            for trial in trials:
-                trial.run()
-
-        return Trial(
-            run,
-            max(x.tolerance for x in trials),
-            max(x.build for x in trials),
-            sum(x.count for x in trials),
-            max(x.performance for x in trials),
-            max(x.error for x in trials),
-            order=trials[0].order,
-        )
-
-
-Code = Heyoka | Tuned | SciPy | Compiled | Sundials | Exudyn | Several
-
-
 def _import(module: str) -> ModuleType:
     try:
         return importlib.import_module(module)
@@ -349,27 +320,18 @@ def _import(module: str) -> ModuleType:
         raise Unavailable("not installed") from None
 
 
-def kind(code: Code) -> type[object]:
-    """The description of a code, for one maneuver or several."""
-    return type(code.parts[0]) if isinstance(code, Several) else type(code)
-
-
-def codes(problems: Sequence[ReferenceProblem]) -> list[Code]:
+def codes(problems: Sequence[ReferenceProblem]) -> list[TimedCode]:
     """Every code there is, installed or not, for one maneuver or several."""
-    each = [
-        [
-            Heyoka("heyoka", "binary64", x),
-            Heyoka("heyoka unrolled", "binary64", x, is_compact=False),
-            Heyoka("heyoka", "binary128", x),
-            Compiled("C DOPRI5", x),
-            Compiled("C DOP853", x),
-            Compiled("C RK4", x),
-            SciPy("SciPy DOP853", x),
-            SciPy("SciPy LSODA", x),
-            Sundials("SUNDIALS CVODE", x),
-            Exudyn("Exudyn", x),
-        ]
-        for x in problems
+    return [
+        Tuned("heyoka_bike simulate", problems),
+        Heyoka("heyoka", problems),
+        Heyoka("heyoka unrolled", problems, is_compact=False),
+        Heyoka("heyoka", problems, "binary128"),
+        Compiled("C DOPRI5", problems),
+        Compiled("C DOP853", problems),
+        Compiled("C RK4", problems),
+        SciPy("SciPy DOP853", problems),
+        SciPy("SciPy LSODA", problems),
+        Sundials("SUNDIALS CVODE", problems),
+        Exudyn("Exudyn", problems),
     ]
-    others = each[0] if len(each) == 1 else [Several(parts) for parts in zip(*each, strict=True)]
-    return [Tuned("heyoka_bike simulate", problems), *others]

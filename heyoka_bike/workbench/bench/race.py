@@ -70,7 +70,7 @@ class Timing:
     """
 
     accuracy_class: str
-    code: codes.Code
+    code: codes.TimedCode
     status: str = "ok"
     trial: Trial | None = None
     times: list[float] = field(default_factory=list)
@@ -140,9 +140,9 @@ def bench(
                     line.status = "left out"
                     continue
                 # The other forms of heyoka have its truncation error: they start where it passed.
-                is_form = codes.kind(line.code) is codes.Heyoka and passed > 0
+                is_form = isinstance(line.code, codes.Heyoka) and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
-                if codes.kind(line.code) is codes.Heyoka and line.trial is not None and not passed:
+                if isinstance(line.code, codes.Heyoka) and line.trial is not None and not passed:
                     passed = round(-codes.PER_DECADE * math.log10(line.trial.tolerance))
 
             def timed(part: float, i: int = i, name: str = accuracy_class) -> None:
@@ -158,7 +158,7 @@ def work_precision(problem: ReferenceProblem, progress: Progress | None = None) 
     chosen = [
         x
         for x in codes.codes([problem])
-        if codes.kind(x) not in (codes.Heyoka, codes.Exudyn) or x.name == "heyoka unrolled"
+        if not isinstance(x, codes.Heyoka | codes.Exudyn) or x.name == "heyoka unrolled"
     ]
     with _quiet(), _pinned():
         for j, code in enumerate(chosen):
@@ -195,7 +195,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
         return excess_of(at(codes.tolerance_of(i)))
 
     try:
-        if codes.kind(line.code) is codes.Exudyn:
+        if isinstance(line.code, codes.Exudyn):
             # Its steps are chosen by itself, for the first class.
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:

@@ -1,4 +1,4 @@
-"""The report of a comparison: what was measured as JSON values, and the same as text."""
+"""The report of a comparison: what was measured as JSON values, as text, and as a figure."""
 
 from __future__ import annotations
 
@@ -6,21 +6,24 @@ import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from statistics import median
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.showing.document import Block, Chapter, Paragraph, TableBlock
 from heyoka_bike.showing.document.text import render
+from heyoka_bike.showing.figures import style as s
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.workbench.bench import race
-from heyoka_bike.workbench.bench.batches import first_result, long_runs, throughput
+from heyoka_bike.workbench.bench.batches import first_result, floor, long_runs, throughput
 from heyoka_bike.workbench.bench.compiled import FLAGS
-from heyoka_bike.workbench.bench.floor import floor
 from heyoka_bike.workbench.bench.precise import costs, precise
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES, Progress, Timing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCHEMA_VERSION = 1
 JUDGED, ALL_THREE = 2, (1, 2, 3)
@@ -214,3 +217,40 @@ def _besides(document: Mapping[str, Any]) -> Iterator[str]:
         f"{x['seconds']:.3g} s for the maneuver ({x['steps']} steps timed)"
         for x in document.get("digits", ())
     )
+
+
+_SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
+COLOURS = (s.VERMILLION, s.ORANGE, s.BLUE, s.SKY, s.GREEN, s.PURPLE, s.BLACK, s.GREY)
+MARKERS = "osD^vP*X"
+
+
+def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
+    """Figure of the points of a report's ``work_precision``, one line for each code.
+
+    Raises
+    ------
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    with s.style():
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        ax = figure.subplots()
+        for i, name in enumerate(dict.fromkeys(x["code"] for x in points)):
+            line = [x for x in points if x["code"] == name]
+            ax.loglog(
+                [x["max_state_error"] for x in line],
+                [x["min_ms"] for x in line],
+                color=COLOURS[i % len(COLOURS)],
+                marker=MARKERS[i % len(MARKERS)],
+                markersize=3,
+                label=name,
+            )
+        # Accuracy grows to the right.
+        ax.invert_xaxis()
+        ax.set_xlabel("largest error of roll, steer [rad], their rates [rad/s] and speed [m/s]")
+        ax.set_ylabel("shortest time, rows included [ms]")
+        ax.set_title(title, parse_math=False)
+        ax.legend()
+    return figure

@@ -28,7 +28,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import BICYCLE, add_arguments, add_command, add_workers
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import print_table
 from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
 from heyoka_bike.system.console import progress_bar
@@ -43,47 +43,25 @@ _DEFAULTS = {"speed": "2.5:8.5:200", "roll_rate": "0.02:4:200"}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    grid = "FROM:TO:N"
-    for name, about in (("speed", "initial speed [m/s]"), ("roll_rate", "initial roll rate")):
-        p.add_argument(
-            f"--{name.replace('_', '-')}",
-            metavar=grid,
-            dest=name,
-            help=f"{about}, N points from FROM to TO (default {_DEFAULTS[name]})",
-        )
-    p.add_argument(
-        "--axis",
-        metavar=f"NAME={grid}",
-        action="append",
-        default=[],
-        help="another axis; of one the other is the speed, of two these are the axes",
-    )
-    p.add_argument(
-        "--start",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="what the start is where no axis says it (default 0); may be repeated",
-    )
-    add_arguments(p, BICYCLE)
-    p.add_argument(
-        "--longest",
-        metavar="SECONDS",
-        default="200",
-        help="how long a motion is followed that does not come to anything sooner (default 200)",
-    )
-    p.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the Zarr store")
-    p.add_argument("--force", action="store_true", help="replace another atlas that is there")
-    p.add_argument(
-        "--prove",
-        metavar="X,Y",
-        action="append",
-        default=[],
-        help="prove of this point of the two axes when a wheel leaves the floor, or that none does "
-        "in 10 s (half a minute to minutes each); may be repeated",
-    )
-    add_workers(p)
+    p = options.add_command(subparsers, run, __doc__)
+    said = "N points from FROM to TO (default {})"
+    where = {
+        "--speed FROM:TO:N": f"initial speed [m/s], {said.format(_DEFAULTS['speed'])}",
+        "--roll-rate FROM:TO:N": f"initial roll rate, {said.format(_DEFAULTS['roll_rate'])}",
+        "--axis NAME=FROM:TO:N...": "another axis; of one the other is the speed, of two these are "
+        "the axes",
+        "--start NAME=VALUE...": "what the start is where no axis says it (default 0); may be "
+        "repeated",
+        **options.BICYCLE,
+        "--longest SECONDS 200": "how long a motion is followed that does not come to anything "
+        "sooner (default 200)",
+        "-o --output FOLDER": "the Zarr store",
+        "--force": "replace another atlas that is there",
+        "--prove X,Y...": "prove of this point of the two axes when a wheel leaves the floor, or "
+        "that none does in 10 s (half a minute to minutes each); may be repeated",
+    }
+    options.add_arguments(p, where, output={"required": True})
+    options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -118,8 +96,8 @@ def _point(word: str, wanted: Design) -> dict[str, Exact]:
 
 def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
     """Say of each point what is proved of its wheels; exit code 3 if something was left open."""
-    from heyoka_bike.workbench.after_ten_seconds.lift import prove_lift
-    from heyoka_bike.workbench.atlas.compute import lift_of
+    from heyoka_bike.workbench.after_ten_seconds.facts import prove_lift
+    from heyoka_bike.workbench.atlas.make import lift_of
 
     code = Exit.OK
     for point in points:

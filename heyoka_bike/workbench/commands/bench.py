@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_command, add_reference
+from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import has_colors, stage_bar
 
@@ -26,34 +26,21 @@ _RUNS, _QUICK_RUNS = 30, 5
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    p.add_argument(
-        "--runs",
-        metavar="N",
-        type=int,
-        help=f"timed runs of each code, fewer of a slow one (default {_RUNS})",
-    )
+    p = options.add_command(subparsers, run, __doc__)
+    said = f"timed runs of each code, fewer of a slow one (default {_RUNS})"
+    options.add_arguments(p, {"--runs N": said}, runs={"type": int})
     p.add_argument("--format", choices=("table", "json"), default="table", help="default: table")
-    p.add_argument("-o", "--output", metavar="FILE", help="write to a file; a figure if it ends so")
-    p.add_argument(
-        "--all",
-        action="store_true",
-        help="all three maneuvers as well; ensembles, the first result of a new process, and at 34 "
-        "and 70 digits mpmath, a Taylor method in ball arithmetic and C with libquadmath (about "
-        "ten minutes)",
-    )
-    p.add_argument(
-        "--costs",
-        action="store_true",
-        help="how the time grows with the digits, up to 1000, and with the duration, up to "
+    what = {
+        "-o --output FILE": "write to a file; a figure if it ends so",
+        "--all": "all three maneuvers as well; ensembles, the first result of a new process, and "
+        "at 34 and 70 digits mpmath, a Taylor method in ball arithmetic and C with libquadmath "
+        "(about ten minutes)",
+        "--costs": "how the time grows with the digits, up to 1000, and with the duration, up to "
         "10,000 s (about ten minutes)",
-    )
-    p.add_argument(
-        "--quick",
-        action="store_true",
-        help=f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
-    )
-    add_reference(p, " of the benchmark")
+        "--quick": f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
+    }
+    options.add_arguments(p, what)
+    options.add_reference(p, " of the benchmark")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -86,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         text = summary.as_text(document, is_shown and has_colors(sys.stdout.isatty()))
     if figure_format is not None:
         from heyoka_bike.showing.figures.style import render
-        from heyoka_bike.workbench.bench.figure import draw
+        from heyoka_bike.workbench.bench.summary import draw
 
         title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
         figure = draw(document["work_precision"], title)

@@ -21,7 +21,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_command
+from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError, quoted, required
 
 if TYPE_CHECKING:
@@ -33,45 +33,29 @@ _LARGEST_PORT = 65535
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    p.add_argument(
-        "--host", metavar="ADDRESS", default="127.0.0.1",
-        help="address to listen on (default 127.0.0.1: this machine only)",
+    p = options.add_command(subparsers, run, __doc__)
+    said = {
+        "--host ADDRESS 127.0.0.1": "address to listen on (default 127.0.0.1: this machine only)",
+        "--port N": "port (default 8000; 0: a free one)",
+        "--name HOST...": "name by which browsers ask for it, where it is not this machine's; may "
+        "be repeated",
+        "--root-path PATH": "path below which another server hosts it, such as /bicycle; that may "
+        "take the path away from requests or leave it",
+        "--open": "open it in the browser",
+        "--max-size MB": "of one request (default 100)",
+        "--keep MINUTES": "how long a result is kept (default 1440, a day)",
+        "--workers N": "files at once (default: one for each processor)",
+        "--queue N": "files that wait; more are answered 'busy' (default 100)",
+        "--memory MB": "for one file (default 2000)",
+        "--no-diagnose": "do not offer the diagnosis",
+        "--leaderboard DIR": "folder of submissions to show, see 'leaderboard'",
+    }
+    options.add_arguments(
+        p, said, port={"type": int, "default": 8000}, root_path={"default": ""},
+        max_size={"type": float, "default": 100}, keep={"type": float, "default": 1440},
+        workers={"type": int}, queue={"type": int, "default": 100},
+        memory={"type": float, "default": 2000},
     )  # fmt: skip
-    p.add_argument(
-        "--port", metavar="N", type=int, default=8000, help="port (default 8000; 0: a free one)"
-    )
-    p.add_argument(
-        "--name", metavar="HOST", action="append", default=[],
-        help="name by which browsers ask for it, where it is not this machine's; may be repeated",
-    )  # fmt: skip
-    p.add_argument(
-        "--root-path", metavar="PATH", default="",
-        help="path below which another server hosts it, such as /bicycle; that may take the path "
-        "away from requests or leave it",
-    )  # fmt: skip
-    p.add_argument("--open", action="store_true", help="open it in the browser")
-    p.add_argument(
-        "--max-size", metavar="MB", type=float, default=100, help="of one request (default 100)"
-    )
-    p.add_argument(
-        "--keep", metavar="MINUTES", type=float, default=1440,
-        help="how long a result is kept (default 1440, a day)",
-    )  # fmt: skip
-    p.add_argument(
-        "--workers", metavar="N", type=int, help="files at once (default: one for each processor)"
-    )
-    p.add_argument(
-        "--queue", metavar="N", type=int, default=100,
-        help="files that wait; more are answered 'busy' (default 100)",
-    )  # fmt: skip
-    p.add_argument(
-        "--memory", metavar="MB", type=float, default=2000, help="for one file (default 2000)"
-    )
-    p.add_argument("--no-diagnose", action="store_true", help="do not offer the diagnosis")
-    p.add_argument(
-        "--leaderboard", metavar="DIR", help="folder of submissions to show, see 'leaderboard'"
-    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -18,8 +18,8 @@ from heyoka_bike.bicycle.parameters import Bicycle, benchmark
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.fast.accuracies import choose
 from heyoka_bike.workbench.fast.native import EnsembleCode
+from heyoka_bike.workbench.fast.simulate import choose
 from heyoka_bike.workbench.fast.vector_code import POINTS, STATE
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")

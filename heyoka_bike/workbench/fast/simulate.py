@@ -10,7 +10,7 @@ bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -26,7 +26,6 @@ from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.workbench.fast.accuracies import choose
 from heyoka_bike.workbench.fast.native import MotionCode, Solution
 from heyoka_bike.workbench.fast.vector_code import STATE
 
@@ -282,3 +281,24 @@ def _times(
     times = np.array([i * step.numerator / step.denominator for i in range(count)])
     times.flags.writeable = False
     return times
+
+
+def choose(accuracy: str | float, measured: Iterable[str | float]) -> str | float:
+    """The accuracy itself, or the loosest number that is no larger.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    known = list(measured)
+    if accuracy in known:
+        return accuracy
+    if not isinstance(accuracy, str):
+        passing = [x for x in known if not isinstance(x, str) and x <= accuracy]
+        if passing:
+            return max(passing)
+    raise InputError(
+        f"found accuracy {accuracy}, expected 'eq1', 'roundoff' or a number of 1e-13 or more; "
+        "integrate() goes further"
+    )

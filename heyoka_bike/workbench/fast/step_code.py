@@ -1,9 +1,13 @@
 """A whole run as code: steps, dense output, rows and columns in one function.
 
-The eight points of a collocation step lie in the eight places of a vector, so that one evaluation
-of the equations serves them all, in little more than the time of a single one. Its system is
-solved by Newton's iteration with the Jacobian of the step's beginning (differences in the places of
-a vector, too), in modes, where it falls into four complex systems of six equations.
+The method is Radau's of order 15, collocation at eight points of a step: E. Hairer and G. Wanner,
+Solving Ordinary Differential Equations II, 2nd edition, Springer 1996, sections IV.5 and IV.8. The
+points lie in the eight places of a vector, so that one evaluation of the equations serves them all,
+in little more than the time of a single one. The polynomial through them is of degree 8, and good
+to that degree all over the step. Its system is solved by Newton's iteration with the Jacobian of
+the step's beginning (differences in the places of a vector, too), in modes, where it falls into
+four complex systems of six equations. These are solved side by side, in the places of half a
+vector. Rows are written eight at once, from the series of their step.
 
 The step is chosen by the last coefficient of its Chebyshev series, which is about the error of the
 dense output times the rate at which the coefficients fall.
@@ -11,16 +15,236 @@ dense output times the rate at which the coefficients fall.
 
 from __future__ import annotations
 
-from functools import reduce
+from dataclasses import dataclass
+from functools import cache, reduce
+from typing import Any
 
+import flint
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.workbench.fast import vector_code as v
-from heyoka_bike.workbench.fast.collocation import collocation
-from heyoka_bike.workbench.fast.complex_code import Complex, factor, solve
-from heyoka_bike.workbench.fast.model_code import call_rates, rates_code
-from heyoka_bike.workbench.fast.row_code import RowWriter
+from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
+from heyoka_bike.workbench.fast.vector_code import POINTS, Register, fused
+
+_BITS = 160
+
+
+@dataclass(frozen=True, slots=True)
+class Collocation:
+    """Constants of the method; matrices act on a column of values at the points.
+
+    Attributes
+    ----------
+    points : ndarray, shape (8,)
+        Places in the step, 0 to 1; the last one is its end.
+    integral : ndarray, shape (8, 8)
+        From derivatives to increments since the step's beginning, over its length.
+    eigenvalues : ndarray, shape (4,)
+        Of the inverse of `integral`, those with positive imaginary part.
+    to_modes : ndarray, shape (8, 8)
+        From the points to modes: real parts of the four, then imaginary parts.
+    from_modes : ndarray, shape (8, 8)
+        The inverse of `to_modes`.
+    series : ndarray, shape (8, 8)
+        From increments to coefficients 1 to 8 of their Chebyshev series over the step.
+    """
+
+    points: Array
+    integral: Array
+    eigenvalues: Array
+    to_modes: Array
+    from_modes: Array
+    series: Array
+
+
+@cache
+def collocation() -> Collocation:
+    """Constants, each rounded once from balls of 160 bits but for the modes.
+
+    The modes only precondition an iteration; what it converges to does not depend on them.
+    """
+    with flint.ctx.workprec(_BITS):
+        # Zeros of P_8 - P_7 on 0 to 1, P being Legendre's polynomials.
+        difference = flint.fmpq_poly.legendre_p(POINTS) - flint.fmpq_poly.legendre_p(POINTS - 1)
+        roots: Any = difference.complex_roots()
+        points = sorted(((x.real + 1) / 2 for x, _ in roots), key=float)
+        powers = flint.arb_mat([[c**j for j in range(POINTS)] for c in points])
+        integrals = flint.arb_mat([[c**j / j for j in range(1, POINTS + 1)] for c in points])
+        integral = integrals * powers.inv()
+        # The increment at the beginning is zero, which gives coefficient 0.
+        chebyshev = [
+            [(2 * c - 1).chebyshev_t(j) - (-1) ** j for j in range(1, POINTS + 1)] for c in points
+        ]
+        inverse, series = _rounded(integral.inv()), _rounded(flint.arb_mat(chebyshev).inv())
+    values, vectors = np.linalg.eig(inverse)
+    chosen = values.imag > 0
+    # Of z + conj(z) = 2 (re re - im im).
+    from_modes = 2 * np.hstack([vectors[:, chosen].real, -vectors[:, chosen].imag])
+    return Collocation(
+        points=np.array(points, dtype=float),
+        integral=_rounded(integral),
+        eigenvalues=values[chosen],
+        to_modes=np.linalg.inv(from_modes),
+        from_modes=from_modes,
+        series=series,
+    )
+
+
+def _rounded(matrix: flint.arb_mat) -> Array:
+    return np.array(matrix.tolist(), dtype=float)
+
+
+Numbers = np.ndarray[Any, np.dtype[np.object_]]
+"""Arrays of `Complex`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Complex:
+    """Four complex numbers: real and imaginary parts."""
+
+    re: Register
+    im: Register
+
+    @staticmethod
+    def of_halves(x: Register) -> Complex:
+        """A vector's first half and its second."""
+        return Complex(x.places(range(POINTS // 2)), x.places(range(POINTS // 2, POINTS)))
+
+    def joined(self) -> Register:
+        """Real and imaginary parts as one vector."""
+        return self.re.places(range(POINTS), self.im)
+
+    def __mul__(self, other: Complex) -> Complex:
+        return Complex(
+            fused(self.re, other.re, -(self.im * other.im)),
+            fused(self.re, other.im, self.im * other.re),
+        )
+
+    def inverse(self) -> Complex:
+        over = 1.0 / fused(self.re, self.re, self.im * self.im)
+        return Complex(self.re * over, -(self.im * over))
+
+    def without(self, x: Complex, y: Complex) -> Complex:
+        """The difference between this number and the product of two others."""
+        minus = -x.re
+        return Complex(
+            fused(x.im, y.im, fused(minus, y.re, self.re)),
+            fused(-x.im, y.re, fused(minus, y.im, self.im)),
+        )
+
+
+_without = np.frompyfunc(Complex.without, 3, 1)
+
+
+def factor(m: Numbers) -> None:
+    """Factors of four complex matrices in their place; inverses on the diagonal.
+
+    Without exchanges: a short step makes the diagonal large, and where the iteration does not
+    converge the step is made shorter.
+    """
+    for k in range(len(m)):
+        m[k, k] = m[k, k].inverse()
+        rest = slice(k + 1, None)
+        m[rest, k] *= m[k, k]
+        m[rest, rest] = _without(m[rest, rest], m[rest, k : k + 1], m[k, rest])
+
+
+def solve(m: Numbers, x: Numbers) -> Numbers:
+    """Solutions of four complex systems in place of the right sides, from what `factor` left."""
+    for k in range(len(m)):
+        x[k + 1 :] = _without(x[k + 1 :], m[k + 1 :, k], x[k])
+    for k in reversed(range(len(m))):
+        x[k] *= m[k, k]
+        x[:k] = _without(x[:k], m[:k, k], x[k])
+    return x
+
+
+_MASKED = f"llvm.masked.{{}}.v{v.POINTS}f64.p0"
+
+
+class RowWriter:
+    """The rows of a run.
+
+    Parameters
+    ----------
+    c, equations
+        The function, and what the columns are made by.
+    count, times
+        Of the rows.
+    columns, states
+        Get one variable after the other; states unless there is no such memory.
+
+    Attributes
+    ----------
+    row
+        The next one.
+    """
+
+    def __init__(
+        self, c: v.Code, equations: Equations, count: v.Register, times: v.Memory,
+        columns: v.Memory, states: v.Memory,
+    ) -> None:  # fmt: skip
+        self._code, self._equations = c, equations
+        self._count, self._times, self._columns, self._states = count, times, columns, states
+        self.row = c.variable(0)
+        self._aligned = v.Register(c, "i32", "8")  # bytes of an address
+        # Least and largest of mechanical trail and energy.
+        self._extremes = c.memory(4)
+        self._extremes.store([float("inf"), -float("inf")] * 2)
+
+    def write(
+        self, series: v.Memory, zeroth: v.Memory, begin: v.Register, h: v.Register, end: v.Register
+    ) -> None:
+        """Those up to the end of a step, from coefficients 1 to 8 of its series, and 0."""
+        c, half = self._code, h * 0.5
+        middle, rate = (begin + half).spread(), (1.0 / half).spread()
+        stop = c.variable(self.row[0])
+        with v.Loop(c) as counting:
+            counting.leave(stop[0] >= self._count)
+            counting.leave(self._times[stop[0]] > end)
+            stop[0] += 1
+        with v.Loop(c) as block:
+            row = self.row[0]
+            block.leave(row >= stop[0])
+            mask = c.vector(range(v.POINTS)) < stop[0] - row
+            place = self._times.part(row).address
+            time = c.call(middle.kind, _MASKED.format("load"), place, self._aligned, mask, middle)
+            x = ((time - middle) * rate).at_most(1.0)
+            twice = x + x
+            states = [_clenshaw(series.numbers(i), zeroth[i], x, twice) for i in range(v.STATE)]
+            *columns, trail = columns_and_trail(self._equations, states)
+            self._put(self._columns, columns, row, mask)
+            for i, value in enumerate((trail, columns[ENERGY])):
+                self._extremes[2 * i] = self._extremes[2 * i].at_most(value)
+                self._extremes[2 * i + 1] = self._extremes[2 * i + 1].at_least(value)
+            with c.unless(self._states.address.is_null()):
+                self._put(self._states, states, row, mask)
+            self.row[0] = row + v.POINTS
+        self.row[0] = stop[0]
+
+    def report(self, report: v.Memory) -> None:
+        """Of all rows: least and largest trail, least and largest energy."""
+        for i, name in enumerate(("fmin", "fmax") * 2):
+            report[i] = self._extremes[i].over_places(name)
+
+    def _put(
+        self, memory: v.Memory, values: list[v.Register], row: v.Register, mask: v.Register
+    ) -> None:
+        for i, value in enumerate(values):
+            place = memory.part(self._count * i + row).address
+            self._code.call("void", _MASKED.format("store"), value, place, self._aligned, mask)
+
+
+def _clenshaw(series: v.Memory, zeroth: v.Register, x: v.Register, twice: v.Register) -> Any:
+    """Chebyshev series of a variable."""
+    *rest, last_but_one, last = series.load(v.POINTS)
+    before, value = last.spread(), v.fused(twice, last, last_but_one)
+    for coefficient in reversed(rest):
+        before, value = value, v.fused(twice, value, coefficient - before)
+    return v.fused(x, value, zeroth - before)
+
 
 RUN = "run"
 """Name of the function, see `run_source`."""

@@ -1,13 +1,19 @@
-"""Pages of the server. What comes from a file or a user is escaped; none of it is script."""
+"""Pages of the server, and its description for programs, as OpenAPI.
 
+What comes from a file or a user is escaped; none of it is script.
+"""
+
+import json
 from collections.abc import Sequence
 from functools import cache
 from html import escape
 from pathlib import Path
 from string import Template
+from typing import Any
 
 from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.scoring.reading.formats import listed
+from heyoka_bike.showing import formats
 from heyoka_bike.showing.document.html import prose
 from heyoka_bike.version import __version__
 from heyoka_bike.workbench.serving.limits import Limits
@@ -164,3 +170,32 @@ def _duration(seconds: float) -> str:
     if seconds >= 7200:
         return f"{seconds / 3600:.0f} hours"
     return f"{seconds / 60:.0f} minutes" if seconds >= 120 else f"{seconds:.0f} seconds"
+
+
+_SCHEMA = Path(formats.__path__[0]) / "score-1.schema.json"
+_OPENAPI = Path(__file__).with_name("openapi.json")
+
+
+def description(limits: Limits, root: str = "") -> dict[str, Any]:
+    """The interface as OpenAPI 3.1, of a server that is hosted below a path."""
+    text = _OPENAPI.read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text.replace("{upload}", str(limits.upload)))
+    found["info"]["version"] = __version__
+    found["servers"] = [{"url": root or "/"}]
+    text = _SCHEMA.read_text(encoding="utf-8")
+    # Its parts stand beside it: generators of clients follow no deeper references.
+    schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))
+    parts = {f"score_{name}": part for name, part in schema.pop("$defs").items()}
+    for key in ("$schema", "$id"):
+        schema.pop(key, None)
+    found["components"]["schemas"] |= {"score": schema, **parts}
+    paths = found["paths"]
+    score, diagnose = paths["/score"]["post"], paths["/diagnose"]["post"]
+    if limits.has_diagnosis:
+        # It is asked, and refused, as a score is.
+        refusals = {code: x for code, x in score["responses"].items() if code != "200"}
+        paths["/diagnose"]["post"] = score | diagnose
+        paths["/diagnose"]["post"]["responses"] = diagnose["responses"] | refusals
+    else:
+        del paths["/diagnose"]
+    return found

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 import uvicorn
 
-from heyoka_bike.workbench.serving import connections
-from heyoka_bike.workbench.serving.connections import Connection, most_requests
+from heyoka_bike.workbench.serving import running as server_running
+from heyoka_bike.workbench.serving.running import Connection, most_requests
 
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.timeout(60)
@@ -30,7 +30,7 @@ async def page(scope, receive, send):
 @pytest.fixture
 def port(request, monkeypatch):
     """A server of two requests at once that waits a tenth of a second for its clients."""
-    monkeypatch.setattr(connections, "_PATIENCE", getattr(request, "param", 0.1))
+    monkeypatch.setattr(server_running, "_PATIENCE", getattr(request, "param", 0.1))
     bound = socket.socket()
     bound.bind(("127.0.0.1", 0))
     config = uvicorn.Config(

@@ -11,8 +11,7 @@ from math import inf, log
 
 import numpy as np
 
-from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS, Column
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, Mistake, output_mistake

@@ -15,8 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from heyoka_bike.bicycle.equations.axes import Axes
-from heyoka_bike.bicycle.equations.bodies import Half
+from heyoka_bike.bicycle.equations.bodies import Axes, Half
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.dual import Dual, Duals

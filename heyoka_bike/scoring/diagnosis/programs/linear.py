@@ -8,12 +8,13 @@ they are not compared.
 
 from collections.abc import Mapping, Sequence
 from math import cos
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.bicycle.stability.closed_form import Matrices, closed_form
+from heyoka_bike.bicycle.stability.linear import closed_form
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Terms
@@ -65,7 +66,7 @@ def _yaw(p: Mapping[str, float], speed: float) -> Array:
     return np.array([0.0, speed * per_steer, 0.0, p["c"] * per_steer])
 
 
-def _first_order(m: Matrices, p: Mapping[str, float], speed: float, terms: Terms) -> Array:
+def _first_order(m: Sequence[Any], p: Mapping[str, float], speed: float, terms: Terms) -> Array:
     """The system's matrix, over roll, steer, their rates and yaw."""
     mass, c1, k0, k2 = (np.array(x, dtype=float) for x in m)
     c1, k0, k2 = (

@@ -6,23 +6,28 @@ opened, wherever it stands and whatever leads to it.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import h5py
 import numpy as np
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.reading.arrays.columns import StoredArray, unpacked
-from heyoka_bike.scoring.reading.arrays.shapes import DEEPEST, MOST_MEMBERS
-from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass
-from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.arrays import DEEPEST, MOST_MEMBERS, StoredArray, unpacked
+from heyoka_bike.scoring.reading.request import Request, ResultFile
+
+
+@dataclass(frozen=True, slots=True)
+class OfClass:
+    """An object of a class of MATLAB, such as a table, whose content stands elsewhere."""
+
+    name: str
 
 
 def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
     """Read the arrays and groups of the file; those of MATLAB and Octave as what they stand for.
 
-    MATLAB's variables are as `matlab_bytes.matlab_variables` has those of older files.
+    MATLAB's variables are as `matlab.matlab_variables` has those of older files.
 
     Parameters
     ----------

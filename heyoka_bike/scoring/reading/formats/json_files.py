@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names import headings
-from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.text.dialects import DIALECTS
-from heyoka_bike.scoring.reading.text.table import read_text
+from heyoka_bike.scoring.reading import headings
+from heyoka_bike.scoring.reading.request import Request, ResultFile
+from heyoka_bike.scoring.reading.text import DIALECTS, read_text
 
 # Names of the columns of rows, and of the rows.
 _NAMES = ("columns", "names", "header", "headers", "fields")

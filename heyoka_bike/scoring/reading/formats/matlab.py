@@ -1,20 +1,231 @@
-"""MATLAB's and Simulink's files: variables, structures, and what blocks log."""
+"""MATLAB's and Simulink's files: variables, structures, and what blocks log.
 
-from collections.abc import Mapping
+Versions 5 to 7 are elements, each a type, a length and so many bytes, compressed or not; version 4
+is a header and its bytes for each matrix (*MAT-File Format*, The MathWorks). Text is an array of
+strings, a structure a mapping, an array or cell array of structures a list of these, another cell
+array an array of objects, an object of a class the name of that. Sparse matrices and functions are
+left out. Files of version 7.3 are HDF5.
+"""
+
+import zlib
+from collections.abc import Iterator, Mapping
+from itertools import chain
 from math import prod
+from struct import unpack_from
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
-from heyoka_bike.scoring.reading.arrays.tables import tables
+from heyoka_bike.scoring.reading.arrays import MOST_BYTES, read_array, tables
 from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
-from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass, matlab_variables
-from heyoka_bike.scoring.reading.names.headings import recognise
-from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.vectors import Vectors
+from heyoka_bike.scoring.reading.formats.hdf5 import OfClass
+from heyoka_bike.scoring.reading.headings import recognise
+from heyoka_bike.scoring.reading.request import Request, ResultFile
+from heyoka_bike.scoring.reading.results import Vectors
+
+# Types of elements.
+_NUMBERS = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
+    16: "u1", 17: "u2", 18: "u4",
+}  # fmt: skip
+_MATRIX, _COMPRESSED, _UTF8 = 14, 15, 16
+# Classes of arrays, and a bit of their flags.
+_CELL, _STRUCTURE, _OBJECT, _TEXT, _OF_CLASS = 1, 2, 3, 4, 17
+_CLASSES = dict(enumerate(("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"), 6))
+_COMPLEX = 0x800
+_HEADER = 128
+# Memory that an array takes at least, and a character at most.
+_LEAST, _WIDEST = 200, 8
+# Of version 4.
+_NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
+_FULL_4, _TEXT_4 = 0, 1
+
+
+_Element = tuple[int, memoryview]
+
+
+def matlab_variables(data: bytes, most: int) -> dict[str, Any]:
+    """The variables of a file by name.
+
+    Parameters
+    ----------
+    data
+        The file.
+    most
+        Bytes that it may unpack to.
+
+    Raises
+    ------
+    ValueError
+        Damaged, or larger than that; other errors of Python's, too, for damaged bytes.
+    """
+    end = data[126:_HEADER]
+    if end not in (b"IM", b"MI"):
+        return dict(_version_4(memoryview(data)))
+    return _Version5("<" if end == b"IM" else ">", most).variables(memoryview(data)[_HEADER:])
+
+
+class _Version5:
+    def __init__(self, order: str, room: int) -> None:
+        self._order, self._room = order, room
+
+    def variables(self, data: memoryview) -> dict[str, Any]:
+        found = {}
+        for kind, body in self._elements(data):
+            if kind == _COMPRESSED:
+                kind, body = _next(self._elements(self._unpacked(body)))
+            if kind == _MATRIX:
+                name, value = self._matrix(body)
+                if name and value is not None:
+                    found[name] = value
+        return found
+
+    def _claim(self, size: int) -> None:
+        """Take so many bytes of those that there may be."""
+        self._room -= size
+        if self._room < 0:
+            raise ValueError("it unpacks to too many bytes")
+
+    def _elements(self, data: memoryview) -> Iterator[_Element]:
+        at = 0
+        while at < len(data):
+            kind, size = unpack_from(f"{self._order}II", data, at)
+            start, following = at + 8, at + 8 + size
+            if kind >> 16:
+                # As few bytes as fit beside their type and length.
+                kind, size, start, following = kind & 0xFFFF, kind >> 16, at + 4, at + 8
+            elif kind != _COMPRESSED:
+                following += -size % 8
+            if start + size > min(following, len(data)):
+                raise ValueError(f"{size} bytes promised at byte {at} are not there")
+            yield kind, data[start : start + size]
+            at = following
+
+    def _unpacked(self, data: memoryview) -> memoryview:
+        beginning = zlib.decompressobj().decompress(data, 8)
+        size: int = unpack_from(f"{self._order}II", beginning)[1] + 8
+        self._claim(size)
+        # With a padding, and never more than was promised.
+        unpacker = zlib.decompressobj()
+        unpacked = unpacker.decompress(data, size + 8)
+        if not unpacker.eof:
+            raise ValueError("compressed bytes do not end where they should")
+        return memoryview(unpacked)
+
+    def _matrix(self, data: memoryview) -> tuple[str, Any]:
+        """Name and value of an array; None for what is left out."""
+        self._claim(_LEAST)
+        if not data:
+            return "", np.empty((0, 0))
+        parts = self._elements(data)
+        flags = int(self._numbers(_next(parts))[0])
+        kind = flags & 0xFF
+        if kind == _OF_CLASS:
+            name, _, of = (bytes(_next(parts)[1]).decode("latin-1") for _ in range(3))
+            return name, OfClass(of)
+        if kind not in (_CELL, _STRUCTURE, _OBJECT, _TEXT, *_CLASSES):
+            return "", None
+        shape = [int(n) for n in self._numbers(_next(parts))]
+        if min(shape, default=0) < 0:
+            raise ValueError("an array of negative size")
+        name = bytes(_next(parts)[1]).decode("latin-1")
+        if kind == _OBJECT:
+            _next(parts)
+        if dtype := _CLASSES.get(kind):
+            # Numbers are kept in the smallest type that holds them.
+            values = self._numbers(_next(parts))
+            if values.dtype != dtype:
+                self._claim(values.size * np.dtype(dtype).itemsize)
+                values = values.astype(dtype)
+            if flags & _COMPLEX:
+                values = values + 1j * self._numbers(_next(parts))
+            return name, values.reshape(shape, order="F")
+        if kind == _TEXT:
+            return name, self._text(_next(parts), shape)
+        if kind == _CELL:
+            found = _together([self._value(parts) for _ in range(prod(shape))])
+            is_array = isinstance(found, np.ndarray)
+            return name, found.reshape(shape, order="F") if is_array else found
+        return name, self._structures(parts, prod(shape))
+
+    def _value(self, parts: Iterator[_Element]) -> Any:
+        kind, data = _next(parts)
+        if kind != _MATRIX:
+            raise ValueError("an element that is no array")
+        return self._matrix(data)[1]
+
+    def _structures(self, parts: Iterator[_Element], count: int) -> Any:
+        length = int(self._numbers(_next(parts))[0])
+        names = bytes(_next(parts)[1])
+        fields = [
+            names[i : i + length].partition(b"\0")[0].decode("latin-1")
+            for i in range(0, len(names), length)
+        ]
+        each = [{f: self._value(parts) for f in fields} for _ in range(count if fields else 0)]
+        return _together([{f: x for f, x in fields.items() if x is not None} for fields in each])
+
+    def _text(self, element: _Element, shape: list[int]) -> NDArray[Any]:
+        kind, data = element
+        self._claim(_WIDEST * len(data))
+        size = np.dtype(_NUMBERS[kind]).itemsize
+        end = "le" if self._order == "<" else "be"
+        of_size = {1: "latin-1", 2: f"utf-16-{end}", 4: f"utf-32-{end}"}
+        text = bytes(data).decode("utf-8" if kind == _UTF8 else of_size[size], "replace")
+        return _rows_of(text, shape[0])
+
+    def _numbers(self, element: _Element) -> NDArray[Any]:
+        kind, data = element
+        return np.frombuffer(data, self._order + _NUMBERS[kind])
+
+
+def _version_4(data: memoryview) -> Iterator[tuple[str, Any]]:
+    at = 0
+    while at < len(data):
+        (kind,) = unpack_from("<i", data, at)
+        order = "<" if 0 <= kind < 1000 else ">"
+        kind, rows, columns, has_imaginary, length = unpack_from(f"{order}5i", data, at)
+        number, content = kind % 100 // 10, kind % 10
+        is_known = kind // 100 == (0 if order == "<" else 10) and has_imaginary in (0, 1)
+        if not is_known or min(rows, columns) < 0 or length < 1:
+            raise ValueError(f"no matrix at byte {at}")
+        at += 20
+        name = bytes(data[at : at + length]).partition(b"\0")[0].decode("latin-1")
+        at += length
+        dtype = np.dtype(order + _NUMBERS_4[number])
+        parts = []
+        for _ in range(1 + has_imaginary):
+            parts.append(np.frombuffer(data, dtype, rows * columns, at))
+            at += parts[-1].nbytes
+        if content == _TEXT_4:
+            yield name, _rows_of(parts[0].astype("u1").tobytes().decode("latin-1"), rows)
+        elif content == _FULL_4:
+            values = parts[0] + 1j * parts[1] if has_imaginary else parts[0]
+            yield name, values.reshape((rows, columns), order="F")
+
+
+def _next(parts: Iterator[_Element]) -> _Element:
+    found = next(parts, None)
+    if found is None:
+        raise ValueError("an array ends early")
+    return found
+
+
+def _rows_of(text: str, rows: int) -> NDArray[Any]:
+    """A matrix of characters, which is kept by columns, as its rows."""
+    if rows > max(len(text), 1):
+        raise ValueError("a text of fewer characters than lines")
+    return np.array([text[i::rows] for i in range(rows)], dtype=np.str_)
+
+
+def _together(values: list[Any]) -> Any:
+    """Structures as they are if there is one, as a list if there are more; else objects."""
+    if values and all(isinstance(x, Mapping | list) for x in values):
+        each = list(chain.from_iterable(x if isinstance(x, list) else [x] for x in values))
+        return each[0] if len(each) == 1 else each
+    return np.fromiter(values, object, len(values))
+
 
 # What writes an object of a class so that it is read.
 _WRITTEN = {

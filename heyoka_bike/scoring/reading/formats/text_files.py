@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.arrays.shapes import long_columns
-from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.names.headings import TIME, are_names, group_number, recognise
-from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.text import dialects
-from heyoka_bike.scoring.reading.text.lines import whole_lines
-from heyoka_bike.scoring.reading.text.table import read_text
-from heyoka_bike.scoring.reading.vectors import Vectors
+from heyoka_bike.scoring.reading.arrays import long_columns, tables
+from heyoka_bike.scoring.reading.headings import TIME, are_names, group_number, recognise
+from heyoka_bike.scoring.reading.request import Request, ResultFile, whole_lines
+from heyoka_bike.scoring.reading.results import Vectors
+from heyoka_bike.scoring.reading.text import (
+    DIALECTS,
+    Dialect,
+    best_dialect,
+    read_text,
+    without_comment,
+)
 
 # One matrix alone is rows of numbers, and these begin early.
 _OCTAVE, _VARIABLE, _SHORT = b"# Created by Octave", b"\n# name:", 400
@@ -54,12 +56,12 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
     Parameters
     ----------
     chunks, encoding, request
-        As in `text.table.read_text`.
+        As in `text.read_text`.
 
     Raises
     ------
     InputError
-        None of that: what `text.table.read_text` says.
+        None of that: what `text.read_text` says.
     """
     rest = iter(chunks)
     pulled: list[bytes] = []
@@ -75,7 +77,7 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
     except InputError as error:
         if len(pulled) == 1:
             text = "".join(whole_lines(chain(pulled, rest), encoding, request))
-            lines = [x for line in text.split("\n") if (x := dialects.without_comment(line))]
+            lines = [x for line in text.split("\n") if (x := without_comment(line))]
             for read in (_read_words, _read_upright):
                 with suppress(InputError):
                     if found := read(lines, request):
@@ -85,14 +87,14 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
 
 def _read_words(lines: list[str], request: Request) -> list[Vectors] | None:
     """The tables in columns of words and numbers below a line of their names; None without one."""
-    for dialect in dialects.DIALECTS:
+    for dialect in DIALECTS:
         if columns := _columns(lines, dialect, request):
             return tables(columns, request)
     return None
 
 
 def _columns(
-    lines: list[str], dialect: dialects.Dialect, request: Request
+    lines: list[str], dialect: Dialect, request: Request
 ) -> dict[str, NDArray[np.object_]] | None:
     """Cells by the names of their columns; None if lines have not all as many."""
     names, number = [TIME, *BENCHMARK_COLUMNS], None
@@ -116,7 +118,7 @@ def _columns(
     return found if len({*names}) == len(names) else None
 
 
-def _plain(name: str, cell: str, dialect: dialects.Dialect) -> str:
+def _plain(name: str, cell: str, dialect: Dialect) -> str:
     """A number as `float` reads it, a time without its unit; a word as it is."""
     found = recognise(name)
     match = _DURATION.fullmatch(cell) if found and found[0] == TIME else None
@@ -129,7 +131,7 @@ def _read_upright(lines: list[str], request: Request) -> list[Vectors] | None:
     It is if it has as many lines as there may be columns, all of them numbers, as many in each, and
     those of the first one ascend.
     """
-    found = dialects.best_dialect(lines, ()) if len(lines) in request.widths else None
+    found = best_dialect(lines, ()) if len(lines) in request.widths else None
     if found is None or len(found[2]) != len(lines):
         return None
     dialect = found[0]

@@ -1,31 +1,192 @@
-"""An atlas as one HTML page that needs nothing else: a map, and the motion of any start in it."""
+"""An atlas as one HTML page that needs nothing else: a map, and the motion of any start in it.
+
+The page computes motions itself: it gets the equations of the bicycle as JavaScript, written by
+evaluating the model (see `numbers.straight_line`), and ``motion.js`` follows a motion with them.
+"""
 
 from __future__ import annotations
 
 import json
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from heyoka_bike.bicycle.equations.bodies import bodies_of
+from heyoka_bike.bicycle.equations.constants import constants_of
+from heyoka_bike.bicycle.equations.forces import forces
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import (
+    INTEGRALS,
+    Configuration,
+    track_speeds,
+    whole_rates,
+)
 from heyoka_bike.bicycle.parameters import START, Bicycle, benchmark
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
+from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.straight_line import Language, StraightLine
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits
-from heyoka_bike.workbench.atlas.page.motion_source import MOTION_SCRIPT, motion_source
-from heyoka_bike.workbench.atlas.page.packed import Packed
 from heyoka_bike.workbench.atlas.store import load_atlas
+
+_LAST, _NONE = 65534, 65535
+
+
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """Numbers as integers k of 16 bits.
+
+    A number is ``low + (high - low) k / 65534``, or ten to the power of that; of powers k = 0 means
+    zero. 65535 means that there is none.
+
+    Attributes
+    ----------
+    low, high
+        Of the numbers, or of their decimal logarithms.
+    is_log
+        Whether they are powers of ten.
+    codes : ndarray of uint16
+    """
+
+    low: float
+    high: float
+    is_log: bool
+    codes: NDArray[np.uint16]
+
+    @classmethod
+    def of(cls, values: Array, *, is_log: bool) -> Packed:
+        """Numbers packed; what is not finite is none, and of powers what is not positive zero."""
+        flat = np.asarray(values, dtype=float).ravel()
+        is_there = np.isfinite(flat)
+        kept = is_there & (flat > 0) if is_log else is_there
+        scaled = np.log10(flat[kept]) if is_log else flat[kept]
+        low, high = (float(scaled.min()), float(scaled.max())) if len(scaled) else (0.0, 0.0)
+        codes = np.where(is_there, 0, _NONE).astype(np.uint16)
+        places = (scaled - low) / ((high - low) or 1.0) * _LAST
+        codes[kept] = np.maximum(np.rint(places), 1 if is_log else 0)
+        return cls(low, high, is_log, codes)
+
+    @property
+    def precision(self) -> float:
+        """The largest error of a number: absolute, or relative for powers."""
+        half = (self.high - self.low) / _LAST / 2
+        # The lowest power has the code of the one above it.
+        return float(10 ** (2 * half) - 1) if self.is_log else half
+
+    def text(self) -> str:
+        """The codes in base64, little-endian."""
+        return b64encode(self.codes.astype("<u2").tobytes()).decode()
+
+
+MOTION_SCRIPT = Path(__file__).with_name("motion.js").read_text(encoding="utf-8")
+"""Follows a motion by `motion_source`."""
+
+ERROR = 1e-8
+"""The largest error of angles [rad], rates [rad/s] and speed [m/s] within 10 s."""
+
+STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "spin", "yaw", *INTEGRALS, "track")
+"""The integrated variables; `track` is the length of the rear track [m]."""
+
+OBSERVED = (
+    "front_x", "front_y", "speed", "potential", "kinetic", "rear_normal", "front_normal",
+)  # fmt: skip
+"""The derived quantities: front contact [m], speed [m/s], energies [J], normal forces [N]."""
+
+DIVISORS = 3
+"""The number of divisors of the equations that may vanish; a motion ends there."""
+
+_JAVASCRIPT = Language(
+    opening="const {name} = ({arguments}) => {{",
+    closing="}};",
+    statement="const {name} = {value}",
+    output="{result}",
+)
+
+_Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
+
+
+def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
+    """Functions and names for ``motion.js``.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+    free
+        Symbols of parameters that ``P`` has, in place of the bicycle's.
+
+    ``rates(y, f)`` puts the time derivatives of the state y into f, and after them the `DIVISORS`;
+    ``observe(y, f)`` what is `OBSERVED`; ``floorGap([roll, pitch, steer], f)`` the height of the
+    front wheel [m]. ``spinOf([speed], f)`` is the state's ``spin``.
+    """
+
+    def function(name: str, size: int, formulas: _Formulas) -> str:
+        return _JAVASCRIPT.function(
+            name, {"y": size}, "f", lambda code, y: formulas(_equations(bicycle, free, code), y)
+        )
+
+    parts = [
+        "const { sin, cos, sqrt, atan2 } = Math;",
+        f"const STATE = {json.dumps(STATE)}, OBSERVED = {json.dumps(OBSERVED)};",
+        f"const DIVISORS = {DIVISORS}, P = {json.dumps({x: float(bicycle[x]) for x in free})};",
+        function("rates", len(STATE), _rates),
+        function("observe", len(STATE), _observed),
+        function("floorGap", 3, _floor_gap),
+        function("spinOf", 1, _spin),
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equations:
+    """With constants rounded once, or written as formulas of what is free."""
+    if not free:
+        return Equations.binary64(bicycle).convert(code.literal, code)
+    p: dict[str, Number] = {symbol: value.rational for symbol, value in bicycle.values.items()}
+    p |= {symbol: code.variable(f"P.{symbol}") for symbol in free}
+    tilt = p["lam"] if "lam" in free else code.number(bicycle["lam"])
+    k = constants_of(p, tilt, code, is_vertical=False)
+    return Equations(bicycle, k, bodies_of(p, tilt, code), code)
+
+
+def _rates(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    o, u = equations.unfold(y)
+    rear, _ = track_speeds(equations.k, u)
+    _, c1, c3 = lateral_condition(o)
+    divisors = (o.kappa, o.den, c3 * o.cb - c1 * o.sb)
+    return [*whole_rates(equations, y), rear, *divisors]
+
+
+def _observed(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    x_y = Configuration.of(equations, y).places()["front_contact"][:2]
+    energies, contacts = equations.energies(y), forces(equations, y)
+    _, u = equations.unfold(y)
+    return [
+        *x_y, equations.k.length * u.v, energies.potential, energies.kinetic,
+        contacts.rear.normal, contacts.front.normal,
+    ]  # fmt: skip
+
+
+def _floor_gap(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    return [front_contact_height(equations.k, equations.a, *y)]
+
+
+def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    return [y[0] / equations.k.length]
+
 
 _HERE = Path(__file__).parent
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")

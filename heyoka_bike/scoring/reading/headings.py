@@ -1,8 +1,13 @@
-"""The meaning of a column's name: aliases, units in it, the number of its maneuver.
+"""The meaning of the names of columns: aliases, units in them, the numbers of maneuvers.
 
 A name may be the way to a joint in a model, as ``bike.steer.phi`` and ``der(bike.steer.phi)`` of
 Modelica, ``Roll_Joint.Rz.w`` of Simscape and ``/jointset/fork/steer_angle/value`` of OpenSim. Only
 joints are read so: the speed or the energy of some part is not that of the bicycle.
+
+The names of a file are understood beside each other. A name may end in a digit for other reasons:
+`u1` and `u2` are the speeds of Kane's method, and `V2` is the potential energy of some body. So a
+number is that of a maneuver only if its word is longer than a letter, or if the numbers are those
+of all maneuvers; and where other columns have none, only if that is said in words.
 """
 
 import re
@@ -12,15 +17,148 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.numbers.unit import UNITS as WORDS
+from heyoka_bike.numbers.unit import factor, size
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.reading.names.units import (
-    BRACKETS,
-    quantities,
-    split_ending,
-    split_unit,
-    unknown_unit,
-)
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES, Request
+from heyoka_bike.scoring.units import UNITS
+
+_QUANTITIES = {"s": ("s", "ms"), **{si: units for si, units in UNITS.items() if si != "1"}}
+"""By SI unit, those that are usual."""
+_SPELLINGS: Mapping[str, tuple[str, ...]] = {
+    "rad": ("radian",),
+    "degree": ("deg", "\u00b0"),
+    "revolution": ("rev", "turn"),
+    "arcminute": ("arcmin",),
+    "arcsecond": ("arcsec",),
+    "grade": ("gon", "grad", "gradian"),
+    "m": ("meter", "metre"),
+    "inch": ("in", "inches"),
+    "foot": ("ft", "feet"),
+    "mile": ("mi",),
+    "s": ("sec", "second"),
+    "min": ("minute",),
+    "h": ("hr", "hour"),
+    "N": ("newton",),
+    "lbf": ("lb",),
+    "J": ("joule",),
+    "W": ("watt",),
+    "knot": ("kt",),
+    "m/s": ("mps",),
+    "km/h": ("kmh", "kph"),
+    "foot/s": ("fps",),
+    "inch/s": ("ips",),
+    "mile/h": ("mph",),
+    "rad/s": ("rads",),
+    "degree/s": ("dps", "degs"),
+    "revolution/s": ("rps",),
+    "revolution/min": ("rpm", "r/min"),
+}
+"""Other spellings, in small letters, without the s of a plural."""
+_PRODUCTS = ("W h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m")
+"""Units that are written without their blank, too."""
+_WORDS: Mapping[str, str] = {
+    # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
+    **{unit.lower(): unit for unit in reversed([*WORDS])},
+    **{unit: unit for unit in WORDS},
+    **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
+    **{unit.replace(" ", "").lower(): unit for unit in _PRODUCTS},
+    "MNm": "MN m",
+    **{
+        f"{prefix}{spelling}": f"{short}{unit}"
+        for prefix, short in (("kilo", "k"), ("milli", "m"), ("micro", "u"), ("mega", "M"))
+        for unit in ("rad", "s", "N", "J")
+        for spelling in _SPELLINGS[unit]
+    },
+}
+
+BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
+"""Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
+_NO_UNITS = ("si", "none", "n/a")
+_WORD = re.compile(r"[^\W\d_]")
+# That of a maneuver, or an index; not an exponent.
+_NUMBER = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
+_ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
+_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
+    "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
+})  # fmt: skip
+_DIVIDED = re.compile(r"\s*/\s*(\w+)")
+_PER = re.compile(r"\bper\b")
+_HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
+# No power of a metre or a second.
+_INDEX = re.compile(r"[A-Za-z]+[0-9]+")
+_BEFORE_POWER = re.compile(r" +(?=-[0-9])")
+# time_s, steer_rate_deg_s, speed_m_per_s
+_ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
+
+
+@lru_cache(1 << 12)
+def quantities(unit: str) -> Mapping[str, str]:
+    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of."""
+    text = _PER.sub("/", unit.translate(_MARKS)).strip(" .*")
+    text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", text))
+    if _INDEX.fullmatch(text) or not _ONE_WORD.search(text):
+        return {}
+    name = _ONE_WORD.sub(_word, text)
+    product = _DIVIDED.sub(r" \1-1", name)
+    meant = {}
+    for si, usual in _QUANTITIES.items():
+        if factor(name, si) is not None:
+            # Other times are not converted.
+            units = usual if si == "s" else (*usual, product)
+            if same := [u for u in units if size(u) == size(name)]:
+                meant[si] = same[0]
+    return meant
+
+
+def is_si(unit: str | None) -> bool:
+    """True if the unit is an SI unit, or not told."""
+    return unit is None or any(si == usual for si, usual in quantities(unit).items())
+
+
+def unknown_unit(name: str) -> str | None:
+    """Return the word in brackets in a name that stands where a unit does, if it is not known."""
+    for match in BRACKETS.finditer(name):
+        unit = match[0][1:-1].strip()
+        # In round brackets there may be anything, such as phi(t).
+        is_unit = match[0][0] != "(" or "/" in unit
+        is_unit &= unit.lower() not in _NO_UNITS
+        if is_unit and _WORD.search(unit) and not _NUMBER.search(unit) and not quantities(unit):
+            return unit
+    return None
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Name of a column without the unit in brackets or behind a slash, and the unit.
+
+    What is no unit is left where it is.
+    """
+    for match in BRACKETS.finditer(name):
+        if quantities(unit := match[0][1:-1]):
+            return name[: match.start()].rstrip(" /") + name[match.end() :], unit
+    for mark in ("/", " in "):
+        stem, found, unit = name.partition(mark)
+        if found and stem.strip() and quantities(unit):
+            return stem.strip(), unit.strip()
+    return name, None
+
+
+def split_ending(name: str) -> tuple[str, str] | None:
+    """Name and unit of ``roll_angle_rad``; None if it does not end in a unit."""
+    # MATLAB makes underscores of brackets.
+    match = _ENDING.fullmatch(name.strip().lower().rstrip("_"))
+    if match is None:
+        return None
+    unit = match[2].replace("_per_", "/").replace("_", "/")
+    return (match[1], unit) if quantities(unit) else None
+
+
+def _word(match: re.Match[str]) -> str:
+    """A word of a unit as `numbers.unit` has it."""
+    word = match[0]
+    plain = word.lower()
+    return next((_WORDS[x] for x in (word, plain, plain.removesuffix("s")) if x in _WORDS), word)
+
 
 TIME = "time"
 _SECONDS = "s"
@@ -65,7 +203,7 @@ _BY_UNIT: Mapping[tuple[str, str], str] = {
     **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
     **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
 }
-# For values to decide, where the other names (see `numbers`) do not.
+# For values to decide, where the other names (see `meanings`) do not.
 _ALSO: Mapping[str, tuple[str, ...]] = {
     "V": ("forward_speed", "potential_energy"),
     "u": ("potential_energy", "forward_speed"),
@@ -325,3 +463,154 @@ def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> 
 def _number_in_brackets(match: re.Match[str]) -> str:
     number = _NUMBERED.fullmatch(match[0][1:-1])
     return f"_{number[1]}" if number else ""
+
+
+Found = tuple[str, int | None] | None
+"""Key of a column and number of its maneuver; None if it is not known."""
+
+_ENERGY = "J"
+# The small letters, what the capital means alone, and what beside one of these.
+_CAPITALS: Mapping[str, tuple[str, str, str]] = {
+    "V": ("vu", "forward_speed", "potential_energy"),
+    "T": ("t", TIME, "kinetic_energy"),
+}
+_ENERGIES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
+_COORDINATE = "q"
+# One letter, and perhaps a number.
+_LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
+_IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*[0-9]")
+
+
+def meanings(names: Sequence[str], count: int) -> list[Found]:
+    """Find the meaning of each column of a file.
+
+    Parameters
+    ----------
+    names
+        Of all its columns.
+    count
+        Number of maneuvers of the reference.
+
+    Returns
+    -------
+    list of (str, int or None) or None
+        Key, and number of the maneuver if that is told; None if the name is not known, or if what
+        it means alone cannot be meant beside the others.
+    """
+    # With other numbers in brackets, all of them are maneuvers.
+    brackets = [x[1:-1] for name in names for x in BRACKETS.findall(name)]
+    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
+    found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
+    found = _apart(names, _with_capitals(names, found))
+    found = _without_speeds(names, _from_one(found, count))
+    found = _without_indices(names, found, count)
+    if not any(f and f[1] is not None for f in found):
+        return _in_turn(found, count)
+    # Beside numbered columns one without a number tells nothing, and no reference has others.
+    numbers = range(1, count + 1)
+    return [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
+
+
+def is_coordinate(name: str) -> bool:
+    """True if a column of this name is a coordinate, so that the u beside it is its speed."""
+    return _letter(split_unit(name)[0]) == _COORDINATE
+
+
+def _letter(stem: str) -> str:
+    """The letter that a name is but for a number; empty if it is a word."""
+    match = _LETTER.fullmatch(stem)
+    return match[1].lower() if match else ""
+
+
+def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """Meanings with T and V as energies, as mechanics writes them beside a time and a speed.
+
+    They are where t and v stand beside them, or where each is a second column of its meaning and
+    other energies are there.
+    """
+    split = [(stem.strip(), unit) for stem, unit in map(split_unit, names)]
+    plain = [stem if unit is None else "" for stem, unit in split]
+    others = [f for name, f in zip(plain, found, strict=True) if f and name not in _CAPITALS]
+    meant = list(found)
+    for name, (small, alone, energy) in _CAPITALS.items():
+        is_second = (alone, None) in others and (energy, None) not in others
+        words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
+        if any(stem in [*small] for stem, _ in split) or (is_second and words & _ENERGIES):
+            meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
+    return meant
+
+
+def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """Meanings in which an ambiguous small letter means what no other column does."""
+    apart = list(found)
+    for i, (name, f) in enumerate(zip(names, found, strict=True)):
+        keys = may_mean(name)
+        if f and f[0] in keys and apart.count(f) > 1 and name not in _CAPITALS:
+            apart[i] = next(((k, f[1]) for k in keys if (k, f[1]) not in apart), f)
+    return apart
+
+
+def _from_one(found: list[Found], count: int) -> list[Found]:
+    """Meanings with maneuvers counted from 1, where every column counts from 0.
+
+    Instead of 0 the first of all may have none: so pandas makes equal names differ.
+    """
+    numbers: dict[str, set[int | None]] = {}
+    for _, key, number in _columns(found):
+        numbers.setdefault(key, set()).add(number)
+    are_from_zero = all(0 in n for n in numbers.values())
+    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
+    if not (are_from_zero or are_of_pandas):
+        return found
+    return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
+
+
+def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """Meanings in which u beside coordinates q is a speed, and no potential energy."""
+    if not any(map(is_coordinate, names)):
+        return found
+    units = [split_unit(name) for name in names]
+    are_speeds = [_letter(x) == "u" and not (u and _ENERGY in quantities(u)) for x, u in units]
+    return [None if is_speed else f for f, is_speed in zip(found, are_speeds, strict=True)]
+
+
+def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+    """Meanings without columns whose numbers are not those of maneuvers."""
+    every = set(range(1, count + 1)) if count > 1 else None
+    stems = [split_unit(name)[0].lower() for name in names]
+    plain: dict[str, dict[int, int | None]] = {}
+    words: dict[str, dict[int, int | None]] = {}
+    letters: dict[str, dict[int, int | None]] = {}
+    for i, key, number in _columns(found):
+        numbered = letters if _letter(stems[i]) else words
+        (plain if number is None else numbered).setdefault(key, {})[i] = number
+    of_words = {number for group in words.values() for number in group.values()}
+    # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+    kept = [*words.values()]
+    for group in letters.values():
+        own = {*group.values()}
+        if own <= of_words or (own == every and not plain):
+            kept.append(group)
+    trusted = set().union(*kept)
+    are_most = every in [{*group.values()} for group in kept] or len(kept) > len(plain)
+    if plain and not are_most and not any(_IN_WORDS.search(stems[i]) for i in trusted):
+        trusted = set()
+    out = set().union(*words.values(), *letters.values()) - trusted
+    return [None if i in out else f for i, f in enumerate(found)]
+
+
+def _in_turn(found: list[Found], count: int) -> list[Found]:
+    """The eight names once for each maneuver mean the maneuvers in order."""
+    keys = [f[0] if f else None for f in found]
+    times = {keys.count(key) for key in keys if key not in (None, TIME)}
+    if count == 1 or times != {count} or keys.count(TIME) != 1:
+        return found
+    return [
+        f if f is None or f[0] == TIME else (f[0], 1 + keys[:i].count(f[0]))
+        for i, f in enumerate(found)
+    ]
+
+
+def _columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
+    """Index, key and number of the columns that are known, but for the time."""
+    return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]

@@ -1,1 +1,0 @@
-"""Arrays, in whatever shape, as vectors by name."""

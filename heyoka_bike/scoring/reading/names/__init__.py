@@ -1,1 +1,0 @@
-"""The meaning of the names of columns, alone and beside each other."""

@@ -1,1 +1,0 @@
-"""Rows of numbers in a text, in whatever way programs write them."""

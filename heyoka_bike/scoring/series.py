@@ -1,0 +1,765 @@
+"""Several runs of one program, and several programs side by side.
+
+Programs are judged each by itself, their errors in one table. The runs of one program have an order
+of convergence. With errors e1, e2 at step sizes h1 > h2 the observed order is
+log(e1 / e2) / log(h1 / h2). The Richardson extrapolation of the two finest runs,
+f2 + (f2 - f1) / ((h1/h2)^p - 1) with the observed order p rounded to an integer, cancels the
+leading term of the error; its distance from the reference is what these runs can reach without a
+smaller step.
+
+An error that stays the same curve is not the integrator's: the model, its parameters, the start or
+the output is another one. An error that stays as large but is another curve in each run is noise:
+of the arithmetic, or of iterations that stop early. Near the last digits of the arithmetic it is
+always taken for rounding.
+
+A list of the runs is a small TOML file of result files, step sizes and times:
+
+    [[run]]
+    file = "h0.01.txt"
+    step = "0.01"
+    cpu = "0.53"
+
+``file`` is relative to the list; ``step`` [s] and ``cpu`` [s] are decimals, both may be left out.
+A ``tolerance`` says that the solver chose its steps: how the error follows it is sought instead.
+
+References
+----------
+L. F. Richardson (1911), doi:10.1098/rsta.1911.0009; P. J. Roache (1994), doi:10.1115/1.2910291.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, repeat
+from math import inf, log
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COMPARED, Column
+from heyoka_bike.bicycle.toml_source import TomlSource
+from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import median
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring.alignment import Alignment, Part, merge
+from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
+from heyoka_bike.scoring.findings import Finding, info, named, warning
+from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.source import ARRAY, results_of, several
+from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
+from heyoka_bike.scoring.score import aligned, scored
+
+_ENTRIES = {"file", "step", "tolerance", "cpu"}
+
+
+@dataclass(frozen=True, slots=True)
+class ListedRun:
+    """One entry of a list of runs.
+
+    Attributes
+    ----------
+    file : Path
+    step, cpu
+        Step size and processor time [s]; None if not given.
+    tolerance
+        Of a solver that chooses its steps; None if not given.
+    """
+
+    file: Path
+    step: float | None
+    cpu: float | None
+    tolerance: float | None
+
+
+def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
+    """Read a list of runs.
+
+    Raises
+    ------
+    InputError
+        With file, line and column: unreadable, an unknown entry, or a value that is not a positive
+        decimal.
+    """
+    source = TomlSource.load(path)
+    source.refuse_unknown(source.tree, {"run"}, ())
+    return tuple(
+        _read_run(source, table, i, Path(path).parent)
+        for i, table in enumerate(source.tables("run"))
+    )
+
+
+def _read_run(source: TomlSource, table: dict[str, Any], index: int, folder: Path) -> ListedRun:
+    where = ("run", index)
+    source.refuse_unknown(table, _ENTRIES, where, ("file",))
+    file = source.line_of_text(table, "file", where, limit=4000)
+    return ListedRun(
+        file=folder / file,
+        **{
+            key: source.positive(table, key, where) if key in table else None
+            for key in ("step", "cpu", "tolerance")
+        },
+    )
+
+
+# An error of up to this many floors is rounding, not the integrator's.
+_AT_FLOOR = 4.0
+# Observed orders of one column that differ by more than this are not those of one power law yet.
+_STEADY = 0.3
+# Errors that fall by less than this power of the step or tolerance do not fall.
+_FALLS = 0.2
+# Two runs have the same error if their difference is less than this part of it.
+_SAME = 0.3
+# Exponents within this of 1 are "in proportion".
+_PROPORTION = 0.25
+_NAMED = 6
+
+
+def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
+    """Each maneuver and column, with its score in each run."""
+    found: dict[tuple[int, str], list[ColumnScore | None]] = {}
+    for i, run in enumerate(runs):
+        for m in run.report.maneuvers:
+            for c in m.columns:
+                found.setdefault((m.maneuver, c.key), [None] * len(runs))[i] = c
+    order = list(COMPARED)
+    return dict(sorted(found.items(), key=lambda x: (x[0][0], order.index(x[0][1]))))
+
+
+def converge(runs: Sequence[Run]) -> tuple[Convergence, ...]:
+    """Every column that more than one run has."""
+    steps = [run.step for run in runs]
+    return tuple(
+        _converge(maneuver, key, columns, steps)
+        for (maneuver, key), columns in columns_of(runs).items()
+        if sum(c is not None for c in columns) > 1
+    )
+
+
+def _converge(
+    maneuver: int, key: str, columns: Sequence[ColumnScore | None], steps: Sequence[float | None]
+) -> Convergence:
+    sized = list(zip(columns, steps, strict=True))
+    orders = tuple(_order(*coarse, *fine) for coarse, fine in pairwise(sized))
+    (coarse, step), (fine, next_step) = sized[-2:]
+    extrapolated = None
+    if coarse and fine and step and next_step and (order := round(orders[-1] or 0.0)) >= 1:
+        extrapolated = _richardson(coarse, fine, (step / next_step) ** order)
+    last = next(c for c in reversed(columns) if c is not None)
+    return Convergence(
+        maneuver=maneuver,
+        key=key,
+        unit=last.unit,
+        definition=last.definition,
+        errors=tuple(None if c is None else c.max_abs_error for c in columns),
+        orders=orders,
+        richardson_error=extrapolated,
+        floor=last.floor,
+    )
+
+
+def _order(
+    coarse: ColumnScore | None,
+    step: float | None,
+    fine: ColumnScore | None,
+    next_step: float | None,
+) -> float | None:
+    """log(e1 / e2) / log(h1 / h2); None where an error is rounding only."""
+    if coarse is None or fine is None or step is None or next_step is None:
+        return None
+    before, after = coarse.max_abs_error, fine.max_abs_error
+    if coarse.definition != fine.definition or not before or not after:
+        return None
+    if coarse.is_at_floor(_AT_FLOOR) or fine.is_at_floor(_AT_FLOOR):
+        return None
+    return log(before / after) / log(step / next_step)
+
+
+def _richardson(coarse: ColumnScore, fine: ColumnScore, ratio: float) -> float | None:
+    """Largest error of the extrapolated values at the times that both runs have.
+
+    The extrapolation is linear, so it may be done on the errors themselves.
+    """
+    _, i, j = np.intersect1d(coarse.trace.time, fine.trace.time, return_indices=True)
+    # A few common times show nothing of the others.
+    if 2 * len(i) < len(coarse.trace.time):
+        return None
+    e1, e2 = coarse.trace.error[i], fine.trace.error[j]
+    return float(np.max(np.abs(e2 + (e2 - e1) / (ratio - 1.0))))
+
+
+def nothing_shared(convergence: Sequence[Convergence], what: str) -> list[Finding]:
+    """A warning if no column is in two of the files or programs."""
+    said = f"no maneuver has a column that two of the {what}"
+    return [] if convergence else [warning("no_shared_columns", said)]
+
+
+def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> list[Finding]:
+    """Say what the errors of a series tell of its program, the coarsest run first."""
+    pairs = _pairs(runs)
+    is_of_tolerances = bool(runs) and runs[-1].step is None
+    what = "tolerance" if is_of_tolerances else "step"
+    exponents = [p.exponent for p in pairs if p.exponent > _FALLS]
+    return [
+        *_orders(convergence),
+        *(_exponent(exponents) if is_of_tolerances and exponents else ()),
+        *_staying([p for p in pairs if p.exponent <= _FALLS], what),
+    ]
+
+
+_OF_ROUNDING = "limited_by_rounding"
+_STAYS = {
+    _OF_ROUNDING: " or less, does not fall with the {}, and need not: at this size it is rounding "
+    "of binary64 arithmetic, not the model; only longer numbers make it smaller",
+    "noise_does_not_fall": ", does not fall with the {}, but is another curve in each run: it is "
+    "noise, of single-precision numbers (1e-7), of iterations that stop early, or of rough "
+    "interpolation, and not the model",
+    "error_stays": ", is the same curve in both runs and does not fall with the {}: it is not the "
+    "integrator's, but that of the model, its parameters, the start or the output; ask "
+    "heyoka-bike diagnose",
+}
+"""Sentences about errors that stay, by the code of the finding."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Pair:
+    """A column of the two finest runs.
+
+    Attributes
+    ----------
+    place
+        Maneuver and column ("2.roll_angle").
+    exponent
+        Of the step or tolerance, with which the error falls.
+    error
+        What is left, of the scale.
+    is_same
+        Whether both runs have the same error.
+    """
+
+    place: str
+    exponent: float
+    error: float
+    is_same: bool
+
+    @property
+    def code(self) -> str:
+        """Of what is found if the error does not fall."""
+        if self.error < ROUNDING:
+            return _OF_ROUNDING
+        return "error_stays" if self.is_same else "noise_does_not_fall"
+
+
+def _pairs(runs: Sequence[Run]) -> list[_Pair]:
+    """Columns of the two finest runs whose error is not that of the digits written."""
+    sizes = [run.tolerance if run.step is None else run.step for run in runs[-2:]]
+    if len(sizes) < 2 or sizes[0] is None or sizes[1] is None or sizes[0] <= sizes[1]:
+        return []
+    found = []
+    for (maneuver, key), (a, b) in columns_of(runs[-2:]).items():
+        exponent = _order(a, sizes[0], b, sizes[1])
+        if a and b and exponent is not None:
+            error = b.max_rel_error or 0.0
+            found.append(_Pair(f"{maneuver}.{key}", exponent, error, _is_same(a, b)))
+    return found
+
+
+def _is_same(a: ColumnScore, b: ColumnScore) -> bool:
+    """True if the error of two runs is the same curve at the times of both."""
+    _, i, j = np.intersect1d(a.trace.time, b.trace.time, return_indices=True)
+    if not len(i):
+        return False
+    return rms(a.trace.error[i] - b.trace.error[j]) < _SAME * rms(b.trace.error[j])
+
+
+def _exponent(found: Sequence[float]) -> Iterator[Finding]:
+    """Say with which power the errors follow the tolerance."""
+    exponent = float(median(found))
+    how = "in proportion to the tolerance"
+    if abs(exponent - 1) > _PROPORTION:
+        how = f"like the tolerance to the power {exponent:.1f}"
+    said = f"the error falls {how}: exponent {exponent:.2f} ({_spread(found)})"
+    yield info("tolerance", said, exponent=exponent, least=min(found), most=max(found))
+
+
+def _staying(stay: Sequence[_Pair], what: str) -> Iterator[Finding]:
+    """Errors that do not fall: rounding, noise, or the model."""
+    for code, says in _STAYS.items():
+        if pairs := [p for p in stay if p.code == code]:
+            is_fine = code == _OF_ROUNDING
+            places, worst = [p.place for p in pairs], max(p.error for p in pairs)
+            error = f"{worst:.1g}" if is_fine else f"up to {worst:.1g}"
+            said = f"{named(places, _NAMED)}: the error, {error} of the scale{says.format(what)}"
+            find = info if is_fine else warning
+            yield find(code, said, columns=places, max_rel_error=worst)
+
+
+def _spread(found: Sequence[float]) -> str:
+    """Of how many columns a median is, and between which numbers."""
+    columns = f"{len(found)} column{'s' if len(found) > 1 else ''}"
+    return f"median of {columns}, from {_plain(min(found))} to {_plain(max(found))}"
+
+
+def _plain(order: float) -> str:
+    return f"{round(order, 2) + 0.0:.2f}"  # no -0
+
+
+def _orders(convergence: Sequence[Convergence]) -> Iterator[Finding]:
+    """The order of the program, and whether it has settled."""
+    found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
+    if not found:
+        return
+    order = float(median(found))
+    said = f"observed order of convergence {_plain(order)} ({_spread(found)})"
+    yield info("order", said, order=order, least=min(found), most=max(found))
+    unsteady = [
+        f"{c.maneuver}.{c.key}"
+        for c in convergence
+        if len(c.orders) > 1
+        and c.orders[-1] is not None
+        and c.orders[-2] is not None
+        and abs(c.orders[-1] - c.orders[-2]) > _STEADY
+    ]
+    if unsteady:
+        said = (
+            f"the order of {', '.join(unsteady)} still changes from step to step: the steps are "
+            "too large, or rounding has been reached, for one power law"
+        )
+        yield info("order_not_settled", said, columns=unsteady)
+
+
+_ARRAYS = repeat(ARRAY)
+
+
+def compare(
+    *programs: Any,
+    reference: Reference | str | PathLike[str] | None = None,
+    require: str | Sequence[str] = (),
+    cpu: Mapping[str, float] | None = None,
+    **named: Any,
+) -> Series:
+    """Several programs side by side, as the command ``score`` shows several files.
+
+    Parameters
+    ----------
+    programs
+        Results by name of the program, or files, one by one or as a list, which are named like
+        these. Results are what `score` takes.
+    reference
+        From `load_reference`, or the folder of a set; the published one by default.
+    require
+        A requirement that every program has to meet, or several, see `requirements`.
+    cpu
+        Processor times by name of the program [s].
+    named
+        Results by name: ``compare(mine=x, theirs="theirs.txt")``.
+
+    Returns
+    -------
+    Series
+        A report of each program in the order given. Definitions, signs and units are found for each
+        by itself.
+
+    Raises
+    ------
+    InputError, NothingScoredError
+        See `score`; or fewer than two programs.
+    """
+    known = load_reference(reference)
+    one = programs[0] if len(programs) == 1 else None
+    if not programs or isinstance(one, Mapping):
+        given = {**(one or {}), **named}
+        names, every = list(map(str, given)), list(given.values())
+    elif named:
+        raise InputError("found programs with and without names, expected names for all or none")
+    else:
+        names, every = None, several(list(programs) if len(programs) > 1 else one)
+    if len(every) < 2:
+        count = f"{len(every)} program{'s' if len(every) != 1 else ''}"
+        raise InputError(f"found {count}, expected two or more; score() judges one")
+    check_names(names, len(every))
+    files = [_beside(x, name, known) for x, name in zip(every, names or _ARRAYS, strict=False)]
+    times = None if cpu is None else _by_name(cpu, names or _file_names(files))
+    return side_by_side(files, known, names=names, cpu=times, require=require)
+
+
+def _beside(given: Any, name: str, reference: Reference) -> Alignment:
+    """Results beside the reference; of arrays with the name of the program."""
+    try:
+        found = results_of(given, len(reference))
+    except InputError as e:
+        if e.file not in (None, ARRAY):
+            raise
+        raise InputError(e.message, file=name, line=e.line, column=e.column) from None
+    named = [replace(r, path=name) if r.format == ARRAY else r for r in found]
+    return aligned(named, reference)
+
+
+def _by_name(cpu: Mapping[str, float], names: Sequence[str]) -> list[float | None]:
+    unknown = [name for name in cpu if name not in names]
+    if unknown:
+        raise InputError(f"cpu: found {unknown[0]!r:.60}, expected some of {', '.join(names)}")
+    return [cpu.get(name) for name in names]
+
+
+def check_names(names: Sequence[str] | None, count: int) -> None:
+    """Raise `InputError` unless there is a name for each file, if any are given."""
+    if names is None:
+        return
+    if len(names) != count:
+        raise InputError(f"name: found {len(names)} for {count} files, expected as many")
+    if not all(name.strip() for name in names):
+        raise InputError(f"name: found an empty one in {','.join(names)!r:.60}, expected a name")
+
+
+def side_by_side(
+    files: Sequence[Alignment],
+    reference: Reference,
+    *,
+    names: Sequence[str] | None = None,
+    cpu: Sequence[float | None] | None = None,
+    require: str | Sequence[str] = (),
+) -> Series:
+    """`compare` of files that lie beside the reference; cpu is that of each file [s]."""
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(_file_names(files) if names is None else names):
+        groups.setdefault(name, []).append(i)
+    programs = tuple(
+        Run(
+            scored(merge([files[i] for i in group]), reference, require),
+            None,
+            total([cpu[i] for i in group]) if cpu is not None else None,
+            name,
+        )
+        for name, group in groups.items()
+    )
+    # Programs have no step in common, and each its own digits: only the errors are side by side.
+    errors = tuple(replace(c, floor=None) for c in converge(programs))
+    nothing = nothing_shared(errors, "programs share: nothing is side by side")
+    findings = (*nothing, *_maneuvers(programs), *_defined(programs))
+    return Series(programs, errors, findings, is_one_program=False)
+
+
+def _file_names(files: Sequence[Alignment]) -> list[str]:
+    """A name for each file: its own, with its folders where others have the same."""
+    paths = [a.file.path for a in files]
+    short = [Path(path).name or path for path in paths]
+    names = [s if short.count(s) == 1 else path for s, path in zip(short, paths, strict=True)]
+    return [
+        name if names.count(name) == 1 else f"{name} ({names[: i + 1].count(name)})"
+        for i, name in enumerate(names)
+    ]
+
+
+def total(times: Sequence[float | None]) -> float | None:
+    """Processor time of several files; None if that of one is not known."""
+    known = [t for t in times if t is not None]
+    return sum(known) if len(known) == len(times) else None
+
+
+def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
+    """Programs that hold different maneuvers: their worst columns do not compare."""
+    who: dict[str, list[str]] = {}
+    for program in programs:
+        who.setdefault(", ".join(map(str, program.report)), []).append(program.name)
+    if len(who) < 2:
+        return []
+    held = "; ".join(f"{', '.join(names)}: {numbers or 'none'}" for numbers, names in who.items())
+    said = (
+        f"the programs cover different maneuvers ({held}), so that the digits of their worst "
+        "columns do not compare: look at the maneuvers that they share"
+    )
+    numbers = {program.name: list(program.report) for program in programs}
+    return [warning("maneuvers_differ", said, maneuvers=numbers)]
+
+
+def _defined(programs: Sequence[Run]) -> Iterator[Finding]:
+    """Columns that the programs define in different ways: no error of any of them."""
+    ways: dict[str, dict[str, list[str]]] = {}
+    for (_, key), columns in columns_of(programs).items():
+        for program, c in zip(programs, columns, strict=True):
+            if c is not None and c.values:
+                who = ways.setdefault(key, {}).setdefault(c.definition, [])
+                who += [program.name] * (program.name not in who)
+    for key, by in ways.items():
+        if len(by) > 1:
+            each = "; ".join(f"{definition} in {', '.join(who)}" for definition, who in by.items())
+            said = f"{key} is {each}: each is compared with its own definition, so this is no error"
+            yield info("definitions_differ", said, column=key, definitions=by)
+
+
+# Steps that differ by less than this are the same for a program.
+_SAME_STEP = 1e-6
+# No step or time of a run of seconds [s] is less or more.
+_SHORTEST, _LONGEST = 1e-9, 1e9
+
+
+def score_series(
+    results: Sequence[Any],
+    reference: Reference | str | PathLike[str] | None = None,
+    *,
+    steps: Sequence[float | None] | None = None,
+    tolerances: Sequence[float | None] | None = None,
+    cpu: Sequence[float | None] | None = None,
+    require: str | Sequence[str] = (),
+) -> Series:
+    """Compare several runs of one program, at different steps or tolerances, with the reference.
+
+    Parameters
+    ----------
+    results
+        One for each run or file, what `score` takes; files of different maneuvers and the same step
+        or tolerance make one run.
+    reference
+        From `load_reference`, or the folder of a set; the published one by default.
+    steps
+        Step size of each file [s], None where unknown; by default the median distance of its rows
+        if there are no tolerances either.
+    tolerances
+        Of a solver that chooses its steps, for each file; None where unknown.
+    cpu
+        Processor time of each file [s], None where unknown.
+    require
+        A requirement that every run has to meet, or several, see `requirements`.
+
+    Returns
+    -------
+    Series
+        A report of each run, and the order of convergence of each column.
+
+    Raises
+    ------
+    InputError, NothingScoredError
+        See `scoring.score`; or steps or times that do not match the files.
+    """
+    known = load_reference(reference)
+    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    return _series(_files(several(results), known, told), known, told, require)
+
+
+def score_files(
+    results: Sequence[Results],
+    reference: Reference | None = None,
+    *,
+    steps: Sequence[float | None] | None = None,
+    tolerances: Sequence[float | None] | None = None,
+    cpu: Sequence[float | None] | None = None,
+    require: Sequence[str] = (),
+    names: Sequence[str] | None = None,
+    is_one_program: bool | None = None,
+) -> Report | Series:
+    """A `Report` if the files hold different maneuvers of one run, a `Series` otherwise.
+
+    Parameters and errors are those of `score_series` and `compare`. The series
+    is of runs of one program if that is said, by default if there are steps or tolerances, and of
+    programs side by side otherwise.
+    """
+    known = load_reference(reference)
+    check_names(names, len(results))
+    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    files = _files(results, known, told)
+    held = [p.number for a in files for p in a.parts]
+    if len(set(held)) == len(held) and len(set(names or ())) < 2:
+        return scored(merge(files), known, require)
+    if is_one_program is None:
+        is_one_program = steps is not None or tolerances is not None
+    if not is_one_program:
+        return side_by_side(files, known, names=names, cpu=cpu, require=require)
+    if names is not None:
+        raise InputError("name: found with runs of one program, expected it with several programs")
+    return _series(files, known, told, require)
+
+
+# Steps, tolerances and processor times of the files, by the name of the option.
+_Told = Mapping[str, Sequence[float | None] | None]
+
+
+def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Alignment]:
+    """The files laid beside the reference, once what is told of them fits them."""
+    for name, given in told.items():
+        if given is None:
+            continue
+        if len(given) != len(results):
+            count = f"{len(given)} for {len(results)} files"
+            raise InputError(f"{name}: found {count}, expected as many")
+        if name != "tolerance" and not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
+            raise InputError(
+                f"{name}: found {list(given)}, expected positive numbers of seconds, "
+                f"{_SHORTEST:g} to {_LONGEST:g}"
+            )
+    return [aligned(results_of(r, len(reference)), reference) for r in results]
+
+
+def _series(
+    files: Sequence[Alignment], known: Reference, told: _Told, require: str | Sequence[str]
+) -> Series:
+    unknown: Sequence[float | None] = [None] * len(files)
+    steps, tolerances, cpu = told["step"], told["tolerance"], told["cpu"]
+    is_told = steps is not None or tolerances is not None
+    apart = unknown if is_told else [_rows_apart(a) for a in files]
+    runs = _runs(files, steps or apart, tolerances or unknown, cpu or unknown)
+    told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
+    if told_by:
+        runs.sort(key=lambda run: -getattr(run, told_by[0]))
+    if "step" not in told_by:
+        runs = [run._replace(step=None) for run in runs]
+    findings: list[Finding] = []
+    if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
+        findings.append(_steps_unknown(is_told))
+    understood = [understand(run.alignment.parts) for run in runs]
+    found = _score(runs, understood, known, require)
+    convergence = converge(found)
+    extrapolated = _extrapolate(runs, convergence)
+    # What a definition changes may only show below the errors of the runs themselves.
+    understood_better = [*understood, understand(extrapolated)]
+    if _definitions(understood_better) != _definitions(understood):
+        found = _score(runs, understood_better, known, require)
+        convergence = converge(found)
+    findings += nothing_shared(convergence, "files share; those of one run go in one file")
+    findings += _disagreement(found)
+    findings += falling(found, convergence)
+    return Series(found, convergence, tuple(findings))
+
+
+def _steps_unknown(is_told: bool) -> Finding:
+    apart = "the rows of several files are equally far apart"
+    why = "several files are given as alike" if is_told else apart
+    said = (
+        f"{why}, so the step sizes do not tell the runs apart; give those of the integrator "
+        "(--step) to see the order of convergence, or the tolerances of its solver (--tolerance)"
+    )
+    return warning("steps_unknown", said)
+
+
+class _Sized(NamedTuple):
+    """A run with its step size [s], tolerance and processor time [s]."""
+
+    alignment: Alignment
+    step: float | None
+    tolerance: float | None
+    cpu: float | None
+
+
+def _rows_apart(a: Alignment) -> float | None:
+    """Median distance of the rows [s]."""
+    steps = []
+    for p in a.parts:
+        apart = np.diff(p.time) + np.diff(p.time_lo)
+        if (apart > 0).any():
+            steps.append(float(median(apart[apart > 0])))
+    return min(steps) if steps else None
+
+
+def _are_unknown(steps: Sequence[float | None]) -> bool:
+    """True if the steps do not tell the runs apart."""
+    known = sorted(step for step in steps if step is not None)
+    return len(known) < len(steps) or any(b - a <= _SAME_STEP * b for a, b in pairwise(known))
+
+
+def _runs(files: Sequence[Alignment], *sizes: Sequence[float | None]) -> list[_Sized]:
+    """Files of different maneuvers and the same step or tolerance belong to one run."""
+    groups: list[list[_Sized]] = []
+    for one in (_Sized(*x) for x in zip(files, *sizes, strict=True)):
+        group = next((g for g in groups if _belongs(one, g)), None)
+        if group is None:
+            groups.append(group := [])
+        group.append(one)
+    return [
+        group[0]._replace(
+            alignment=merge([run.alignment for run in group]),
+            cpu=total([run.cpu for run in group]),
+        )
+        for group in groups
+    ]
+
+
+def _belongs(one: _Sized, group: Sequence[_Sized]) -> bool:
+    held = {p.number for run in group for p in run.alignment.parts}
+    is_alike = _same(one.step, group[0].step) or _same(one.tolerance, group[0].tolerance)
+    return is_alike and not held & {p.number for p in one.alignment.parts}
+
+
+def _same(a: float | None, b: float | None) -> bool:
+    return a is not None and b is not None and abs(a - b) <= _SAME_STEP * max(a, b)
+
+
+def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
+    """Each column as taken by the run that leaves the fewest definitions open, the finest such."""
+    found: dict[str, Understanding] = {}
+    for run in understood:
+        for key, u in run.items():
+            known = found.get(key)
+            if known is None or len(u.indistinguishable) <= len(known.indistinguishable):
+                found[key] = u
+    return found
+
+
+def _definitions(understood: Sequence[Understandings]) -> dict[str, Column]:
+    return {key: u.column for key, u in _clearest(understood).items()}
+
+
+def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
+    """One choice of definitions for the program, unless a run says more against it."""
+    shared = {}
+    for key, u in own.items():
+        clear = clearest[key]
+        against = u.odds.get(clear.column.definition)
+        is_open = clear.column.definition in u.indistinguishable
+        if against is not None and (is_open or against < clear.odds.get(u.column.definition, -inf)):
+            u = u.taken_as(clear.column)
+        shared[key] = u
+    return shared
+
+
+def _score(
+    runs: Sequence[_Sized],
+    understood: Sequence[Understandings],
+    reference: Reference,
+    require: str | Sequence[str],
+) -> tuple[Run, ...]:
+    """The runs, with the definitions that the clearest of `understood` has."""
+    clearest = _clearest(understood)
+    return tuple(
+        Run(
+            scored(run.alignment, reference, require, _shared(own, clearest)),
+            run.step,
+            run.cpu,
+            tolerance=run.tolerance,
+        )
+        for run, own in zip(runs, understood, strict=False)
+    )
+
+
+def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> list[Part]:
+    """Richardson extrapolation of the two finest runs, at the times that both have."""
+    orders = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
+    order = round(float(median(orders))) if orders else 0
+    coarse, fine = (runs[-2], runs[-1]) if len(runs) > 1 else (None, None)
+    if order < 1 or not (coarse and coarse.step and fine and fine.step):
+        return []
+    weight = 1.0 / ((coarse.step / fine.step) ** order - 1.0)
+    by_number = {p.number: p for p in coarse.alignment.parts}
+    parts = []
+    for b in fine.alignment.parts:
+        a = by_number.get(b.number, b.only(()))
+        time, i, j = np.intersect1d(a.time, b.time, return_indices=True)
+        shared = a.values.keys() & b.values.keys()
+        values = {k: b.values[k][j] + weight * (b.values[k][j] - a.values[k][i]) for k in shared}
+        if 2 * len(time) >= len(a.time) and values:
+            parts.append(replace(b, time=time, time_lo=b.time_lo[j], values=values, lo={}))
+    return parts
+
+
+def _disagreement(runs: Sequence[Run]) -> list[Finding]:
+    """Columns that are taken in different ways: perhaps the files are not of one program."""
+    taken: dict[str, set[tuple[str, int, str]]] = {}
+    for (_, key), columns in columns_of(runs).items():
+        ways = (c.as_understood for c in columns if c is not None)
+        taken.setdefault(key, set()).update((u.definition, u.sign, u.unit) for u in ways)
+    different = [key for key, ways in taken.items() if len(ways) > 1]
+    said = (
+        f"{', '.join(different)} of these files have different definitions, signs or units; are "
+        "they of one program?"
+    )
+    return [warning("definitions_differ", said, columns=different)] if different else []
