@@ -1,15 +1,9 @@
 """Commands as the command line takes them, their options, and the completion of both in a shell."""
 
+import argparse
 import os
 import textwrap
-from argparse import (
-    Action,
-    ArgumentError,
-    ArgumentParser,
-    HelpFormatter,
-    Namespace,
-    _SubParsersAction,
-)
+from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from string import Template
@@ -229,7 +223,7 @@ def completion(parser: ArgumentParser, shell: str) -> str:
 def _actions(parser: ArgumentParser) -> Iterator[Action]:
     for action in parser._actions:
         yield action
-        if isinstance(action, _SubParsersAction):
+        if isinstance(action, argparse._SubParsersAction):
             for command in action._choices_actions:
                 # A shell shows it beside the name.
                 action.choices[command.dest].description = command.help

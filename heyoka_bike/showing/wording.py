@@ -255,10 +255,12 @@ def graded(report: Report) -> str:
     return f"{word}, {worst}" if word else worst
 
 
-def verdict(report: Report) -> str:
-    """One line that says what the file is worth."""
-    parts = [graded(report), *caveats(report), requirement_words(report)]
-    return f"{printable(report.file.path)}: {'; '.join(p for p in parts if p)}"
+def verdict(scored: Report | Series) -> str:
+    """One line that says what a file is worth, or a series; see `series_verdict`."""
+    if isinstance(scored, Series):
+        return series_verdict(scored)
+    parts = [graded(scored), *caveats(scored), requirement_words(scored)]
+    return f"{printable(scored.file.path)}: {'; '.join(p for p in parts if p)}"
 
 
 def contents(report: Report) -> str:

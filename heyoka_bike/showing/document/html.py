@@ -87,17 +87,15 @@ def _paragraph(block: doc.Paragraph) -> str:
         said, where = block.link
         text += f'; <a href="#{where}">{escape(said)}</a>'
     note = f" <span>{escape(block.note)}</span>" if block.note else ""
-    style = f' class="{block.style}"' if block.style else ""
-    return f"<p{style}>{sign}{lead}{text}{note}</p>"
+    return f"<p{_class(block.style)}>{sign}{lead}{text}{note}</p>"
 
 
 def _item(item: doc.Item) -> str:
-    style = f' class="{item.style}"' if item.style else ""
     mark = f"<b>{escape(item.mark)}</b> " if item.mark else ""
     text = prose(item.text)
     if item.typed:
         text = f"<code>{escape(item.typed)}</code> <span>{text}</span>"
-    return f"<li{style}>{mark}{text}</li>"
+    return f"<li{_class(item.style)}>{mark}{text}</li>"
 
 
 def _facts(block: doc.Facts) -> str:
@@ -125,7 +123,7 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
 def _table(table: doc.TableBlock, medium: str) -> str:
     """A table that scrolls in its box, what its signs mean, and what else is said below."""
     columns = table.columns_of(medium)
-    top = "".join(f'<th scope="col"{_class(c)}>{_inline(c.heading)}</th>' for _, c in columns)
+    top = "".join(f'<th scope="col"{_class(c.style)}>{_inline(c.heading)}</th>' for _, c in columns)
     body = []
     for row in table.rows:
         (first, _), *others = columns
@@ -151,14 +149,14 @@ def _table(table: doc.TableBlock, medium: str) -> str:
     return found
 
 
-def _class(column: doc.TableColumn) -> str:
-    return f' class="{column.style}"' if column.style else ""
+def _class(style: str) -> str:
+    return f' class="{style}"' if style else ""
 
 
 def _cell(cell: str | doc.Cell, column: doc.TableColumn) -> str:
     if not isinstance(cell, doc.Cell) or cell.grade is None:
         inner = prose(cell) if column.is_prose and isinstance(cell, str) else _inline(cell)
-        return f"<td{_class(column)}>{inner}</td>"
+        return f"<td{_class(column.style)}>{inner}</td>"
     if cell.grade == Grade.UNKNOWN:
         return f'<td class="unknown">{escape(cell.text)}</td>'
     return (

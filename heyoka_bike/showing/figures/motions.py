@@ -10,7 +10,8 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import STATE_INPUTS
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.figures.style import BLACK, BLUE, LINES, drawing, unit
+from heyoka_bike.showing.figures.style import BLACK, BLUE, LINES, drawing
+from heyoka_bike.showing.wording import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +80,7 @@ def maneuver(reference: Reference, numbers: Sequence[int]) -> Figure:
         axes = figure.subplots(3, 2, sharex=True).ravel()
         for ax, (name, label) in zip(axes, _PANELS, strict=False):
             ax.plot(shown.time, shown.rows[name], color=BLUE)
-            ax.set_ylabel(f"{label} [{unit(shown.units, name)}]")
+            ax.set_ylabel(f"{label} [{unit_text(shown.units[name])}]")
         _draw_energies(figure, axes[-1], shown)
         for ax in axes:
             ax.set_xlim(float(shown.time[0]), float(shown.time[-1]))
@@ -136,8 +137,8 @@ def phase(reference: Reference, numbers: Sequence[int]) -> Figure:
                 ax.plot(x, y, color=BLUE, linewidth=1.0)
                 ax.plot(x[:1], y[:1], linestyle="none", label="0 s", **_START)
                 ax.plot(x[-1:], y[-1:], linestyle="none", label=f"{end:g} s", **_END)
-                ax.set_xlabel(f"{across.replace('_', ' ')} [{unit(shown.units, across)}]")
-                ax.set_ylabel(f"{up.replace('_', ' ')} [{unit(shown.units, up)}]")
+                ax.set_xlabel(f"{across.replace('_', ' ')} [{unit_text(shown.units[across])}]")
+                ax.set_ylabel(f"{up.replace('_', ' ')} [{unit_text(shown.units[up])}]")
                 ax.locator_params(nbins=5)
             row[0].set_title(shown.name, loc="left", fontsize=9, parse_math=False)
         grid[0, -1].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False)

@@ -84,11 +84,3 @@ def save(scored: Report | Series, path: str | PathLike[str], name: str | None = 
     refuse_overwriting(scored_files, [file])
     write_output(file, render(scored, found).encode())
     return file
-
-
-def verdict(scored: Report | Series) -> str:
-    """One line that says what the results are worth."""
-    from heyoka_bike.scoring.report import Report
-    from heyoka_bike.showing import wording
-
-    return wording.verdict(scored) if isinstance(scored, Report) else wording.series_verdict(scored)

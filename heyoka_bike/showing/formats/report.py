@@ -9,15 +9,7 @@ from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import (
-    ColumnScore,
-    Convergence,
-    ManeuverScore,
-    Report,
-    Requirement,
-    Series,
-    open_words,
-)
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series, open_words
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import results as charts
@@ -107,7 +99,7 @@ def _of_file(report: Report) -> Iterator[doc.Block]:
     for name, severity in (("Warnings", Severity.WARNING), ("Information", Severity.INFO)):
         some = _findings([f for f in report.said if f.severity == severity])
         yield _folded(name, some, is_open=severity == Severity.WARNING, only=doc.TEXT)
-    yield _folded("Requirements", _requirements(report.requirements), is_open=True)
+    yield _folded("Requirements", _requirements(report), is_open=True)
     if e := report.explanation:
         said = doc.Paragraph(f"{capital(words.sentence(e.says))}.", "said")
         title, curves = "What explains it", doc.Chart(partial(charts.explained, e))
@@ -161,10 +153,10 @@ def _findings(found: Sequence[Finding]) -> doc.Listing:
     return doc.Listing(tuple(items))
 
 
-def _requirements(found: Sequence[Requirement]) -> doc.Listing:
+def _requirements(report: Report) -> doc.Listing:
     """Each requirement with what came of it."""
     items = []
-    for r in found:
+    for r in report.requirements:
         mark = doc.Words("✓ met", "ok") if r.met else doc.Words("✗ FAILED", "FAILED")
         said, style = f"found {words.sentence(r.message)}", "passed" if r.met else "failed"
         items.append(doc.Item(said, style, mark, printable(r.text)))
@@ -454,7 +446,7 @@ def _each_run(series: Series) -> Iterator[doc.Block]:
         is_best = run is best
         name, held = words.run_name(series, run), run.report
         called = words.run_words(run) + (f" ({kind})" if is_best else "")
-        asked = _requirements(held.requirements)
+        asked = _requirements(held)
         is_full = is_best and series.is_one_program
         scored: Callable[[ManeuverScore, bool], doc.Chapter] = _maneuver if is_full else _scores
         content: tuple[doc.Block, ...] = (
@@ -511,9 +503,14 @@ def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
         said += " Floor: what the digits written allow."
     if has_cpu:
         said += " CPU: processor time of the whole run."
+    heads = []
+    for c in columns:
+        quantity = words.label(c.key)
+        folded = doc.Words(quantity, quantity.replace(" ", "\n", 1) + "\n")
+        heads.append(doc.Cell(folded, words.unit_text(c.unit)))
     first = what if series.is_one_program else "program"
     return doc.TableBlock(
-        [first, *["CPU [s]"] * has_cpu, *map(_head, columns)],
+        [first, *["CPU [s]"] * has_cpu, *heads],
         rows,
         f"Convergence of maneuver {maneuver}",
         "numbers",
@@ -521,11 +518,6 @@ def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
         in_parts=True,
         note=doc.Words(said, ""),
     )
-
-
-def _head(c: Convergence) -> doc.Cell:
-    name = words.label(c.key)
-    return doc.Cell(doc.Words(name, name.replace(" ", "\n", 1) + "\n"), words.unit_text(c.unit))
 
 
 def _has_orders(series: Series, maneuver: int) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from heyoka_bike.system.executors import ProcessLimits
+from heyoka_bike.system.jobs import ProcessLimits
 
 _MB = 1_000_000
 
