@@ -13,9 +13,8 @@ from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity, named
-from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Run, Series
-from heyoka_bike.scoring.verdict import CLOSE_DIGITS, RIGHT_DIGITS
+from heyoka_bike.scoring.verdict import CLOSE_DIGITS, MOST_DIGITS, RIGHT_DIGITS
 from heyoka_bike.scoring.verdict import Grade as Grade
 from heyoka_bike.version import __version__
 

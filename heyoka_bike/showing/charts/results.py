@@ -9,7 +9,6 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import (
     ColumnScore,
     Curve,
@@ -19,6 +18,7 @@ from heyoka_bike.scoring.report import (
     Series,
     odds_words,
 )
+from heyoka_bike.scoring.verdict import TOLERANCE
 from heyoka_bike.showing.charts import chart as draw
 from heyoka_bike.showing.charts.chart import ChartAxis, Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.document.html import prose
