@@ -31,8 +31,7 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("html",), "")
     which = "show this one, which a file of one maneuver then holds (default: all)"
-    options.add_arguments(p, {"--maneuver N": which})
-    options.add_reference(p)
+    options.add_arguments(p, {"--maneuver N": which, **options.REFERENCE})
 
 
 def run(args: argparse.Namespace) -> int:

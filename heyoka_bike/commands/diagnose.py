@@ -31,8 +31,7 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__, files)
     options.add_format(p, ("text", "json"))
     maneuver = {"--maneuver N": "maneuver that a file of one maneuver holds"}
-    options.add_arguments(p, maneuver | options.COLUMNS)
-    options.add_reference(p)
+    options.add_arguments(p, maneuver | options.COLUMNS | options.REFERENCE)
     options.add_workers(p)
 
 

@@ -67,9 +67,9 @@ def add_parser(subparsers: Any) -> None:
         "--columns NAMES": "names separated by commas, or all (default: the eight of the benchmark "
         "in their default definitions)",
         "--digits N": "of csv: 17 (default) or 32",
+        **options.REFERENCE,
     }
     options.add_arguments(p, others, maneuver={"type": int}, digits={"type": int})
-    options.add_reference(p)
 
 
 def run(args: argparse.Namespace) -> int:

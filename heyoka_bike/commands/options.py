@@ -95,13 +95,8 @@ COLUMNS = {
     "--columns NAMES": "what the columns of a file are, in its order, whatever their names there: "
     "time,roll_angle,m2_steer_angle,...; - for one that is left out"
 }
+REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
 """Arguments that several commands have."""
-
-
-def add_reference(parser: ArgumentParser, of: str = "") -> None:
-    """Add ``--reference``."""
-    said = f"folder of a reference set{of} (default: the published one)"
-    add_arguments(parser, {"--reference DIR": said})
 
 
 def add_workers(parser: ArgumentParser) -> None:
@@ -131,10 +126,8 @@ def lists(parser: ArgumentParser, dest: str, words: Iterable[str]) -> None:
     vars(action)["words"] = tuple(words)
 
 
-def add_verbose(parser: ArgumentParser) -> None:
-    """Add ``--verbose``, which `telling` takes."""
-    said = "say on standard error what is done; twice, why so"
-    parser.add_argument("-v", "--verbose", action="count", default=0, help=said)
+VERBOSE = {"-v --verbose": "say on standard error what is done; twice, why so"}
+"""Which `telling` takes."""
 
 
 def telling(args: Namespace) -> AbstractContextManager[None]:

@@ -78,8 +78,7 @@ def add_parser(subparsers: Any) -> None:
         "names); files of one name hold different maneuvers of one program",
         "--cpu S": "processor time of each file [s], separated by commas",
     }
-    options.add_arguments(p, how)
-    options.add_reference(p)
+    options.add_arguments(p, how | options.REFERENCE)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -200,17 +200,19 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
         ("bicycle.content_sha256", reference.content_sha256),
     ]
     for m in scored.maneuvers:
-        digits = [c.as_understood.measures.scd for c in m.columns]
-        known = [x for x in digits if x is not None]
-        if known:
-            found.append((f"bicycle.{m.maneuver}.scd", f"{min(known):.3f}"))
-        for c, scd in zip(m.columns, digits, strict=True):
+        if m.worst:
+            found.append((f"bicycle.{m.maneuver}.scd", f"{m.worst.scd:.3f}"))
+        for c in m.columns:
             where = f"bicycle.{m.maneuver}.{c.key}"
-            if scd is not None:
-                found.append((f"{where}.scd", f"{scd:.3f}"))
-            taken = ", ".join((c.as_understood.definition, *words.notes(c)))
-            found.append((f"{where}.definition", taken))
+            if c.scd is not None:
+                found.append((f"{where}.scd", f"{c.scd:.3f}"))
+            found.append((f"{where}.definition", _taken(c)))
     return found
+
+
+def _taken(c: ColumnScore) -> str:
+    """The definition that fits, and what else the column was taken for."""
+    return ", ".join((c.definition, *words.notes(c)))
 
 
 def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
@@ -242,7 +244,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     lines.append("")
     entries = list(_explained(parse(failed[0].text), scored))
     for m in scored.maneuvers:
-        digits = (f"{c.key} {words.one_decimal(c.as_understood.measures.scd)}" for c in m.columns)
+        digits = (f"{c.key} {words.one_decimal(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
     entries += [("warning", f.message) for f in scored.findings if f.severity == Severity.WARNING]
     short = [r for r in failed if parse(r.text).metric == "coverage"]
@@ -279,14 +281,14 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     if not about:
         return
     m, c = max(about, key=lambda x: _badness(p, x[1]))
-    measures, trace = c.as_understood.measures, c.trace
+    trace = c.trace
     at = int(np.argmax(np.abs(trace.error)))
     yield (
         "worst column",
         f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
-        f"{words.in_unit(words.number(measures.max_abs_error), c.unit)}, "
-        f"{words.number(measures.max_rel_error)} of its scale "
-        f"(scd {words.one_decimal(measures.scd)})",
+        f"{words.in_unit(words.number(c.max_abs_error), c.unit)}, "
+        f"{words.number(c.max_rel_error)} of its scale "
+        f"(scd {words.one_decimal(c.scd)})",
     )
     yield (
         "worst row",
@@ -306,8 +308,8 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
 
 
 def _taken_as(c: ColumnScore) -> str:
-    """The definition that fits, and what else the column was taken for."""
-    taken = ", ".join((c.as_understood.definition, *words.notes(c)))
+    """As `_taken`, and whether that is the default or others fit as well."""
+    taken = _taken(c)
     remarks = ["the default"] if words.is_default(c) else []
     if c.indistinguishable:
         remarks.append(f"{' and '.join(c.indistinguishable)} fit as well")

@@ -38,9 +38,10 @@ def add_parser(subparsers: Any) -> None:
         "--costs": "how the time grows with the digits, up to 1000, and with the duration, up to "
         "10,000 s (about ten minutes)",
         "--quick": f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
+        "--reference DIR": "folder of a reference set of the benchmark (default: the published "
+        "one)",
     }
     options.add_arguments(p, what)
-    options.add_reference(p, " of the benchmark")
 
 
 def run(args: argparse.Namespace) -> int:
