@@ -26,8 +26,7 @@ from heyoka_bike.bicycle.equations.initial import few_product_state, initial_sta
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision

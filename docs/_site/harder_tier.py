@@ -22,8 +22,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main as command
 from heyoka_bike.errors import NothingScoredError
-from heyoka_bike.motion.expressions import Expressions, require_heyoka
-from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.motion.integrate import Expressions, require_heyoka, right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
@@ -32,7 +31,7 @@ from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import START, UNKNOWNS, load_sensitivities
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import find_input, reference_folder
 

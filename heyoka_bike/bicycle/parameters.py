@@ -394,7 +394,7 @@ def _read_value(
     """Read a number, alone or in a table with its unit and maybe its standard deviation."""
     key = str(where[-1])
     if not isinstance(entry, dict):
-        return _number(source, key, entry, where), None
+        return source.number(entry, key, where), None
     source.refuse_unknown(entry, known, where)
     if "value" not in entry:
         raise source.error(f"{key}: found a table without 'value', expected one", where)
@@ -408,7 +408,8 @@ def _read_value(
         raise source.error(f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit"))
 
     def in_si(name: str, what: str) -> Exact:
-        x, at = _number(source, what, entry[name], (*where, name)), (*where, name)
+        at = (*where, name)
+        x = source.number(entry[name], what, at)
         if not (x.is_rational or size.is_rational):
             message = f"{what}: found {_show(x)}, expected a number without pi in this unit"
             raise source.error(message, at)
@@ -433,17 +434,6 @@ def _read_value(
     if expected:
         raise source.error(f"{what}: found {_show(x)}{expected}", (*where, "uncertainty"))
     return value, x
-
-
-def _number(source: TomlSource, key: str, entry: object, where: Where) -> Exact:
-    if isinstance(entry, bool) or not isinstance(entry, int | str):
-        raise source.error(
-            f"{key}: found {kind(entry)}, expected a number as a decimal string", where
-        )
-    try:
-        return Exact.parse(str(entry))
-    except ValueError as e:
-        raise source.error(f"{key}: {e}", where) from None
 
 
 def _check_range(

@@ -114,22 +114,22 @@ class TomlSource:
             (*where, key),
         )
 
-    def positive(self, tree: dict[str, Any], key: str, where: Where) -> float:
-        """The positive decimal under `key`: text, or a whole number."""
-        entry = tree[key]
-        if isinstance(entry, int) and not isinstance(entry, bool):
-            entry = str(entry)
-        if not isinstance(entry, str):
-            message = f"{key}: found {kind(entry)}, expected a decimal number"
-            raise self.error(message, (*where, key))
+    def number(self, entry: object, what: str, where: Where) -> Exact:
+        """The number that an entry is: text, or a whole number."""
+        if isinstance(entry, bool) or not isinstance(entry, int | str):
+            found = f"found {kind(entry)}, expected a number as a decimal string"
+            raise self.error(f"{what}: {found}", where)
         try:
-            value = float(Exact.parse(entry))
+            return Exact.parse(str(entry))
         except ValueError as e:
-            raise self.error(f"{key}: {e}", (*where, key)) from None
+            raise self.error(f"{what}: {e}", where) from None
+
+    def positive(self, tree: dict[str, Any], key: str, where: Where) -> float:
+        """The positive number under `key`."""
+        value = float(self.number(tree[key], key, (*where, key)))
         if value <= 0:
-            raise self.error(
-                f"{key}: found {quoted(entry)}, expected more than zero", (*where, key)
-            )
+            found = f"found {quoted(str(tree[key]))}, expected more than zero"
+            raise self.error(f"{key}: {found}", (*where, key))
         return value
 
     def refuse_unknown(

@@ -37,7 +37,7 @@ def read(
     file: str, maneuver: int | None, reference: Reference, columns: str | None = None
 ) -> Results:
     """Read a result file, with a word on the terminal if that takes long."""
-    from heyoka_bike.scoring.reading import read_results
+    from heyoka_bike.scoring.reading.source import read_results
 
     is_long = os.path.isfile(file) and os.path.getsize(file) > _LONG
     with patience(f"reading {file}") if is_long else nullcontext():

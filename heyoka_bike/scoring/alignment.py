@@ -185,29 +185,28 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
         raise InputError(f"found {found}, expected files of different maneuvers")
     if len(alignments) == 1:
         return alignments[0]
+    files = [a.file for a in alignments]
+    formats = list(dict.fromkeys(f.format for f in files))
+    # Arrays have no names of their own.
+    paths = (
+        dict.fromkeys(f.path for f in files) if formats == ["array"] else [f.path for f in files]
+    )
+    digits = [f.significant_digits for f in files if f.significant_digits is not None]
     return Alignment(
-        file=_one_file([a.file for a in alignments]),
+        file=FileInfo(
+            path=", ".join(paths),
+            format=", ".join(formats),
+            rows=sum(f.rows for f in files),
+            t_start=min(f.t_start for f in files),
+            t_end=max(f.t_end for f in files),
+            significant_digits=min(digits, default=None),
+        ),
         parts=tuple(sorted((p for a in alignments for p in a.parts), key=lambda p: p.number)),
         findings=tuple(
             replace(f, message=f"{a.file.path}: {f.message}")
             for a in alignments
             for f in a.findings
         ),
-    )
-
-
-def _one_file(files: Sequence[FileInfo]) -> FileInfo:
-    formats = list(dict.fromkeys(f.format for f in files))
-    paths = [f.path for f in files]
-    digits = [f.significant_digits for f in files if f.significant_digits is not None]
-    return FileInfo(
-        # Arrays have no names of their own.
-        path=", ".join(dict.fromkeys(paths) if formats == ["array"] else paths),
-        format=", ".join(formats),
-        rows=sum(f.rows for f in files),
-        t_start=min(f.t_start for f in files),
-        t_end=max(f.t_end for f in files),
-        significant_digits=min(digits, default=None),
     )
 
 
@@ -250,7 +249,17 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     open_ = {key: keys for rows in results.maneuvers for key, keys in rows.may_be.items()}
     if not open_:
         return results
-    far = _evidence(results, reference, open_)
+    taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
+    known = reference[1].definitions.keys() - taken
+    # How far each column is from each meaning that no other column surely has.
+    far = {
+        key: {
+            k: _how_far(results, reference, key, k)
+            for k in dict.fromkeys((key, *keys))
+            if k == key or k in known
+        }
+        for key, keys in open_.items()
+    }
     # Of equals the first, which is as the names have it.
     best = min(
         (c for c in product(*far.values()) if len(set(c)) == len(c)),
@@ -268,22 +277,6 @@ def _as_meant(results: Results, reference: Reference) -> Results:
             findings.append(info("meant_by_values", said, column=k, may_be=list(open_[key])))
     maneuvers = tuple(_renamed(rows, meant) for rows in results.maneuvers)
     return replace(results, maneuvers=maneuvers, findings=tuple(findings))
-
-
-def _evidence(
-    results: Results, reference: Reference, open_: Mapping[str, Sequence[str]]
-) -> dict[str, dict[str, float]]:
-    """Return the distance of each column from each meaning that no other column surely has."""
-    taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
-    known = reference[1].definitions.keys() - taken
-    return {
-        key: {
-            k: _how_far(results, reference, key, k)
-            for k in dict.fromkeys((key, *keys))
-            if k == key or k in known
-        }
-        for key, keys in open_.items()
-    }
 
 
 def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:
@@ -336,7 +329,11 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
     if distance[nearest] >= _FAR:
         orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
         if orders:
-            return min(orders, key=lambda n: _distance(_in_order(parts[n], orders[n])))
+            moved = {
+                n: {order[key]: x for key, x in parts[n].values.items() if key in order}
+                for n, order in orders.items()
+            }
+            return min(moved, key=lambda n: _distance(replace(parts[n], values=moved[n])))
     # The same factor that tells definitions apart.
     if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
         option = "maneuver=N" if results.format == "array" else "--maneuver N"
@@ -402,10 +399,6 @@ def _another_order(part: Part) -> dict[str, str]:
     return order if is_moved and {*order.values()} == {*keys} else {}
 
 
-def _in_order(part: Part, order: Mapping[str, str]) -> Part:
-    return replace(part, values={order[key]: x for key, x in part.values.items() if key in order})
-
-
 def _distances(rows: Rows, reference: Reference, numbers: Iterable[int]) -> dict[int, float]:
     """Return the distance of the rows from each of the maneuvers, see `_distance`."""
     return {n: _distance(_within(rows, n, reference[n])[0]) for n in numbers}
@@ -440,22 +433,17 @@ def _within(
     rows: Rows, number: int, reference: ReferenceManeuver
 ) -> tuple[Part, tuple[Finding, ...]]:
     """The rows within the run; nothing is extrapolated."""
-    end = reference.duration
-    end_hi = float(end)
-    end_lo = float(end - Fraction(end_hi))
-    hi, lo = rows.time, rows.time_lo
-    early = (hi < 0) | ((hi == 0) & (lo < 0))
-    late = (hi > end_hi) | ((hi == end_hi) & (lo > end_lo))
-    late &= hi > end_hi * (1 + SUMMED)
-    keep = ~(early | late)
+    end, hi = float(reference.duration), rows.time
+    is_early = (hi < 0) | ((hi == 0) & (rows.time_lo < 0))
+    keep = ~(is_early | (hi > end * (1 + SUMMED)))
     findings = []
     if not keep.all():
         left_out = hi[~keep]
         count, first, last = len(left_out), float(left_out.min()), float(left_out.max())
         said = (
             f"{count} row{'s' if count > 1 else ''} with times from {first:.6g} to {last:.6g} s "
-            f"left out: the reference covers 0 to {end_hi:g} s and nothing is extrapolated"
-            f"{_milliseconds(hi, end_hi)}"
+            f"left out: the reference covers 0 to {end:g} s and nothing is extrapolated"
+            f"{_milliseconds(hi, end)}"
         )
         findings.append(warning("time_outside", said, rows=count, t_first=first, t_last=last))
 
@@ -473,7 +461,7 @@ def _within(
         number=number,
         reference=reference,
         time=hi[inside],
-        time_lo=lo[inside],
+        time_lo=rows.time_lo[inside],
         values=values,
         lo={key: rest[inside] for key, rest in rows.lo.items()},
         quantum=rows.quantum,

@@ -160,7 +160,9 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
         having = [s for s in samples if key in s.values]
         if having:
             found[key] = _choose(key, having, found)
-    _share_the_unit_of_energies(found)
+    # The kinetic energy has no zero to choose, so its unit is the surest.
+    energies = [key for key in _ENERGIES if key in found]
+    found.update({key: replace(found[key], unit=found[energies[0]].unit) for key in energies})
     _find_offset(found, samples)
     return found
 
@@ -346,12 +348,6 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
 
-def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
-    """The kinetic energy has no zero to choose, so its unit is the surest."""
-    having = [key for key in _ENERGIES if key in found]
-    found.update({key: replace(found[key], unit=found[having[0]].unit) for key in having})
-
-
 def accuracy(
     sample: Sample,
     found: Understandings,
@@ -444,13 +440,10 @@ def _with_offset(
     # What is left must be an error of the motion, not all of it.
     is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
-    fits = all(_explained(k, before[k], v, samples) >= _CLEARLY for k, v in moved.items())
+    # The typical error falls by that much in each maneuver.
+    fits = all(
+        a / b >= _CLEARLY
+        for k, v in moved.items()
+        for a, b in zip(_typical(k, before[k], samples), _typical(k, v, samples), strict=True)
+    )
     return moved if is_zero and fits else {}
-
-
-def _explained(
-    key: str, before: Understanding, after: Understanding, samples: Sequence[Sample]
-) -> float:
-    """Least factor, over the maneuvers, by which the typical error falls."""
-    pairs = zip(_typical(key, before, samples), _typical(key, after, samples), strict=True)
-    return min(a / b for a, b in pairs)

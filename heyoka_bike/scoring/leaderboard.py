@@ -40,7 +40,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource, kind
 from heyoka_bike.errors import BicycleError, InputError, quoted
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.findings import named
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system import jobs
@@ -289,22 +289,16 @@ def leaderboard(
             refused.append(str(e))
         progress(i / len(files) * (_SCORING if finish else 1.0))
     if finish:
-        entries = _finished(entries, known, finish, progress)
+        inputs = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
+        share = 1.0 - _SCORING
+        reports = side_by_side(
+            finish, inputs, done=lambda n: progress(_SCORING + share * n / len(inputs))
+        )
+        entries = [replace(e, report=r) for e, r in zip(entries, reports, strict=True)]
     entries.sort(key=lambda e: (-e.digits, e.submission.name))
     by_problem = {p: tuple(e for e in entries if e.submission.problem == p) for p in PROBLEMS}
     held = {problem: found for problem, found in by_problem.items() if found}
     return Leaderboard(held, tuple(refused), references[0].dataset_version)
-
-
-def _finished(
-    entries: Sequence[Entry], known: References, finish: Finish, progress: Callable[[float], None]
-) -> list[Entry]:
-    def done(count: int) -> None:
-        progress(_SCORING + (1.0 - _SCORING) * count / len(entries))
-
-    asked = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
-    reports = side_by_side(finish, asked, done=done)
-    return [replace(e, report=report) for e, report in zip(entries, reports, strict=True)]
 
 
 def _refuse(found: str, expected: str, file: str | Path | None) -> InputError:

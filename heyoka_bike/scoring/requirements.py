@@ -129,7 +129,9 @@ def _values(r: Parsed, report: Report) -> list[tuple[float, str]]:
         if r.column in (None, c.key)
     ]
     if not values:
-        where = "reference" if _is_left_out(r.column, report) else "file"
+        said = (f for f in report.findings if f.code == "columns_without_reference")
+        is_known = any(r.column in f.evidence["columns"] for f in said)
+        where = "reference" if is_known else "file"
         raise _NotMetError(f"{r.column or 'no column'} is not in the {where}")
     return values
 
@@ -181,15 +183,6 @@ def _left_out(r: Parsed, report: Report) -> str:
         numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*unfilled, strict=True))
         return f"maneuver {numbers}, {keys}: never filled in"
     return f"{named(beside)}: one too many, and not compared" if beside else ""
-
-
-def _is_left_out(column: str | None, report: Report) -> bool:
-    """True if the file has a column that the reference does not."""
-    return any(
-        column in f.evidence["columns"]
-        for f in report.findings
-        if f.code == "columns_without_reference"
-    )
 
 
 def _why_missing(c: ColumnScore) -> str:

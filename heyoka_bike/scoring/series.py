@@ -40,7 +40,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED, Column
 from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.double import median
+from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
@@ -84,23 +84,17 @@ def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, {"run"}, ())
-    return tuple(
-        _read_run(source, table, i, Path(path).parent)
-        for i, table in enumerate(source.tables("run"))
-    )
-
-
-def _read_run(source: TomlSource, table: dict[str, Any], index: int, folder: Path) -> ListedRun:
-    where = ("run", index)
-    source.refuse_unknown(table, _ENTRIES, where, ("file",))
-    file = source.line_of_text(table, "file", where, limit=4000)
-    return ListedRun(
-        file=folder / file,
-        **{
+    found = []
+    for i, table in enumerate(source.tables("run")):
+        where = ("run", i)
+        source.refuse_unknown(table, _ENTRIES, where, ("file",))
+        file = source.line_of_text(table, "file", where, limit=4000)
+        given = {
             key: source.positive(table, key, where) if key in table else None
             for key in ("step", "cpu", "tolerance")
-        },
-    )
+        }
+        found.append(ListedRun(Path(path).parent / file, **given))
+    return tuple(found)
 
 
 # An error of up to this many floors is rounding, not the integrator's.
@@ -141,11 +135,16 @@ def _converge(
     maneuver: int, key: str, columns: Sequence[ColumnScore | None], steps: Sequence[float | None]
 ) -> Convergence:
     sized = list(zip(columns, steps, strict=True))
-    orders = tuple(_order(*coarse, *fine) for coarse, fine in pairwise(sized))
+    orders = tuple(_order(*both) for both in pairwise(sized))
     (coarse, step), (fine, next_step) = sized[-2:]
     extrapolated = None
     if coarse and fine and step and next_step and (order := round(orders[-1] or 0.0)) >= 1:
-        extrapolated = _richardson(coarse, fine, (step / next_step) ** order)
+        e1, e2 = _errors_of_both(coarse, fine)
+        # A few common times show nothing of the others.
+        if 2 * len(e1) >= len(coarse.trace.time):
+            # The extrapolation is linear, so it may be done on the errors themselves.
+            rest = e2 + (e2 - e1) / ((step / next_step) ** order - 1.0)
+            extrapolated = float(np.max(np.abs(rest)))
     last = next(c for c in reversed(columns) if c is not None)
     return Convergence(
         maneuver=maneuver,
@@ -159,13 +158,13 @@ def _converge(
     )
 
 
-def _order(
-    coarse: ColumnScore | None,
-    step: float | None,
-    fine: ColumnScore | None,
-    next_step: float | None,
-) -> float | None:
+# A column of a run, and the step or tolerance of that.
+_OfRun = tuple[ColumnScore | None, float | None]
+
+
+def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
     """log(e1 / e2) / log(h1 / h2); None where an error is rounding only."""
+    (coarse, step), (fine, next_step) = of_coarse, of_fine
     if coarse is None or fine is None or step is None or next_step is None:
         return None
     before, after = coarse.max_abs_error, fine.max_abs_error
@@ -176,36 +175,10 @@ def _order(
     return log(before / after) / log(step / next_step)
 
 
-def _richardson(coarse: ColumnScore, fine: ColumnScore, ratio: float) -> float | None:
-    """Largest error of the extrapolated values at the times that both runs have.
-
-    The extrapolation is linear, so it may be done on the errors themselves.
-    """
-    _, i, j = np.intersect1d(coarse.trace.time, fine.trace.time, return_indices=True)
-    # A few common times show nothing of the others.
-    if 2 * len(i) < len(coarse.trace.time):
-        return None
-    e1, e2 = coarse.trace.error[i], fine.trace.error[j]
-    return float(np.max(np.abs(e2 + (e2 - e1) / (ratio - 1.0))))
-
-
-def nothing_shared(convergence: Sequence[Convergence], what: str) -> list[Finding]:
-    """A warning if no column is in two of the files or programs."""
-    said = f"no maneuver has a column that two of the {what}"
-    return [] if convergence else [warning("no_shared_columns", said)]
-
-
-def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> list[Finding]:
-    """Say what the errors of a series tell of its program, the coarsest run first."""
-    pairs = _pairs(runs)
-    is_of_tolerances = bool(runs) and runs[-1].step is None
-    what = "tolerance" if is_of_tolerances else "step"
-    exponents = [p.exponent for p in pairs if p.exponent > _FALLS]
-    return [
-        *_orders(convergence),
-        *(_exponent(exponents) if is_of_tolerances and exponents else ()),
-        *_staying([p for p in pairs if p.exponent <= _FALLS], what),
-    ]
+def _errors_of_both(a: ColumnScore, b: ColumnScore) -> tuple[Array, Array]:
+    """Errors of a column in two runs, at the times of both."""
+    _, i, j = np.intersect1d(a.trace.time, b.trace.time, return_indices=True)
+    return a.trace.error[i], b.trace.error[j]
 
 
 _OF_ROUNDING = "limited_by_rounding"
@@ -222,77 +195,44 @@ _STAYS = {
 """Sentences about errors that stay, by the code of the finding."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Pair:
-    """A column of the two finest runs.
-
-    Attributes
-    ----------
-    place
-        Maneuver and column ("2.roll_angle").
-    exponent
-        Of the step or tolerance, with which the error falls.
-    error
-        What is left, of the scale.
-    is_same
-        Whether both runs have the same error.
-    """
-
-    place: str
-    exponent: float
-    error: float
-    is_same: bool
-
-    @property
-    def code(self) -> str:
-        """Of what is found if the error does not fall."""
-        if self.error < ROUNDING:
-            return _OF_ROUNDING
-        return "error_stays" if self.is_same else "noise_does_not_fall"
-
-
-def _pairs(runs: Sequence[Run]) -> list[_Pair]:
-    """Columns of the two finest runs whose error is not that of the digits written."""
+def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator[Finding]:
+    """Say what the errors of a series tell of its program, the coarsest run first."""
+    yield from _orders(convergence)
     sizes = [run.tolerance if run.step is None else run.step for run in runs[-2:]]
     if len(sizes) < 2 or sizes[0] is None or sizes[1] is None or sizes[0] <= sizes[1]:
-        return []
-    found = []
+        return
+    exponents: list[float] = []
+    staying: dict[str, dict[str, float]] = {code: {} for code in _STAYS}
     for (maneuver, key), (a, b) in columns_of(runs[-2:]).items():
-        exponent = _order(a, sizes[0], b, sizes[1])
-        if a and b and exponent is not None:
-            error = b.max_rel_error or 0.0
-            found.append(_Pair(f"{maneuver}.{key}", exponent, error, _is_same(a, b)))
-    return found
-
-
-def _is_same(a: ColumnScore, b: ColumnScore) -> bool:
-    """True if the error of two runs is the same curve at the times of both."""
-    _, i, j = np.intersect1d(a.trace.time, b.trace.time, return_indices=True)
-    if not len(i):
-        return False
-    return rms(a.trace.error[i] - b.trace.error[j]) < _SAME * rms(b.trace.error[j])
-
-
-def _exponent(found: Sequence[float]) -> Iterator[Finding]:
-    """Say with which power the errors follow the tolerance."""
-    exponent = float(median(found))
-    how = "in proportion to the tolerance"
-    if abs(exponent - 1) > _PROPORTION:
-        how = f"like the tolerance to the power {exponent:.1f}"
-    said = f"the error falls {how}: exponent {exponent:.2f} ({_spread(found)})"
-    yield info("tolerance", said, exponent=exponent, least=min(found), most=max(found))
-
-
-def _staying(stay: Sequence[_Pair], what: str) -> Iterator[Finding]:
-    """Errors that do not fall: rounding, noise, or the model."""
-    for code, says in _STAYS.items():
-        if pairs := [p for p in stay if p.code == code]:
-            is_fine = code == _OF_ROUNDING
-            places, worst = [p.place for p in pairs], max(p.error for p in pairs)
-            error = f"{worst:.1g}" if is_fine else f"up to {worst:.1g}"
-            said = f"{named(places, _NAMED)}: the error, {error} of the scale{says.format(what)}"
+        exponent = _order((a, sizes[0]), (b, sizes[1]))
+        if a is None or b is None or exponent is None:
+            continue
+        if exponent > _FALLS:
+            exponents.append(exponent)
+            continue
+        error = b.max_rel_error or 0.0
+        code = "error_stays" if _is_same(*_errors_of_both(a, b)) else "noise_does_not_fall"
+        staying[_OF_ROUNDING if error < ROUNDING else code][f"{maneuver}.{key}"] = error
+    what = "tolerance" if runs[-1].step is None else "step"
+    if exponents and what == "tolerance":
+        exponent = float(median(exponents))
+        how = "in proportion to the tolerance"
+        if abs(exponent - 1) > _PROPORTION:
+            how = f"like the tolerance to the power {exponent:.1f}"
+        said = f"the error falls {how}: exponent {exponent:.2f} ({_spread(exponents)})"
+        yield info(what, said, exponent=exponent, least=min(exponents), most=max(exponents))
+    for code, errors in staying.items():
+        if errors:
+            places, worst, is_fine = list(errors), max(errors.values()), code == _OF_ROUNDING
+            size = f"{worst:.1g}" if is_fine else f"up to {worst:.1g}"
+            said = f"{named(places, _NAMED)}: the error, {size} of the scale"
             find = info if is_fine else warning
-            yield find(code, said, columns=places, max_rel_error=worst)
+            yield find(code, said + _STAYS[code].format(what), columns=places, max_rel_error=worst)
+
+
+def _is_same(a: Array, b: Array) -> bool:
+    """True if the errors of two runs are the same curve."""
+    return bool(len(a)) and rms(a - b) < _SAME * rms(b)
 
 
 def _spread(found: Sequence[float]) -> str:
@@ -436,9 +376,11 @@ def side_by_side(
     )
     # Programs have no step in common, and each its own digits: only the errors are side by side.
     errors = tuple(replace(c, floor=None) for c in converge(programs))
-    nothing = nothing_shared(errors, "programs share: nothing is side by side")
-    findings = (*nothing, *_maneuvers(programs), *_defined(programs))
-    return Series(programs, errors, findings, is_one_program=False)
+    findings = [*_maneuvers(programs), *_defined(programs)]
+    if not errors:
+        said = "no maneuver has a column that two of the programs share: nothing is side by side"
+        findings.insert(0, warning("no_shared_columns", said))
+    return Series(programs, errors, tuple(findings), is_one_program=False)
 
 
 def _file_names(files: Sequence[Alignment]) -> list[str]:
@@ -597,8 +539,8 @@ def _series(
     unknown: Sequence[float | None] = [None] * len(files)
     steps, tolerances, cpu = told["step"], told["tolerance"], told["cpu"]
     is_told = steps is not None or tolerances is not None
-    apart = unknown if is_told else [_rows_apart(a) for a in files]
-    runs = _runs(files, steps or apart, tolerances or unknown, cpu or unknown)
+    by_rows = unknown if is_told else [_rows_apart(a) for a in files]
+    runs = _runs(files, steps or by_rows, tolerances or unknown, cpu or unknown)
     told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
     if told_by:
         runs.sort(key=lambda run: -getattr(run, told_by[0]))
@@ -606,7 +548,13 @@ def _series(
         runs = [run._replace(step=None) for run in runs]
     findings: list[Finding] = []
     if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
-        findings.append(_steps_unknown(is_told))
+        apart = "the rows of several files are equally far apart"
+        said = (
+            f"{'several files are given as alike' if is_told else apart}, so the step sizes do not "
+            "tell the runs apart; give those of the integrator (--step) to see the order of "
+            "convergence, or the tolerances of its solver (--tolerance)"
+        )
+        findings.append(warning("steps_unknown", said))
     understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
     convergence = converge(found)
@@ -616,20 +564,14 @@ def _series(
     if _definitions(understood_better) != _definitions(understood):
         found = _score(runs, understood_better, known, require)
         convergence = converge(found)
-    findings += nothing_shared(convergence, "files share; those of one run go in one file")
+    if not convergence:
+        said = (
+            "no maneuver has a column that two of the files share; those of one run go in one file"
+        )
+        findings.append(warning("no_shared_columns", said))
     findings += _disagreement(found)
     findings += falling(found, convergence)
     return Series(found, convergence, tuple(findings))
-
-
-def _steps_unknown(is_told: bool) -> Finding:
-    apart = "the rows of several files are equally far apart"
-    why = "several files are given as alike" if is_told else apart
-    said = (
-        f"{why}, so the step sizes do not tell the runs apart; give those of the integrator "
-        "(--step) to see the order of convergence, or the tolerances of its solver (--tolerance)"
-    )
-    return warning("steps_unknown", said)
 
 
 class _Sized(NamedTuple):
@@ -643,12 +585,8 @@ class _Sized(NamedTuple):
 
 def _rows_apart(a: Alignment) -> float | None:
     """Median distance of the rows [s]."""
-    steps = []
-    for p in a.parts:
-        apart = np.diff(p.time) + np.diff(p.time_lo)
-        if (apart > 0).any():
-            steps.append(float(median(apart[apart > 0])))
-    return min(steps) if steps else None
+    each = (np.diff(p.time) + np.diff(p.time_lo) for p in a.parts)
+    return min((float(median(x[x > 0])) for x in each if (x > 0).any()), default=None)
 
 
 def _are_unknown(steps: Sequence[float | None]) -> bool:

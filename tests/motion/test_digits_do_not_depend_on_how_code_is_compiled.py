@@ -4,7 +4,7 @@ import h5py
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import require_heyoka
 from heyoka_bike.reference.manifest import read_manifest
 
 pytestmark = pytest.mark.proof

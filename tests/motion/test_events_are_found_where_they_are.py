@@ -22,8 +22,7 @@ from heyoka_bike.motion.events import (
     follow,
     zeros,
 )
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.integrate import integrate, right_hand_side
+from heyoka_bike.motion.integrate import integrate, require_heyoka, right_hand_side
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 
 ROWS = 11
 # Of maneuver, row and column; the times are the same for all.

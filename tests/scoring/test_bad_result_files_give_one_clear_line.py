@@ -18,10 +18,10 @@ import pytest
 import scipy.io
 
 from heyoka_bike.errors import InputError, MissingPackageError
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading import request as reading
 from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.formats import libraries, listed
+from heyoka_bike.scoring.reading.source import read_results
 
 ROW = [f"{i}.5" for i in range(25)]
 NAMES = "time roll_angle roll_rate forward_speed"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 
 ROWS = np.arange(9.0)

@@ -5,8 +5,8 @@ import pytest
 from support.made_results import codes, made
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 
 ENERGIES = ("potential_energy", "kinetic_energy", "mechanical_energy")

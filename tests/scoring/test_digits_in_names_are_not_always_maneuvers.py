@@ -5,7 +5,7 @@ import pytest
 from support.numbered_columns import found, written
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.reading.source import read_results
 
 RNG = np.random.default_rng(1)
 COUNT = 300

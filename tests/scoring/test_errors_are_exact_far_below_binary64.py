@@ -9,8 +9,8 @@ from support.made_results import column, exact_columns, made, rows
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.measures import FEW
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 
 

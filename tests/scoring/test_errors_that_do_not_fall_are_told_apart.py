@@ -8,7 +8,7 @@ from support.made_results import codes, made, smooth_error
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.series import score_files, score_series
 from heyoka_bike.system.resources import data_folder

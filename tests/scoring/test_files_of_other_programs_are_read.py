@@ -12,7 +12,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import MissingPackageError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 
 HERE = Path(__file__).parent / "written"
 FILES = sorted(p.name for p in HERE.iterdir() if not p.stem.startswith("write"))

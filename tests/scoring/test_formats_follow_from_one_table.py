@@ -6,11 +6,12 @@ import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, MissingPackageError
-from heyoka_bike.scoring.reading import formats, read_results, source
+from heyoka_bike.scoring.reading import formats, source
 from heyoka_bike.scoring.reading.formats import FORMATS, Format, listed
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.reading.text import read_text
 from heyoka_bike.workbench.serving import pages
-from heyoka_bike.workbench.serving.limits import Limits
+from heyoka_bike.workbench.serving.tasks import Limits
 
 MAGIC = b"MBSIM 1\n"
 ROWS = b"time roll steer\n" + b"".join(b"%d 0.5 0.25\n" % i for i in range(5))

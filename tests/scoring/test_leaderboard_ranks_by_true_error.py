@@ -13,7 +13,7 @@ from heyoka_bike.__main__ import main
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.leaderboard import PROBLEMS, RankedProblem, leaderboard, read_submission
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.leaderboard import diagnosis
 from heyoka_bike.system.parallel import using

@@ -13,9 +13,9 @@ import scipy.io
 from support.without_packages import python
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.formats import matlab
 from heyoka_bike.scoring.reading.formats.matlab import matlab_variables
+from heyoka_bike.scoring.reading.source import read_results
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])

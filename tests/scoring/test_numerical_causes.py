@@ -8,7 +8,7 @@ from support.fixed_steps import SPACING, Equations
 from support.made_results import codes, made, smooth_error
 
 from heyoka_bike.scoring.diagnosis.numerical import findings
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 

@@ -16,8 +16,8 @@ from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring import definitions
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import Sample, Understanding
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.results import Results, Rows
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof

@@ -11,7 +11,7 @@ from support.made_results import codes, column
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_motion
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.series import read_runs, score_series
 from heyoka_bike.system.resources import data_folder

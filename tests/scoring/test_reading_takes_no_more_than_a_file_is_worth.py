@@ -12,14 +12,14 @@ import pytest
 from openpyxl import Workbook
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 
 # Bytes for a row of three numbers: the values, what the time has beyond binary64, the number of
 # the line, and one column more while they are put together. It was 128.
 MOST_OF_A_ROW = 100
 MEASURED = """
 import resource, sys
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 def most():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 read_results(sys.argv[1], maneuver=1)

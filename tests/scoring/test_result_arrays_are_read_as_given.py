@@ -10,7 +10,7 @@ import scipy.io
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 
 NUMBERS = np.random.default_rng(1).standard_normal((12, 25))
 NUMBERS[:, 0] = np.sort(np.abs(NUMBERS[:, 0]))

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading import request as reading
 from heyoka_bike.scoring.reading import text as text_table
+from heyoka_bike.scoring.reading.source import read_results
 
 NAMES = ("time", *(f"m{m}_{key}" for m in (1, 2, 3) for key in BENCHMARK_COLUMNS))
 
@@ -193,7 +193,7 @@ def test_standard_input(way, rows, monkeypatch):
 
 
 def test_a_pipe(rows, tmp_path):
-    code = "from heyoka_bike.scoring.reading import read_results; print(read_results('/dev/stdin'))"
+    code = "from heyoka_bike import read_results; print(read_results('/dev/stdin'))"
     run = subprocess.run(
         [sys.executable, "-W", "error", "-c", code], input=text(rows).encode(),
         capture_output=True, timeout=60,

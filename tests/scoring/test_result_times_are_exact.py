@@ -7,9 +7,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.quanta import as_multiples, settle
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.results import Quantum, Vector, Vectors
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.reading.text import rest
 
 
@@ -227,6 +229,7 @@ def test_repeated_times_are_kept(tmp_path):
 
 
 def test_huge_times_are_compared_without_overflow():
-    times = settle(np.array([-1.7e308, 1.7e308, -1.7e308]), None, 0, None)
+    column = Vector(np.array([-1.7e308, 1.7e308, -1.7e308]), None, Quantum(2, digits=53), 17)
+    times = settle(Vectors([column]), 0, Request("times", 1))
     assert times.hi.tolist() == [-1.7e308, -1.7e308, 1.7e308]
     assert [f.code for f in times.findings] == ["times_unsorted", "times_repeated"]

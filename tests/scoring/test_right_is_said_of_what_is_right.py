@@ -7,7 +7,7 @@ from support.made_results import made
 from support.wrong_files import KINDS, wrong_file
 
 from heyoka_bike.errors import BicycleError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 

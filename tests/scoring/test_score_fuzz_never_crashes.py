@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import BicycleError, Exit
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import json as as_json
 from heyoka_bike.showing.formats.output import render

@@ -5,8 +5,8 @@ import pytest
 from support.made_results import codes, made, smooth_error
 
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.results import Results, Rows
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 

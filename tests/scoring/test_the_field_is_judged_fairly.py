@@ -8,7 +8,7 @@ from heyoka_bike.scoring.diagnosis import numerical
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.plain import columns_apart
 from heyoka_bike.scoring.findings import Severity
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 

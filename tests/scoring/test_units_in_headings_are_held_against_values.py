@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.headings import _WORDS, named_unit, quantities, unknown_unit
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import UNITS, factor
 

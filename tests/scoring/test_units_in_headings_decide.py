@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.numbered_columns import found, written
 
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.headings import recognise
+from heyoka_bike.scoring.reading.source import read_results
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from support.numbered_columns import COUNT, found, written
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.headings import nearest
+from heyoka_bike.scoring.reading.source import read_results
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 
 FIRST = "# Created by Octave 7.3.0, Mon Nov 23 03:29:03 2026 UTC <root@vm>\n"
 END = "\n\n\n"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.pages import Page, assert_runs_alone, browser, data, look, widths
 
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.showing.replay.page import render
 from heyoka_bike.showing.replay.scenes import replay
 from heyoka_bike.system.resources import data_folder

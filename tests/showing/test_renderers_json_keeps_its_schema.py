@@ -11,7 +11,7 @@ import pytest
 from support import sample_reports
 
 import heyoka_bike
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.series import read_runs, score_files
 from heyoka_bike.showing.formats import json as renderer
 

@@ -15,7 +15,7 @@ from support.plugin_projects import BARE, QUICK, project
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.testing.regression import Score
 

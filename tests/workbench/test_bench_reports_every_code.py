@@ -20,10 +20,17 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.workbench.bench import batches, codes, compiled, precise, race
-from heyoka_bike.workbench.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
+from heyoka_bike.workbench.bench import batches, compiled, precise, race
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
-from heyoka_bike.workbench.bench.race import CLASSES, Timing
+from heyoka_bike.workbench.bench.race import (
+    CLASSES,
+    Compiled,
+    Exudyn,
+    SciPy,
+    Sundials,
+    Timing,
+    Tuned,
+)
 from heyoka_bike.workbench.bench.summary import as_text
 
 pytestmark = pytest.mark.proof
@@ -198,7 +205,7 @@ def test_a_compiler_that_is_missing_is_listed(problem, monkeypatch):
 
 def test_the_fast_path_is_tuned_by_one_number(problem):
     code = Tuned("", [problem])
-    trials = [code.at(codes.tolerance_of(i)) for i in range(24, 97, 24)]
+    trials = [code.at(race.tolerance_of(i)) for i in range(24, 97, 24)]
     for looser, tighter in itertools.pairwise(trials):
         assert tighter.tolerance < looser.tolerance
         assert tighter.error < looser.error / 10
@@ -209,9 +216,9 @@ def test_the_fast_path_is_tuned_by_one_number(problem):
 
 def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
     rows = reference[2].rows.hi
-    given = np.array([rows[codes._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
+    given = np.array([rows[race._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
     # Values that are right but for binary64, in definitions that differ by 1e-3 and more.
-    assert problem.measure_columns(given, codes._EXUDYN)[1] == 0
+    assert problem.measure_columns(given, race._EXUDYN)[1] == 0
     assert problem.measure_columns(given, {})[1] > 1e-3
     assert problem.measure_columns(given[:, :-1], {}) == (np.inf, np.inf)
 
@@ -279,7 +286,7 @@ def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, refer
     problems = [
         ReferenceProblem(bicycle, m, reference[i]) for i, m in enumerate(maneuvers, start=1)
     ]
-    for code in codes.codes(problems):
+    for code in race.codes(problems):
         if code.name == "heyoka_bike simulate" or (code.name == "C DOPRI5" and HAS_COMPILER):
             whole = code.at(1e-5)
             single = [type(code)(code.name, [x]).at(1e-5) for x in problems]

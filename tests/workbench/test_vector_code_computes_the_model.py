@@ -8,9 +8,8 @@ import pytest
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.workbench.fast.model_code import rates_code
-from heyoka_bike.workbench.fast.native import function
 from heyoka_bike.workbench.fast.step_code import collocation
-from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, module, turns
+from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, module, turns
 
 
 def called(source, name, given, count):

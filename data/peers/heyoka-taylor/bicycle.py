@@ -9,8 +9,7 @@ import time
 import numpy as np
 from own import bicycle_of, maneuver_of
 
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 

@@ -11,7 +11,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import ColumnScore
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.figures.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION, WIDTH, style

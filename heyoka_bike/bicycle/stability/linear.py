@@ -271,6 +271,27 @@ def _root_size(p: Sequence[mpmath.mpf]) -> mpmath.mpf:
     return max(p[0].context.root(abs(q / p[0]), i) for i, q in enumerate(p) if i)
 
 
+Pair = tuple[Number, Number]
+
+
+def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, Pair, Pair, Pair]:
+    """Coefficients of the characteristic polynomial, without gravity.
+
+    It is a s^4 + v b s^3 + (g c0 + c1 x) s^2 + v (g d0 + d1 x) s + g (g e0 + e1 x) with x = v^2.
+    """
+
+    def det(p: Any) -> Number:
+        return p[0][0] * p[1][1] - p[0][1] * p[1][0]
+
+    def mixed(p: Any, q: Any) -> Number:
+        """Return the part of det(p + q) that is of first order in both."""
+        return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
+
+    c, d = (mixed(m, k0), mixed(m, k2) + det(c1)), (mixed(c1, k0), mixed(c1, k2))
+    # K2 has no first column, and so no determinant.
+    return det(m), mixed(m, c1), c, d, (det(k0), mixed(k0, k2))
+
+
 @dataclass(frozen=True, slots=True)
 class _Polynomial:
     """A polynomial in x = v^2, lowest power first; sums that cancel up to rounding are zero."""
@@ -358,29 +379,16 @@ class _Quartic:
         cls, a: Multiprecision, g: Number, w: Number, m: Array, c1: Array, k0: Array, k2: Array
     ) -> _Quartic:
         """From M / w, C1, K0 and w K2."""
-
-        def mixed(p: Array, q: Array) -> Number:
-            """Return the part of det(p + q) that is of first order in both."""
-            return p[0, 0] * q[1, 1] + q[0, 0] * p[1, 1] - p[0, 1] * q[1, 0] - q[0, 1] * p[1, 0]
-
-        def polynomials(*coefficients: Array) -> Array:
-            make = np.frompyfunc(lambda *c: _Polynomial(c), len(coefficients), 1)
-            return np.asarray(make(*coefficients))
-
-        mass, damping, k = polynomials(m), polynomials(c1), polynomials(k0, k2)
-        scale = 1 / (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
-        return cls(
-            a=a, g=g, root_w=_sqrt(w),
-            b=mixed(mass, damping) * scale,
-            c=mixed(mass, k) * scale + mixed(damping, damping).times_x() * (scale / 2),
-            d=mixed(damping, k) * scale,
-            e=mixed(k, k) * (scale / 2),
-        )  # fmt: skip
+        constant = np.frompyfunc(lambda x: _Polynomial((x,)), 1, 1)
+        mass, b, *pairs = characteristic(*map(constant, (m, c1, k0, k2)))
+        scale = 1 / mass.coefficients[0]
+        c, d, e = ((low + high.times_x()) * scale for low, high in pairs)
+        return cls(a=a, g=g, root_w=_sqrt(w), b=b * scale, c=c, d=d, e=e)
 
     def at(self, v: Number, g: Number) -> list[Number]:
         """Coefficients at a speed and gravity, highest power first."""
         x = v * v
-        return [1 + 0 * x, v * self.b(x, g), self.c(x, g), v * self.d(x, g), self.e(x, g)]
+        return [1 + 0 * x, v * self.b(x, g), self.c(x, g), v * self.d(x, g), g * self.e(x, g)]
 
     def changes(self, p: _Polynomial) -> list[Number]:
         """Values of x where p changes sign, if there is gravity."""

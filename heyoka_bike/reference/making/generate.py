@@ -15,7 +15,7 @@ from heyoka_bike.bicycle.parameters import (
 )
 from heyoka_bike.errors import BicycleError, InputError, UndecidedError
 from heyoka_bike.motion.events import Ending, ending
-from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import require_heyoka
 from heyoka_bike.reference.making.dataset import check_overwrite, write_dataset
 from heyoka_bike.reference.making.tabulate import KEPT, STAGES, Table, tabulated, tabulating
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION

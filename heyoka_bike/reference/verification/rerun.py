@@ -17,8 +17,7 @@ from math import inf, log10
 
 import flint
 
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.integrate import integrate, require_heyoka
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator, row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision

@@ -22,7 +22,7 @@ from heyoka_bike.bicycle.parameters import (
     Maneuver,
     describe_inputs,
 )
-from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import require_heyoka
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference.description.describe import describe
 from heyoka_bike.reference.layout import (

@@ -135,10 +135,11 @@ def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTabl
         return replace(table, numbers=numbers.astype(int))
     missing = [key for key in COORDINATES if key not in table.values]
     if missing:
-        names = ", ".join(missing)
+        hints = (did_you_mean(name, (STATE, *COORDINATES)) for name in table.left_out)
+        hint = next(filter(None, hints), "")
         raise InputError(
-            f"found no column {quoted(STATE)} and no {names}, expected the numbers of states, or "
-            f"states of your own by {', '.join(COORDINATES)}{_hint(table.left_out)}",
+            f"found no column {quoted(STATE)} and no {', '.join(missing)}, expected the numbers of "
+            f"states, or states of your own by {', '.join(COORDINATES)}{hint}",
             file=table.path,
         )
     for key in COORDINATES:
@@ -146,11 +147,6 @@ def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTabl
         if len(bad):
             raise table.error(int(bad[0]), f"found no finite number as {key} of the state")
     return table
-
-
-def _hint(names: Sequence[str]) -> str:
-    hints = (did_you_mean(name, (STATE, *COORDINATES)) for name in names)
-    return next((hint for hint in hints if hint), "")
 
 
 def _meaning(name: str) -> tuple[str, str | None] | None:
@@ -436,7 +432,8 @@ def _explanations(
                     slope = apart(made(symbol, change + _SHIFT), now) / _SHIFT
                     left = apart(values, now)
                     # Most parameters do not act where the table is wrong.
-                    if now is right and _is_elsewhere(slope, left):
+                    acts = abs(slope[np.argmax(np.abs(left))]) > _SHIFT * np.max(np.abs(slope))
+                    if now is right and not acts:
                         break
                     change += float(slope @ left) / float(slope @ slope)
                     now = made(symbol, change)
@@ -445,9 +442,3 @@ def _explanations(
                         found.append(Explained(symbol, parameter.unit, x + change, x))
                         break
     return tuple(found)
-
-
-def _is_elsewhere(slope: Array, left: Array) -> bool:
-    """True if a parameter leaves the largest of the differences as it is."""
-    worst = int(np.argmax(np.abs(left)))
-    return not abs(slope[worst]) > _SHIFT * np.max(np.abs(slope))

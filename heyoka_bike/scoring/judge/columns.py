@@ -163,11 +163,8 @@ def opposed(signs: Mapping[str, int]) -> tuple[str, ...]:
     """
     roll = [key for key in ("roll_angle", "roll_rate") if key in signs]
     steer = [key for key in ("steer_angle", "steer_rate") if key in signs]
-    is_left = [signs[key] < 0 for key in roll]
-    is_right = [signs[key] > 0 for key in steer]
-    if not (roll and steer and all(is_left) and all(is_right)):
-        return ()
-    return (*roll, *steer)
+    are_opposed = all(signs[key] < 0 for key in roll) and all(signs[key] > 0 for key in steer)
+    return (*roll, *steer) if roll and steer and are_opposed else ()
 
 
 def _impossible(keys: Iterable[str], signs: Mapping[str, int]) -> list[tuple[str, ...]]:
@@ -287,7 +284,14 @@ def understood(report: Report) -> Iterator[Finding]:
         }
         errors = errors_words(columns)
         if _is_another(columns[0]):
-            said = _definition(key, columns, errors)
+            default = written.definition
+            far = [a for c in columns for a in c.alternatives if a.definition == default]
+            sure = f", {said}" if (said := odds(columns[0])) else ""
+            open_ones = f" ({also})" if (also := open_words(columns)) else ""
+            said = (
+                f"{key} is {taken.definition}{sure}: errors {errors}, against {errors_words(far)} "
+                f"for the default {default}{open_ones}"
+            )
             yield info("definition", said, **evidence, definition=taken.definition)
         if taken.sign < 0:
             said = f"{key} has the other sign: errors {errors} with it turned round"
@@ -299,18 +303,6 @@ def understood(report: Report) -> Iterator[Finding]:
         if taken.offset:
             said = f"{key} has another zero, {taken.offset:+.9g} J: errors {errors} without that "
             yield info("offset", said + "constant", **evidence, offset=taken.offset)
-
-
-def _definition(key: str, columns: Sequence[ColumnScore], errors: str) -> str:
-    first = columns[0]
-    default = first.as_written.definition
-    far = [a for c in columns for a in c.alternatives if a.definition == default]
-    sure = f", {said}" if (said := odds(first)) else ""
-    open_ones = f" ({also})" if (also := open_words(columns)) else ""
-    return (
-        f"{key} is {first.definition}{sure}: errors {errors}, against {errors_words(far)} for the "
-        f"default {default}{open_ones}"
-    )
 
 
 def _unit_contradicted(key: str, places: Sequence[Place]) -> Iterator[Finding]:

@@ -159,7 +159,7 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> Vector
     if remainder is not None:
         remainder[~np.isfinite(values)] = 0.0
     column = quanta.binary_column(values, remainder, bits)
-    return column if lo is None else column.with_exact_values()
+    return column if lo is None else replace(column, significant=None)
 
 
 def read_maneuvers(source: Any, request: Request) -> Array:
@@ -195,7 +195,7 @@ def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
     rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
     block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
     column = quanta.written_column(block.values[0], block.lo.get(0), block.written[0], is_time)
-    return column.with_exact_values() if is_time and is_exact else column
+    return replace(column, significant=None) if is_time and is_exact else column
 
 
 def refused(dtype: np.dtype[Any], request: Request) -> InputError:

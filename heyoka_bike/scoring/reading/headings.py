@@ -161,7 +161,6 @@ def _word(match: re.Match[str]) -> str:
 
 
 TIME = "time"
-_SECONDS = "s"
 
 _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
@@ -311,7 +310,7 @@ def _by_words(name: str) -> tuple[str, str | None, int | None]:
 def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
     """Return the key that a word means with a unit; None if no column of that name has it."""
     possible = quantities(unit)
-    if not possible or (_SECONDS if key == TIME else COMPARED[key][0].unit) in possible:
+    if not possible or ("s" if key == TIME else COMPARED[key][0].unit) in possible:
         return key
     other = next((k for (w, q), k in _BY_UNIT.items() if w == word and q in possible), None)
     # Of a full name and its unit, the unit is more likely to be the one that is wrong.

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, divide, two_product
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.reading.results import Quantum, Vector
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.results import Quantum, Vector, Vectors
 
 BINARY64_DIGITS = 17
 """Decimal digits that tell any two binary64 numbers apart."""
@@ -207,26 +208,31 @@ class Times:
     findings: tuple[Finding, ...]
 
 
-def settle(
-    hi: Array, lo: Array | None, digits: int | None,
-    lines: Sequence[int] | NDArray[np.int64] | None, unit: str = "s",
-) -> Times:  # fmt: skip
+def settle(table: Vectors, at: int, request: Request, unit: str = "s") -> Times:
     """Make times exact, and sort them.
 
     Parameters
     ----------
-    hi, lo : ndarray, shape (n,)
-        Times as read, finite.
-    digits
-        Significant digits if they were written as decimals; 0 for binary numbers; None for hi + lo
-        that is exact already.
-    lines
-        Number of each row's line in the file; None if it is its place, from 1.
+    table
+        The columns as read.
+    at
+        Place of the times among them.
+    request
+        The request to read them.
     unit
         In which they were read: ``s`` or ``ms``.
+
+    Raises
+    ------
+    InputError
+        A time that is not finite.
     """
-    findings = []
-    rest = np.zeros(len(hi)) if lo is None else lo
+    column, findings = table.columns[at], []
+    hi, digits = column.values, column.significant
+    if not (is_finite := np.isfinite(hi)).all():
+        said = "found a time that is not finite, expected seconds"
+        raise table.error(request, int(np.argmin(is_finite)), said, at + 1)
+    rest = np.zeros(len(hi)) if column.lo is None else column.lo
     multiples = None if digits is None else as_multiples(hi, digits)
     if multiples is not None:
         places, exact_hi, exact_lo = multiples
@@ -244,10 +250,8 @@ def settle(
     order = None
     back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
     if len(back):
-        where = int(back[0]) + 1
-        line = where + 1 if lines is None else int(lines[where])
-        place = f"{'row' if lines is None else 'line'} {line}"
-        said = f"Times go back (first in {place}); the rows are sorted by time."
+        counted_by, line = table.place(int(back[0]) + 1)
+        said = f"Times go back (first in {counted_by} {line}); the rows are sorted by time."
         findings.append(warning("times_unsorted", said, line=line, count=len(back)))
         order = np.lexsort((rest, hi))
         hi, rest = hi[order], rest[order]

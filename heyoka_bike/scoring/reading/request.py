@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO, IncrementalNewlineDecoder
 from os import PathLike
+from os.path import isdir
 from pathlib import Path
 from typing import BinaryIO, cast
 from warnings import catch_warnings, simplefilter
@@ -292,16 +293,14 @@ class ResultFile:
         return self._plain if self._plain and self._plain.is_file() else self.stream()
 
     def _open(self, source: str | PathLike[str]) -> BinaryIO:
+        if source != "-" and isdir(source):
+            raise self.request.error("found a directory, expected a result file")
         try:
-            if source == "-":
-                if sys.stdin is None:
-                    raise ValueError("closed")
-                return cast(BinaryIO, sys.stdin.buffer)
-            if Path(source).is_dir():
-                raise self.request.error("found a directory, expected a result file")
-            return self.stack.enter_context(Path(source).open("rb"))
-        except InputError:
-            raise
+            if source != "-":
+                return self.stack.enter_context(Path(source).open("rb"))
+            if sys.stdin is None:
+                raise ValueError("closed")
+            return cast(BinaryIO, sys.stdin.buffer)
         except (OSError, ValueError) as e:
             raise self._unreadable(e) from None
 

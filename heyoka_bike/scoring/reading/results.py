@@ -134,10 +134,6 @@ class Vector:
     digits: int | None
     significant: int | None = 0
 
-    def with_exact_values(self) -> "Vector":
-        """The vector, of which hi + lo are exact already."""
-        return replace(self, significant=None)
-
     def of_rows(self, rows: NDArray[np.bool_]) -> "Vector":
         """The values of some of the rows."""
         lo = None if self.lo is None else self.lo[rows]

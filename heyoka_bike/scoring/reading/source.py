@@ -77,8 +77,8 @@ def read_results(
     MissingPackageError
         A package that is needed for its format is not installed.
     """
-    if maneuver is not None and not 1 <= maneuver <= count:
-        raise InputError(f"found maneuver {maneuver}, expected 1 to {count}")
+    if maneuver is not None:
+        maneuver = _number(maneuver, count)
     is_file = isinstance(source, str | PathLike)
     option = OPTION if is_file else ARGUMENT
     path = printable(str(source)) if is_file else ARRAY
@@ -297,7 +297,7 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
     digits: list[int] = []
     bad: list[_Bad] = []
     for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
-        times = _times(table, places, request)
+        times = settle(table, places.time, request, places.unit)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
@@ -365,15 +365,6 @@ def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, _Co
         number = np.cumsum(np.isin(np.arange(len(times)), starts))
         for n in range(1, len(starts) + 1):
             yield table.of_rows(number == n, None), places
-
-
-def _times(table: Vectors, places: _ColumnLayout, request: Request) -> Times:
-    column = table.columns[places.time]
-    bad = np.flatnonzero(~np.isfinite(column.values))
-    if len(bad):
-        said = "found a time that is not finite, expected seconds"
-        raise table.error(request, int(bad[0]), said, places.time + 1)
-    return settle(column.values, column.lo, column.significant, table.lines, places.unit)
 
 
 def _rows(

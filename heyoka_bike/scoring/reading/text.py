@@ -561,7 +561,7 @@ class _Reader:
             columns.append(written_column(values, lo, written, j == opening.time))
         columns = evened(columns, opening.time)
         if opening.time in opening.exact:
-            columns[opening.time] = columns[opening.time].with_exact_values()
+            columns[opening.time] = replace(columns[opening.time], significant=None)
         lines = np.concatenate([block.lines for block in blocks])
         return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
 

@@ -90,6 +90,11 @@ class GridAxis:
         return self._parameter.description
 
     @property
+    def title(self) -> str:
+        """What it is in a map: ``initial speed``, or the description of a parameter."""
+        return f"initial {self.name.replace('_', ' ')}" if self.name in START else self.long_name
+
+    @property
     def _parameter(self) -> Parameter:
         return (STATE_INPUTS if self.name in START else PARAMETERS)[self.name]
 

@@ -104,7 +104,7 @@ class Design:
 
     def provenance(self) -> dict[str, str]:
         """All that the numbers depend on, as text."""
-        from heyoka_bike.motion.expressions import require_heyoka
+        from heyoka_bike.motion.integrate import require_heyoka
 
         inputs = {
             "bicycle": {s: str(self.bicycle[s]) for s in PARAMETERS},

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, benchmark
+from heyoka_bike.bicycle.parameters import Maneuver, benchmark
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.figures.style import BLACK, WIDTH, style
@@ -90,10 +90,10 @@ def draw(atlas: Atlas) -> Figure:
             for curve in curves:
                 _draw_limit(ax, curve)
             barriers = [*(curve.limit for curve in curves), atlas.axes[0].values[-1]]
-            for number, maneuver in enumerate(_maneuvers(atlas.bicycle), start=1):
+            for number, maneuver in enumerate(maneuvers(atlas), start=1):
                 _draw_maneuver(ax, number, maneuver, barriers)
             _name_stable_ranges(ax, atlas)
-        across, up = (f"{_title(a.name, a.long_name)} [{a.unit}]" for a in atlas.axes)
+        across, up = (f"{a.title} [{a.unit}]" for a in atlas.axes)
         ax.set_xlabel(across)
         ax.set_ylabel(up)
         return figure
@@ -221,11 +221,7 @@ def _draw_maneuver(ax: Axes, number: int, maneuver: Maneuver, barriers: Sequence
     )  # fmt: skip
 
 
-def _maneuvers(bicycle: Bicycle) -> tuple[Maneuver, ...]:
+def maneuvers(atlas: Atlas) -> tuple[Maneuver, ...]:
     """Those of the benchmark, for its bicycle."""
-    published, maneuvers = benchmark()
-    return maneuvers if bicycle.values == published.values else ()
-
-
-def _title(name: str, long_name: str) -> str:
-    return f"initial {name.replace('_', ' ')}" if name in START else long_name
+    published, found = benchmark()
+    return found if atlas.bicycle.values == published.values else ()

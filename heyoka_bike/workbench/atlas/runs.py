@@ -26,7 +26,7 @@ from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.kinematics import turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.expressions import Expressions, require_heyoka
+from heyoka_bike.motion.integrate import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.dual import Duals

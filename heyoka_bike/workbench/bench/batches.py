@@ -23,9 +23,8 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.workbench.bench.compiled import operations
 from heyoka_bike.workbench.bench.problem import seconds
 from heyoka_bike.workbench.fast.ensemble import Ensemble
-from heyoka_bike.workbench.fast.native import function
 from heyoka_bike.workbench.fast.simulate import prepare
-from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, fused, module
+from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, fused, module
 
 _CHAINS = 12  # more than a product takes cycles
 _LOOPS, _TURNS, _RUNS = 5_000, 40, 20

@@ -17,8 +17,7 @@ import flint
 
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
+from heyoka_bike.motion.integrate import Native, integrate, require_heyoka, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint

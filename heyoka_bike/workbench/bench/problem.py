@@ -20,8 +20,7 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS, Bicycle, Maneuver, benchmark
 from heyoka_bike.errors import InputError
-from heyoka_bike.motion.expressions import Expressions, require_heyoka
-from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.motion.integrate import Expressions, require_heyoka, right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.load import ReferenceManeuver, load_reference

@@ -1,36 +1,357 @@
 """Time of a maneuver at equal accuracy, with heyoka and with other integrators.
 
 The task is the same for every code: all eight columns at the rows of a maneuver, from the same
-initial state and the same equations. Codes are compared in three classes, see `CLASSES`. In the
-first two the tolerance of each code is searched on a grid of eight values a decade for one that
-passes while the next looser one fails. Building is timed apart, with heyoka's caches of compiled
-code off. The codes of a class run in turns on one processor: *warm*, after a run of their own that
-is not counted, and a few times *cold*, after the processor's caches were filled with something
-else.
+initial state and the same equations. Each code is built and measured at a tolerance in its own
+sense, and carries several maneuvers out one after the other, or, the fast path of this package, at
+once.
+
+Codes are compared in three classes, see `CLASSES`. In the first two the tolerance of each code is
+searched on a grid of eight values a decade for one that passes while the next looser one fails.
+Building is timed apart, with heyoka's caches of compiled code off. The codes of a class run in
+turns on one processor: *warm*, after a run of their own that is not counted, and a few times
+*cold*, after the processor's caches were filled with something else.
 """
 
+from __future__ import annotations
+
 import gc
+import importlib.util
 import math
 import os
+import sys
+import time
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.workbench.bench import codes
+from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.workbench.bench.problem import (
     ERROR_LIMIT,
     PERFORMANCE_LIMIT,
+    Array,
     ReferenceProblem,
     Trial,
     Unavailable,
     seconds,
 )
+from heyoka_bike.workbench.fast.simulate import ACCURACIES, prepare
+
+PER_DECADE = 8
+"""Number of tolerances of the grid in a decade."""
+MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECADE
+"""Indices of the tolerances 1e-4, 1e-13, 1e-16."""
+
+_Run = Callable[[], tuple[Array, int, Array]]
+"""Gives states, calls of the right-hand side, and columns."""
+
+_MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy goes no lower
+
+
+def tolerance_of(index: int) -> float:
+    """The grid on which tolerances are searched."""
+    return float(10 ** (-index / PER_DECADE))
+
+
+@dataclass(eq=False)
+class TimedCode:
+    """A code for one maneuver or several, one after the other at the same tolerance.
+
+    Attributes
+    ----------
+    name
+        As shown in the table.
+    problems
+        What is integrated.
+    precision
+        Of its numbers, as shown in the table.
+    counts
+        What `Trial.count` counts.
+    """
+
+    name: str
+    problems: Sequence[ReferenceProblem]
+    precision: str = "binary64"
+    counts: str = "rhs_calls"
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure; without a tolerance each maneuver has its own, the largest is told.
+
+        Raises
+        ------
+        Unavailable
+            The code does not run here.
+        """
+        trials = [self._trial(problem, tolerance) for problem in self.problems]
+        if len(trials) == 1:
+            return trials[0]
+
+        def run() -> None:
+            for trial in trials:
+                trial.run()
+
+        return Trial(
+            run,
+            max(x.tolerance for x in trials),
+            max(x.build for x in trials),
+            sum(x.count for x in trials),
+            max(x.performance for x in trials),
+            max(x.error for x in trials),
+            order=trials[0].order,
+        )
+
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
+        """Build and measure on one maneuver, None for the code's tolerance for roundoff."""
+        raise NotImplementedError
+
+
+@dataclass(eq=False)
+class Heyoka(TimedCode):
+    """heyoka's adaptive Taylor integrator.
+
+    Attributes
+    ----------
+    counts
+        See `TimedCode`.
+    is_compact
+        Whether its loops are rolled.
+    """
+
+    counts: str = "steps"
+    is_compact: bool = True
+    _build: dict[int, float] = field(default_factory=dict, init=False, repr=False)
+
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
+        hy = require_heyoka()
+        number, times, expected = float, problem.times, problem.expected
+        if self.precision == "binary128":
+            if not hasattr(hy, "real128"):
+                raise Unavailable("not in this heyoka")
+            number, expected = hy.real128, problem.reference.rows
+            exact = [problem.maneuver.time(i) for i in range(problem.maneuver.rows)]
+            times = np.array([number(t.numerator) / number(t.denominator) for t in exact])
+        start = problem.start(number)
+        begin = time.perf_counter()
+        integrator = hy.taylor_adaptive(
+            right_hand_side(problem.bicycle, Precision.of(self.precision), with_yaw=False),
+            start,
+            fp_type=number,
+            compact_mode=self.is_compact,
+            **({} if tolerance is None else {"tol": number(tolerance)}),
+        )
+        # The compiled code depends on the order only and is reused: the first build counts.
+        build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
+
+        columns = problem.columns(number)
+
+        def run() -> tuple[Array, int, Array]:
+            integrator.time = times[0]
+            integrator.state[:] = start
+            _, _, _, steps, _, rows = integrator.propagate_grid(times)
+            return rows, steps, columns(rows)
+
+        rows, steps, _ = run()
+        return Trial(
+            run, float(integrator.tol), build, steps, *problem.measure(rows, expected),
+            order=integrator.order,
+        )  # fmt: skip
+
+
+@dataclass(eq=False)
+class Tuned(TimedCode):
+    """The fast path of this package, by the tolerance of its steps; all maneuvers at once."""
+
+    counts: str = "steps"
+    _build: float = field(default=0.0, init=False, repr=False)
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure at a tolerance, None for the one of `simulate` for roundoff."""
+        if tolerance is None:
+            tolerance = ACCURACIES["roundoff"]
+        problems = self.problems
+        begin = time.perf_counter()
+        run = prepare(
+            [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
+        )
+        # The compiled code serves all tolerances: the first build counts.
+        build = self._build = self._build or time.perf_counter() - begin
+        run()
+        states = run.states()
+        measured = [p.measure(x, p.expected) for p, x in zip(problems, states, strict=True)]
+        performance, error = (max(x) for x in zip(*measured, strict=True))
+        return Trial(run, tolerance, build, sum(run.steps), performance, error)
+
+
+class _Peer(TimedCode, ABC):
+    """A code whose steps are chosen by a tolerance; that of roundoff is of the smallest error."""
+
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
+        if tolerance is None:
+            indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
+            tried = [self._trial(problem, tolerance_of(i)) for i in indices]
+            return min(tried, key=lambda x: x.error)
+        run, chosen, build = self._built(problem, tolerance)
+        rows, calls, _ = run()
+        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
+
+    @abstractmethod
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
+
+
+class SciPy(_Peer):
+    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
+
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        solve_ivp = _import("scipy.integrate").solve_ivp
+        start, times, method = problem.start(float), problem.times, self.name.split()[-1]
+        (slope, build), columns = problem.slope, problem.columns()
+
+        def run() -> tuple[Array, int, Array]:
+            found = solve_ivp(
+                slope, (times[0], times[-1]), start, method=method, t_eval=times,
+                rtol=max(tolerance, _MIN_RTOL), atol=tolerance,
+            )  # fmt: skip
+            return found.y.T, found.nfev, columns(found.y.T)
+
+        return run, tolerance, build
+
+
+class Compiled(_Peer):
+    """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
+
+    @cached_property
+    def _peers(self) -> tuple[CompiledPeers, float]:
+        begin = time.perf_counter()
+        try:
+            peers = CompiledPeers(self.problems[0].bicycle)
+        except NoCompilerError as e:
+            raise Unavailable(str(e)) from None
+        return peers, time.perf_counter() - begin
+
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        peers, build = self._peers
+        start, times = problem.start(float), problem.times
+        method = self.name.split()[-1]
+        # The error of RK4 goes with the fourth power of the step.
+        chosen = tolerance**0.25 if method == "RK4" else tolerance
+
+        def run() -> tuple[Array, int, Array]:
+            states, columns, calls = peers.solve(method, start, times, chosen)
+            return states.T if calls > 0 else states.T[:0], calls, columns
+
+        return run, chosen, build
+
+
+class Sundials(_Peer):
+    """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
+
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        cvode = _import("sksundae.cvode").CVODE
+        columns, start, times = problem.columns(), problem.start(float), problem.times
+        slope, build = problem.slope
+
+        def rates(t: float, y: Array, out: Array) -> None:
+            out[:] = slope(t, y)
+
+        solver = cvode(rates, method="Adams", rtol=tolerance, atol=tolerance)
+
+        def run() -> tuple[Array, int, Array]:
+            found = solver.solve(times, start)
+            return found.y, found.nfev, columns(found.y)
+
+        return run, tolerance, build
+
+
+@dataclass(eq=False)
+class Exudyn(TimedCode):
+    """The four-body model in Exudyn of ``data/peers``, at a fixed step; its own definitions."""
+
+    counts: str = "steps"
+    # A row needs a step; of second order, it does not get to small errors in any time.
+    steps_per_row: tuple[int, ...] = (1, 2, 4, 8)
+
+    @cached_property
+    def _model(self) -> ModuleType:
+        _import("exudyn")
+        path = data_folder() / "peers" / "exudyn_bicycle.py"
+        spec = importlib.util.spec_from_file_location("exudyn_bicycle", path)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        # A dataclass looks up the module it is in.
+        sys.modules[spec.name] = module
+        spec.loader.exec_module(module)
+        return module
+
+    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
+        """Measure at the largest step that keeps eq. (1), for any tolerance.
+
+        Raises
+        ------
+        Unavailable
+            Exudyn is not installed, or starts leaning or steered, which its model does not.
+        """
+        peer, m = self._model, problem.maneuver
+        if not (m.roll.is_zero and m.steer.is_zero and m.steer_rate.is_zero):
+            raise Unavailable("starts upright")
+        p = {symbol: float(x) for symbol, x in problem.bicycle.values.items()}
+        maneuver = peer.Maneuver(
+            float(m.speed), float(m.roll_rate), float(m.duration), float(m.spacing)
+        )
+        for count in self.steps_per_row:
+            step = maneuver.spacing / count
+
+            def run(step: float = step) -> Array:
+                found: Array = peer.run(p, maneuver, step)[0]
+                return found
+
+            performance, error = problem.measure_columns(run().T, _EXUDYN)
+            if performance < PERFORMANCE_LIMIT:
+                break
+        return Trial(run, step, 0.0, round(maneuver.duration / step), performance, error)
+
+
+_EXUDYN = {
+    "roll_angle": "roll_angle_tait_bryan_xyz",
+    "roll_rate": "roll_rate_body_x",
+    "forward_speed": "forward_speed_hub_body_x",
+}
+"""Definitions of its columns, see ``data/peers/README.md``."""
+
+
+def _import(module: str) -> ModuleType:
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise Unavailable("not installed") from None
+
+
+def codes(problems: Sequence[ReferenceProblem]) -> list[TimedCode]:
+    """Every code there is, installed or not, for one maneuver or several."""
+    return [
+        Tuned("heyoka_bike simulate", problems),
+        Heyoka("heyoka", problems),
+        Heyoka("heyoka unrolled", problems, is_compact=False),
+        Heyoka("heyoka", problems, "binary128"),
+        Compiled("C DOPRI5", problems),
+        Compiled("C DOP853", problems),
+        Compiled("C RK4", problems),
+        SciPy("SciPy DOP853", problems),
+        SciPy("SciPy LSODA", problems),
+        Sundials("SUNDIALS CVODE", problems),
+        Exudyn("Exudyn", problems),
+    ]
+
 
 CLASSES: Mapping[str, str] = {
     "performance": "(a) loosest tolerance with eq. (1) under 1e-3 %",
@@ -47,7 +368,7 @@ _WARM = 0.003  # [s] of runs that are not counted; a run that takes longer warms
 _COLD_RUNS = 5
 _CACHE = 64 * 2**20  # bytes; the processor's caches are smaller
 # Tolerances of the work-precision figure, as indices of the grid: two a decade.
-_SWEEP = range(2 * codes.PER_DECADE, codes.TIGHTEST, codes.PER_DECADE // 2)
+_SWEEP = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
@@ -70,7 +391,7 @@ class Timing:
     """
 
     accuracy_class: str
-    code: codes.TimedCode
+    code: TimedCode
     status: str = "ok"
     trial: Trial | None = None
     times: list[float] = field(default_factory=list)
@@ -125,7 +446,7 @@ def bench(
         heyoka is not installed; the right-hand side comes from it too.
     """
     report = progress or (lambda what, done: None)
-    every = codes.codes(problems)
+    every = codes(problems)
     trials = [cache(code.at) for code in every]
     lines: list[Timing] = []
     with _quiet():
@@ -140,10 +461,10 @@ def bench(
                     line.status = "left out"
                     continue
                 # The other forms of heyoka have its truncation error: they start where it passed.
-                is_form = isinstance(line.code, codes.Heyoka) and passed > 0
+                is_form = isinstance(line.code, Heyoka) and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
-                if isinstance(line.code, codes.Heyoka) and line.trial is not None and not passed:
-                    passed = round(-codes.PER_DECADE * math.log10(line.trial.tolerance))
+                if isinstance(line.code, Heyoka) and line.trial is not None and not passed:
+                    passed = round(-PER_DECADE * math.log10(line.trial.tolerance))
 
             def timed(part: float, i: int = i, name: str = accuracy_class) -> None:
                 report(f"{name}: timing", (i + (1 + part) / 2) / len(CLASSES))
@@ -157,8 +478,8 @@ def work_precision(problem: ReferenceProblem, progress: Progress | None = None) 
     points = []
     chosen = [
         x
-        for x in codes.codes([problem])
-        if not isinstance(x, codes.Heyoka | codes.Exudyn) or x.name == "heyoka unrolled"
+        for x in codes([problem])
+        if not isinstance(x, Heyoka | Exudyn) or x.name == "heyoka unrolled"
     ]
     with _quiet(), _pinned():
         for j, code in enumerate(chosen):
@@ -167,7 +488,7 @@ def work_precision(problem: ReferenceProblem, progress: Progress | None = None) 
                     part = (j + k / len(_SWEEP)) / len(chosen)
                     progress(f"work and precision: {code.name}", part)
                 try:
-                    trial = code.at(codes.tolerance_of(i))
+                    trial = code.at(tolerance_of(i))
                 except Unavailable:
                     break
                 if not math.isfinite(trial.error):
@@ -192,10 +513,10 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
         return math.log10(min(max(ratio, 1e-99), 1e99))
 
     def excess(i: int) -> float:
-        return excess_of(at(codes.tolerance_of(i)))
+        return excess_of(at(tolerance_of(i)))
 
     try:
-        if isinstance(line.code, codes.Exudyn):
+        if isinstance(line.code, Exudyn):
             # Its steps are chosen by itself, for the first class.
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:
@@ -204,7 +525,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
             line.trial = at(None)
         else:
             found = _loosest(excess) if first is None else _first(excess, first)
-            line.trial = None if found is None else at(codes.tolerance_of(found))
+            line.trial = None if found is None else at(tolerance_of(found))
     except Unavailable as e:
         line.status = str(e)
         return
@@ -215,7 +536,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 def _loosest(excess: Callable[[int], float]) -> int | None:
     """Index of a tolerance that passes while the next looser one fails; None if there is none."""
     # Errors are about proportional to tolerances: one trial says where to look.
-    i = min(max(codes.MIDDLE + round(codes.PER_DECADE * excess(codes.MIDDLE)), 0), codes.TIGHTEST)
+    i = min(max(MIDDLE + round(PER_DECADE * excess(MIDDLE)), 0), TIGHTEST)
     if excess(i) >= 0:
         return _first(excess, i + 1)
     while i > 0 and excess(i - 1) < 0:
@@ -224,7 +545,7 @@ def _loosest(excess: Callable[[int], float]) -> int | None:
 
 
 def _first(excess: Callable[[int], float], start: int) -> int | None:
-    return next((i for i in range(start, codes.TIGHTEST + 1) if excess(i) < 0), None)
+    return next((i for i in range(start, TIGHTEST + 1) if excess(i) < 0), None)
 
 
 def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None]) -> None:

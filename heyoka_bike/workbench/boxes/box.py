@@ -31,7 +31,7 @@ from typing import NamedTuple
 import flint
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
-from heyoka_bike.bicycle.stability.linear import Matrix, closed_form
+from heyoka_bike.bicycle.stability.linear import characteristic, closed_form
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number, upper_fraction
 from heyoka_bike.numbers.dual import Dual, Duals
@@ -83,6 +83,8 @@ class BoxStability:
     ----------
     sigmas
         Half widths of the box in standard deviations.
+    digits
+        Of the decimals in which it is told.
     parameters
         How many parameters have an uncertainty.
     weave, capsize
@@ -95,11 +97,50 @@ class BoxStability:
     """
 
     sigmas: Fraction
+    digits: int
     parameters: int
     weave: tuple[CriticalSpeed, ...] | None
     capsize: tuple[CriticalSpeed, ...] | None
     every: Interval | None
     some: Interval | None
+
+    def as_json(self) -> dict[str, object]:
+        """Every number as a decimal string that says no more than is proved."""
+        return {
+            "standard_deviations": str(self.sigmas),
+            "parameters": self.parameters,
+            **{
+                name: None if speeds is None else [_bounds(v, self.digits) for v in speeds]
+                for name, speeds in (("weave", self.weave), ("capsize", self.capsize))
+            },
+            "all_stable": _ends(self.every, self.digits, inward=True),
+            "some_stable": _ends(self.some, self.digits, inward=False),
+        }
+
+    def blocks(self) -> tuple[Block, ...]:
+        """As a table."""
+        said = (
+            f"Every bicycle whose {self.parameters} uncertain parameters are each within "
+            f"{self.sigmas} standard deviation(s):"
+        )
+        rows = []
+        for name, speeds in (("weave", self.weave), ("capsize", self.capsize)):
+            if speeds is None:
+                rows.append([f"{name} speed [m/s]", "not decided", "", "", "", ""])
+            elif not speeds:
+                rows.append([f"{name} speed [m/s]", "none", "", "", "", ""])
+            rows += [
+                [f"{name} speed [m/s]", *_bounds(v, self.digits).values()] for v in speeds or ()
+            ]
+        for name, interval, inward in (
+            ("all are stable [m/s]", self.every, True),
+            ("none is stable outside [m/s]", self.some, False),
+        ):
+            ends = _ends(interval, self.digits, inward=inward)
+            found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
+            rows.append([name, *found, "", "", ""])
+        heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
+        return Paragraph(said), TableBlock(heading, rows)
 
 
 def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStability:
@@ -132,6 +173,7 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
         b, e, hurwitz = conditions = (box.damping(), box.capsize(), box.weave())
         return BoxStability(
             sigmas=sigmas,
+            digits=digits,
             parameters=sum(bool(u.sign) for u in bicycle.uncertainties.values()),
             weave=hurwitz.speeds if b.sure else None,
             capsize=e.speeds,
@@ -231,13 +273,8 @@ class _Box:
         """At a point, or over what the numbers enclose."""
         p = dict(zip(PARAMETERS, x, strict=True))
         g = p["g"]
-        m, c1, k0, k2 = closed_form(p, Duals(Affines(self.balls)))
-        return _Polynomials(
-            a=_det(m), b=_mixed(m, c1), c=(g * _mixed(m, k0), _mixed(m, k2) + _det(c1)),
-            d=(g * _mixed(c1, k0), _mixed(c1, k2)),
-            # K2 has no first column, and so no determinant.
-            e=(g * g * _det(k0), g * _mixed(k0, k2)),
-        )  # fmt: skip
+        a, b, c, d, e = characteristic(*closed_form(p, Duals(Affines(self.balls))))
+        return _Polynomials(a, b, (g * c[0], c[1]), (g * d[0], d[1]), (g * g * e[0], g * e[1]))
 
     def sign(self, select: Select) -> int | None:
         """The sign that a polynomial has for every bicycle, if that is proved."""
@@ -385,15 +422,6 @@ def _lesser(x: Fraction | None, y: Fraction | None) -> Fraction | None:
     return min((v for v in (x, y) if v is not None), default=None)
 
 
-def _det(p: Matrix) -> Number:
-    return p[0][0] * p[1][1] - p[0][1] * p[1][0]
-
-
-def _mixed(p: Matrix, q: Matrix) -> Number:
-    """The part of det(p + q) that is of first order in both."""
-    return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
-
-
 def _sqrt(x: Number) -> Number:
     """Of a ball or a dual number over balls."""
     return x.chain(x.value.sqrt(), 1 / (2 * x.value.sqrt())) if isinstance(x, Dual) else x.sqrt()
@@ -403,53 +431,7 @@ def _sqrt(x: Number) -> Number:
 _DEVIATION_DIGITS = 3
 
 
-@dataclass(frozen=True, slots=True)
-class UncertainStability:
-    """Statements that hold for every bicycle of a box, in decimals of so many digits."""
-
-    box: BoxStability
-    digits: int
-
-    def as_json(self) -> dict[str, object]:
-        """Every number as a decimal string that says no more than is proved."""
-        box, digits = self.box, self.digits
-        return {
-            "standard_deviations": str(box.sigmas),
-            "parameters": box.parameters,
-            **{
-                name: None if speeds is None else [_bounds(v, digits) for v in speeds]
-                for name, speeds in (("weave", box.weave), ("capsize", box.capsize))
-            },
-            "all_stable": _ends(box.every, digits, inward=True),
-            "some_stable": _ends(box.some, digits, inward=False),
-        }
-
-    def blocks(self) -> tuple[Block, ...]:
-        """As a table."""
-        box, digits = self.box, self.digits
-        said = (
-            f"Every bicycle whose {box.parameters} uncertain parameters are each within "
-            f"{box.sigmas} standard deviation(s):"
-        )
-        rows = []
-        for name, speeds in (("weave", box.weave), ("capsize", box.capsize)):
-            if speeds is None:
-                rows.append([f"{name} speed [m/s]", "not decided", "", "", "", ""])
-            elif not speeds:
-                rows.append([f"{name} speed [m/s]", "none", "", "", "", ""])
-            rows += [[f"{name} speed [m/s]", *_bounds(v, digits).values()] for v in speeds or ()]
-        for name, interval, inward in (
-            ("all are stable [m/s]", box.every, True),
-            ("none is stable outside [m/s]", box.some, False),
-        ):
-            ends = _ends(interval, digits, inward=inward)
-            found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
-            rows.append([name, *found, "", "", ""])
-        heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
-        return Paragraph(said), TableBlock(heading, rows)
-
-
-def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> UncertainStability:
+def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> BoxStability:
     """Weave and capsize speeds if each parameter is within so many standard deviations.
 
     Raises
@@ -457,7 +439,7 @@ def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> Uncertain
     InputError
         `sigmas` is no positive number, or the bicycle has no uncertainties.
     """
-    return UncertainStability(stability_box(bicycle, parse_sigmas(sigmas), digits), digits)
+    return stability_box(bicycle, parse_sigmas(sigmas), digits)
 
 
 def parse_sigmas(text: str) -> Fraction:

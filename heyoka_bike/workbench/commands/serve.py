@@ -25,7 +25,7 @@ from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError, quoted, required
 
 if TYPE_CHECKING:
-    from heyoka_bike.workbench.serving.limits import Limits
+    from heyoka_bike.workbench.serving.tasks import Limits
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 _LARGEST_PORT = 65535
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _limits(args: argparse.Namespace) -> Limits:
     from heyoka_bike.system.parallel import processors
-    from heyoka_bike.workbench.serving.limits import Limits
+    from heyoka_bike.workbench.serving.tasks import Limits
 
     given = {
         "--max-size": args.max_size, "--keep": args.keep, "--queue": args.queue,

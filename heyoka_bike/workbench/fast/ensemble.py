@@ -1,12 +1,19 @@
 """Many motions of one bicycle to one time: as many at once as a vector holds.
 
-Each motion has its own steps; those stepped together end together, and the ones that are done wait.
-Motions of about the same speed take about as many steps, so that they are put together.
+The method is Dormand, Prince and Hairer's of order 8 with its two estimates of the error, of orders
+5 and 3, as in dop853.f of E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential
+Equations I, 2nd edition, Springer 1993. A vector is full of motions here, and a step of a motion
+costs twelve eighths of an evaluation of the equations. Each motion has its own steps; those stepped
+together end together, and the ones that are done wait. Motions of about the same speed take about
+as many steps, so that they are put together.
 """
 
-from collections.abc import Mapping
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import reduce
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +25,156 @@ from heyoka_bike.bicycle.parameters import Bicycle, benchmark
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.fast.native import EnsembleCode
+from heyoka_bike.workbench.fast import vector_code as v
+from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
 from heyoka_bike.workbench.fast.simulate import choose
-from heyoka_bike.workbench.fast.vector_code import POINTS, STATE
+from heyoka_bike.workbench.fast.vector_code import (
+    ADDRESS,
+    COUNT,
+    MOST_STEPS,
+    NUMBER,
+    POINTS,
+    STATE,
+    function,
+)
+
+Row = Mapping[int, float]
+
+STAGES: tuple[Row, ...] = (
+    {0: 0.05260015195876773},
+    {0: 0.0197250569845379, 1: 0.0591751709536137},
+    {0: 0.02958758547680685, 2: 0.08876275643042054},
+    {0: 0.2413651341592667, 2: -0.8845494793282861, 3: 0.924834003261792},
+    {0: 0.037037037037037035, 3: 0.17082860872947386, 4: 0.12546768756682242},
+    {0: 0.037109375, 3: 0.17025221101954405, 4: 0.06021653898045596, 5: -0.017578125},
+    {
+        0: 0.03709200011850479, 3: 0.17038392571223998, 4: 0.10726203044637328,
+        5: -0.015319437748624402, 6: 0.008273789163814023,
+    },
+    {
+        0: 0.6241109587160757, 3: -3.3608926294469414, 4: -0.868219346841726,
+        5: 27.59209969944671, 6: 20.154067550477894, 7: -43.48988418106996,
+    },
+    {
+        0: 0.47766253643826434, 3: -2.4881146199716677, 4: -0.590290826836843,
+        5: 21.230051448181193, 6: 15.279233632882423, 7: -33.28821096898486,
+        8: -0.020331201708508627,
+    },
+    {
+        0: -0.9371424300859873, 3: 5.186372428844064, 4: 1.0914373489967295,
+        5: -8.149787010746927, 6: -18.52006565999696, 7: 22.739487099350505,
+        8: 2.4936055526796523, 9: -3.0467644718982196,
+    },
+    {
+        0: 2.273310147516538, 3: -10.53449546673725, 4: -2.0008720582248625,
+        5: -17.9589318631188, 6: 27.94888452941996, 7: -2.8589982771350235,
+        8: -8.87285693353063, 9: 12.360567175794303, 10: 0.6433927460157636,
+    },
+)  # fmt: skip
+"""Of the slopes of the stages before, those that each state of a stage is made of."""
+STEP: Row = {
+    0: 0.054293734116568765, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
+    8: 0.3111643669578199, 9: -0.1521609496625161, 10: 0.20136540080403034,
+    11: 0.04471061572777259,
+}  # fmt: skip
+THIRD: Row = {
+    0: -0.18980075407240762, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
+    8: -0.4226823213237919, 9: -0.1521609496625161, 10: 0.20136540080403034,
+    11: 0.02265179219836082,
+}  # fmt: skip
+FIFTH: Row = {
+    0: 0.01312004499419488, 5: -1.2251564463762044, 6: -0.4957589496572502,
+    7: 1.6643771824549864, 8: -0.35032884874997366, 9: 0.3341791187130175,
+    10: 0.08192320648511571, 11: -0.022355307863886294,
+}  # fmt: skip
+
+
+ENDS = "ends"
+"""Name of the function, see `ends_source`."""
+
+_LAST = len(STAGES)  # the evaluation at the end of a step
+_SAFETY, _LEAST, _MOST = 0.9, 1 / 3, 6.0  # of a change of the step
+_SHORTEST = 2.0**-30  # [s]
+_FIRST = 0.1  # [s], of the tolerance's root: the first step
+# Of the energy: ten times what is usual at a tolerance, and at the least ones.
+_DRIFT, _ROUNDING = 100.0, 1e-11
+_NAN = float("nan")
+
+
+def ends_source(equations: Equations) -> str:
+    """The module of function ``ends``, for equations with constants in binary64.
+
+    ``void ends(states, stride, begin, end, duration, tolerance, most, columns)`` carries out the
+    motions ``begin`` to ``end``, whole vectors of them. ``states`` and ``columns`` hold ``stride``
+    motions, one variable after the other. A motion that cannot be continued, or takes more than
+    ``most`` steps, is NaN.
+    """
+    c = v.Code(f"void @{ENDS}(ptr, i64, i64, i64, double, double, i64, ptr)")
+    states, stride, begin, end, duration, tolerance, most, columns = c.arguments
+    y, after, stage, lost = (c.memory() for _ in range(4))
+    k = [c.memory() for _ in range(_LAST + 1)]
+    over, until = (1.0 / tolerance).spread(), duration.spread()
+    first = (v.eighth_root(tolerance) * _FIRST).spread()
+    group = c.variable(begin)
+    with v.Loop(c) as groups:
+        groups.leave(group[0] >= end)
+        places = [stride * i + group[0] for i in range(len(BENCHMARK_COLUMNS))]
+        y.store(states.vectors(x)[0] for x in places[: v.STATE])
+        lost.store([0.0] * v.STATE)
+        call_rates(y, k[0])
+        energy = columns_and_trail(equations, y.load())[ENERGY]
+        t, wish, steps = c.variable(c.vector([0.0] * v.POINTS)), c.variable(first), c.variable(0)
+        with v.Loop(c) as run:
+            run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
+            now, is_ended = t[0], t[0] >= until
+            # The step is what the clock goes on by; none where the end is reached.
+            to = (wish[0] >= until - now).choose(until, now + wish[0])
+            h = to - now
+            for number, row in enumerate(STAGES, start=1):
+                stage.store(v.fused(h, _slopes(k, row), y.load()))
+                call_rates(stage, k[number])
+            before, x = y.load(), v.fused(h, _slopes(k, STEP), lost.load())
+            after.store(before + x)
+            # The rounding error is added with the next step.
+            rests = x - (after.load() - before)
+            fifth, third = (_square(_slopes(k, row) * over) for row in (FIFTH, THIRD))
+            both = v.fused(third, 0.01, fifth).at_least(1e-300)
+            error = h * fifth * v.STATE**-0.5 / both.sqrt()
+            is_good = error <= 1.0
+            change = (_SAFETY / v.eighth_root(error)).at_most(_MOST).at_least(_LEAST)
+            # Of what is no number the least change is made.
+            scaled = h * (error <= error).choose(change, _LEAST)
+            call_rates(after, k[_LAST])
+            is_lost = ~is_good & (scaled < _SHORTEST) & ~is_ended
+            new = v.choose(is_good, after.load(), before)
+            y.store(v.choose(is_lost, _NAN, new))
+            lost.store(v.choose(is_good, rests, lost.load()))
+            k[0].store(v.choose(is_good, k[_LAST].load(), k[0].load()))
+            t[0] = is_lost.choose(until, is_good.choose(to, now))
+            # Motions that wait keep a step that is no zero.
+            wish[0] = is_ended.choose(first, scaled)
+            steps[0] += 1
+        *found, _ = columns_and_trail(equations, v.choose(t[0] >= until, y.load(), _NAN))
+        # A motion that has stepped over a singularity does not keep its energy.
+        allowed = energy * (tolerance * _DRIFT).at_least(_ROUNDING)
+        is_kept = abs(found[ENERGY] - energy) <= allowed
+        for place, value in zip(places, v.choose(is_kept, found, _NAN), strict=True):
+            columns.vectors(place)[0] = value
+        group[0] += v.POINTS
+    c.do("ret void")
+    return v.module(rates_code(equations), c)
+
+
+def _slopes(k: Sequence[v.Memory], row: Row) -> Any:
+    """Those of each variable, weighted."""
+    return v.weighted([k[stage].load() for stage in row], list(row.values()))
+
+
+def _square(errors: v.Registers) -> Any:
+    """Of the length of a vector of errors."""
+    first, *rest = errors
+    return reduce(lambda found, x: v.fused(x, x, found), rest, first * first)
+
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Variables that give initial conditions [rad, rad/s, m/s], each in its default definition."""
@@ -38,6 +192,7 @@ TOLERANCES: Mapping[str | float, float] = {
 """For each accuracy of `simulate` the tolerance of a step that keeps it at the ends of 10 s,
 of 20 starts as there; of 4000 one in a hundred is worse, by up to a factor of five."""
 
+_ARGUMENTS = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
 # Work is handed out in parts of so many vectors, so that no thread is left with the slow motions.
 _PART = 16 * POINTS
 
@@ -69,7 +224,8 @@ class Ensemble:
         bicycle = bicycle or benchmark()[0]
         self._tolerance = TOLERANCES[choose(accuracy, TOLERANCES)]
         self._threads = threads
-        self._code = EnsembleCode(bicycle)
+        source = ends_source(Equations.binary64(bicycle, is_regular=False))
+        self._ends = function(source, ENDS, *_ARGUMENTS)
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
@@ -95,9 +251,13 @@ class Ensemble:
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
         parts = [range(len(filled))[i : i + _PART] for i in range(0, len(filled), _PART)]
-        work = partial(
-            self._code.ends, packed, columns, duration=duration, tolerance=self._tolerance
-        )
+
+        def work(part: range) -> None:
+            self._ends(
+                packed.ctypes.data, len(filled), part.start, part.stop, duration, self._tolerance,
+                MOST_STEPS, columns.ctypes.data,
+            )  # fmt: skip
+
         if self._threads == 1:
             work(range(len(filled)))
         else:

@@ -10,10 +10,12 @@ bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import ctypes
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +28,15 @@ from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.workbench.fast.native import MotionCode, Solution
-from heyoka_bike.workbench.fast.vector_code import STATE
+from heyoka_bike.workbench.fast.step_code import RUN, run_source
+from heyoka_bike.workbench.fast.vector_code import (
+    ADDRESS,
+    COUNT,
+    MOST_STEPS,
+    NUMBER,
+    STATE,
+    function,
+)
 
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
 _Values = tuple[tuple[str, Exact], ...]  # of a bicycle
@@ -47,11 +56,85 @@ starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of 
 [rad], their rates [rad/s] and the speed [m/s] over 10 s."""
 
 _BITS = 256  # for the initial state
+_Byte, _Report = ctypes.c_char, ctypes.c_double * 5
+_ARGUMENTS = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
 _LEAST_ROWS, _MOST_ROWS = 2, 1_000_001
 _KEPT = 32  # prepared runs
 # Energy drifts by 0.2 of the tolerance, and by rounding; a step over a singularity throws it off by
 # a good part of it.
 _DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A motion at its rows.
+
+    Attributes
+    ----------
+    columns : ndarray, shape (8, rows)
+        Those of the benchmark, SI units.
+    steps
+        How many were taken; negative for a motion that cannot be continued.
+    time
+        Reached [s].
+    least_trail, largest_trail
+        Of the rows: the mechanical trail over the front wheel's radius.
+    least_energy, largest_energy
+        Of the rows: the mechanical energy [J].
+    """
+
+    columns: Array
+    steps: int
+    time: float
+    least_trail: float
+    largest_trail: float
+    least_energy: float
+    largest_energy: float
+
+
+class MotionCode:
+    """Compiled code for motions of one bicycle, see `step_code`; any thread may call it.
+
+    Raises
+    ------
+    MissingPackageError
+        llvmlite is not installed.
+    """
+
+    def __init__(self, bicycle: Bicycle, *, is_regular: bool) -> None:
+        source = run_source(Equations.binary64(bicycle, is_regular=is_regular))
+        self._run = function(source, RUN, *_ARGUMENTS)
+
+    def motion(self, start: Array, times: Array, tolerance: float) -> Callable[..., Solution]:
+        """A motion from time 0 through ascending times, to be carried out again and again.
+
+        Parameters
+        ----------
+        start : ndarray, shape (6,)
+        times : ndarray, shape (rows,)
+            [s]
+        tolerance
+            Of a step: about the error of the state within it.
+
+        Returns
+        -------
+        callable
+            Carries it out; its argument, shape (6, rows), gets the states if it is there.
+        """
+        # A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one:
+        # those that stay are taken once, and the one of the result through the buffer it is.
+        given = start.ctypes.data, len(times), times.ctypes.data, tolerance, MOST_STEPS
+        return partial(self._carry_out, (start, times), given)
+
+    def _carry_out(
+        self, arrays: tuple[Array, Array], given: tuple[Any, ...], states: Array | None = None
+    ) -> Solution:
+        columns, report = np.empty((len(BENCHMARK_COLUMNS), len(arrays[1]))), _Report()
+        steps = self._run(
+            *given, ctypes.byref(_Byte.from_buffer(columns.data)),
+            None if states is None else states.ctypes.data, report,
+        )  # fmt: skip
+        return Solution(columns, steps, *report)
 
 
 @dataclass(frozen=True, repr=False, slots=True)

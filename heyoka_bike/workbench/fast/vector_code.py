@@ -1,11 +1,14 @@
 """Functions of numbers and vectors in LLVM's language: registers, memory, loops and branches.
 
+LLVM makes machine code of them when it is first needed; no compiler has to be installed.
+
 A vector has eight places, half of one four. Operators on registers write instructions; a number
 beside a vector is put into all of its places.
 """
 
 from __future__ import annotations
 
+import ctypes
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -15,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from heyoka_bike.errors import GENERATE, required
 from heyoka_bike.numbers.double import Array
 
 STATE = 6
@@ -395,3 +399,33 @@ def _signed(x: Register, quarters: Register) -> Register:
     """The sign changed where the second bit of the quarters is set."""
     sign = (quarters << 62) & -(2**63)
     return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", WHOLE)
+
+
+_LEVEL = 3  # of optimisation
+ADDRESS, COUNT, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+"""Kinds of the arguments of a `function`."""
+MOST_STEPS = 200_000
+"""Of one run."""
+
+
+def function(source: str, name: str, *signature: Any) -> Any:
+    """A function of a module in LLVM's language, compiled, for ctypes.
+
+    Raises
+    ------
+    MissingPackageError
+        llvmlite is not installed.
+    """
+    said = f"llvmlite is not installed; simulate needs it ({GENERATE})"
+    llvm: Any = required("llvmlite.binding", said)
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=_LEVEL
+    )
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(source), machine)
+    engine.finalize_object()
+    found: Any = ctypes.CFUNCTYPE(*signature)(engine.get_function_address(name))
+    # The engine owns the code: it lives as long as what calls it.
+    found.engine = engine
+    return found

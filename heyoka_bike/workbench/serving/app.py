@@ -37,7 +37,6 @@ from heyoka_bike.showing.replay.page import START
 from heyoka_bike.system.log import fault
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.serving import pages
-from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.pages import description
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
@@ -47,6 +46,7 @@ from heyoka_bike.workbench.serving.tasks import (
     NO_ROOM,
     RENDERED,
     Kind,
+    Limits,
     Task,
     TaskEnding,
 )

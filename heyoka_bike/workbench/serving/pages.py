@@ -16,10 +16,9 @@ from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing import formats
 from heyoka_bike.showing.document.html import prose
 from heyoka_bike.version import __version__
-from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import QueuedTask
 from heyoka_bike.workbench.serving.store import StoredResult
-from heyoka_bike.workbench.serving.tasks import Kind
+from heyoka_bike.workbench.serving.tasks import Kind, Limits
 
 STATIC = Path(__file__).with_name("static")
 BAR_STYLE = (STATIC / "serve.css").read_text(encoding="utf-8")

@@ -14,8 +14,7 @@ from starlette.exceptions import HTTPException
 
 from heyoka_bike.system.jobs import ProcessExecutor, ProgressFuture, RemoteError
 from heyoka_bike.system.log import fault
-from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.tasks import Kind, Task, TaskEnding, is_long, work
+from heyoka_bike.workbench.serving.tasks import Kind, Limits, Task, TaskEnding, is_long, work
 
 _PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.serving.preload")
 # The assumed time of a task before one has been measured [s].

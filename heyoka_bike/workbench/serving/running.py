@@ -31,7 +31,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.workbench.serving.app import Server
-from heyoka_bike.workbench.serving.limits import Limits
+from heyoka_bike.workbench.serving.tasks import Limits
 
 _MOST = 1000
 # Requests at once; each has a connection and a file. Beyond the other ones files are needed, too.

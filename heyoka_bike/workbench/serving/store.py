@@ -9,9 +9,8 @@ from pathlib import Path
 from time import time
 from unicodedata import normalize
 
-from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
-from heyoka_bike.workbench.serving.tasks import FILES, Kind, Task
+from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
 # In characters; and in bytes, of which file systems take 255.
 _LONGEST_NAME, _MOST_NAME_BYTES = 80, 240

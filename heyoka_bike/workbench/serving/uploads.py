@@ -15,9 +15,8 @@ from starlette.types import Message
 from heyoka_bike.errors import InputError, quoted, unknown_word
 from heyoka_bike.numbers.exact import positive_numbers
 from heyoka_bike.scoring import requirements
-from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.store import file_name
-from heyoka_bike.workbench.serving.tasks import FILES, Kind, Task
+from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
 _FILE_FIELD, _PASTED_FIELD, _NAME = "file", "pasted", "filename"
 OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")

@@ -7,7 +7,7 @@ from starlette.testclient import TestClient
 
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.serving.app import Server
-from heyoka_bike.workbench.serving.limits import Limits
+from heyoka_bike.workbench.serving.tasks import Limits
 
 EXAMPLE = data_folder() / "peers" / "exudyn-h0.01.txt"
 

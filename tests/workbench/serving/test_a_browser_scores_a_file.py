@@ -16,7 +16,7 @@ from heyoka_bike.showing.document.html import render
 from heyoka_bike.showing.formats.leaderboard import document
 from heyoka_bike.showing.wording import origin
 from heyoka_bike.workbench.serving.app import Server
-from heyoka_bike.workbench.serving.limits import Limits
+from heyoka_bike.workbench.serving.tasks import Limits
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
 playwright = pytest.importorskip("playwright.sync_api")

@@ -15,9 +15,9 @@ from heyoka_bike.system import files
 from heyoka_bike.system.jobs import ProgressFuture
 from heyoka_bike.workbench.serving import store, tasks, uploads
 from heyoka_bike.workbench.serving.app import _status
-from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, file_name
+from heyoka_bike.workbench.serving.tasks import Limits
 
 BROWSER = {"accept": "text/html"}
 

@@ -10,8 +10,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.pages import description
+from heyoka_bike.workbench.serving.tasks import Limits
 
 BROWSER = {"accept": "text/html"}
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
+from itertools import groupby, product
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.equations.bodies import bodies_of
 from heyoka_bike.bicycle.equations.constants import constants_of
 from heyoka_bike.bicycle.equations.forces import forces
-from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
@@ -29,7 +30,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     track_speeds,
     whole_rates,
 )
-from heyoka_bike.bicycle.parameters import START, Bicycle, benchmark
+from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.arithmetic import Number
@@ -41,7 +42,7 @@ from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
-from heyoka_bike.workbench.atlas.figure import limits
+from heyoka_bike.workbench.atlas.figure import limits, maneuvers
 from heyoka_bike.workbench.atlas.store import load_atlas
 
 _LAST, _NONE = 65534, 65535
@@ -165,9 +166,7 @@ def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equ
 def _rates(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
     o, u = equations.unfold(y)
     rear, _ = track_speeds(equations.k, u)
-    _, c1, c3 = lateral_condition(o)
-    divisors = (o.kappa, o.den, c3 * o.cb - c1 * o.sb)
-    return [*whole_rates(equations, y), rear, *divisors]
+    return [*whole_rates(equations, y), rear, o.kappa, o.den, turn_divisor(o)]
 
 
 def _observed(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
@@ -325,18 +324,14 @@ frame, with Shift by a second. An address ending in <code>#at=4.6,0.5</code> ope
 
 
 def _title(axis: GridAxis) -> str:
-    is_start = axis.name in START
-    return f"initial {axis.name.replace('_', ' ')}" if is_start else f"{axis.long_name} {axis.name}"
+    return axis.title if axis.name in START else f"{axis.title} {axis.name}"
 
 
 def _marks(atlas: Atlas) -> list[dict[str, Any]]:
     """The benchmark's maneuvers that are in the map."""
-    bicycle, maneuvers = benchmark()
-    if atlas.bicycle.values != bicycle.values:
-        return []
     found = []
     names = [axis.name for axis in atlas.axes]
-    for number, maneuver in enumerate(maneuvers, start=1):
+    for number, maneuver in enumerate(maneuvers(atlas), start=1):
         start = {key: float(getattr(maneuver, key)) for key in START}
         is_on = all(start[key] == x for key, x in atlas.start.items() if key not in names)
         inside = all(a.values[0] <= start.get(a.name, np.nan) <= a.values[-1] for a in atlas.axes)
@@ -356,31 +351,20 @@ def _stable(atlas: Atlas) -> dict[str, Any]:
     if "speed" not in names:
         return {"curves": [], "ranges": []}
     other = atlas.axes[1 - names.index("speed")]
-    ends = (other.values[0], other.values[-1])
-    if other.name in START:
-        found = _ranges(atlas.bicycle)
-        at = [(x, found) for x in ends]
-    else:
-        values = np.linspace(*ends, _CURVE)
-        at = [
-            (x, _ranges(atlas.bicycle.replace(**{other.name: Exact(Fraction(x))}))) for x in values
-        ]
-    curves: list[list[list[float]]] = []
-    last: dict[tuple[int, int], list[list[float]]] = {}
-    for x, ranges in at:
-        now = {}
-        for i, one in enumerate(ranges):
-            for j, speed in enumerate(one):
-                if speed is None:
-                    continue
-                place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
-                now[i, j] = last.get((i, j), [])
-                now[i, j].append(place)
-                if len(now[i, j]) == 1:
-                    curves.append(now[i, j])
-        last = now
-    is_simple = names[0] == "speed" and other.name in START
-    return {"curves": curves, "ranges": at[0][1] if is_simple else []}
+    is_one, ends = other.name in START, (other.values[0], other.values[-1])
+    values = ends if is_one else np.linspace(*ends, _CURVE)
+    changes = [{} if is_one else {other.name: Exact(Fraction(x))} for x in values]
+    ranges = [_ranges(atlas.bicycle.replace(**change)) for change in changes]
+    curves = []
+    for i, j in product(range(max(map(len, ranges))), (0, 1)):
+        speeds = [found[i][j] if i < len(found) else None for found in ranges]
+        for is_there, points in groupby(
+            zip(speeds, values, strict=True), lambda p: p[0] is not None
+        ):
+            if is_there:
+                places = [[speed, float(x)] for speed, x in points]
+                curves.append(places if names[0] == "speed" else [p[::-1] for p in places])
+    return {"curves": curves, "ranges": ranges[0] if is_one and names[0] == "speed" else []}
 
 
 def _energy(atlas: Atlas) -> list[list[list[float]]]:
