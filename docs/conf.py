@@ -40,9 +40,9 @@ nitpick_ignore_regex = [
     # Private fields of dataclasses.
     (r"py:class", r".*\._\w+"),
     # Types that are not among the public names.
-    (r"py:class", r"heyoka_bike\.(bicycle\.column\.Column|scoring\.verdict\.Grade)"),
+    (r"py:class", r"heyoka_bike\.(bicycle\.columns\.Column|scoring\.verdict\.Grade)"),
     (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
-    (r"py:class", r"heyoka_bike\.motion\.evaluator\.Drift"),
+    (r"py:class", r"heyoka_bike\.motion\.trajectory\.Drift"),
 ]
 # Words of a shape, "(rows,)", are no references.
 suppress_warnings = ["ref.python"]
