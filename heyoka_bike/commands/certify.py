@@ -64,8 +64,7 @@ def _after(args: argparse.Namespace) -> int:
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
     from heyoka_bike.reference.manifest import read_manifest
-    from heyoka_bike.reference.proof.certificate_file import COMPUTED, entry, proved
-    from heyoka_bike.reference.proof.prove_again import certify
+    from heyoka_bike.reference.proof.certificate import COMPUTED, certify, entry, proved
     from heyoka_bike.reference.structure import COLUMNS_OF
     from heyoka_bike.system.resources import reference_folder
 

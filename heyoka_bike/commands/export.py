@@ -24,7 +24,6 @@ examples:
 
 import argparse
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -89,14 +88,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _reference(args: argparse.Namespace) -> dict[Path, bytes]:
-    from heyoka_bike.reference.exports.selection import choose
+    from heyoka_bike.reference.exports.formats import FORMATS, choose
     from heyoka_bike.reference.load import load_reference
 
-    exporter = import_module(f"heyoka_bike.reference.exports.{args.format}")
-    render = exporter.render
+    suffixes, render = FORMATS[args.format]
     if args.digits is not None:
         render = partial(render, digits=_digits(args))
-    folder, stem = _place(args.output, exporter.SUFFIXES, _STEM)
+    folder, stem = _place(args.output, suffixes, _STEM)
     selection = choose(load_reference(args.reference), args.maneuver, args.columns)
     return {folder / f"{stem}{ending}": data for ending, data in render(selection, stem).items()}
 
@@ -129,7 +127,7 @@ def _page(args: argparse.Namespace) -> dict[Path, bytes]:
 
 
 def _digits(args: argparse.Namespace) -> int:
-    from heyoka_bike.reference.exports.csv import DIGITS
+    from heyoka_bike.reference.exports.formats import DIGITS
 
     if args.format != "csv":
         raise InputError("--digits: expected with --format csv only")

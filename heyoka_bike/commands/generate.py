@@ -30,8 +30,8 @@ from heyoka_bike.version import __version__
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.events import Ending
-    from heyoka_bike.reference.making.generate import Generated
-    from heyoka_bike.reference.making.tabulate import Table
+    from heyoka_bike.reference.making import Generated
+    from heyoka_bike.reference.proof.certificate import Table
 
 _DIGITS = 70
 _HEADINGS = (
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if args.after_ten_seconds:
         return _after(args)
-    from heyoka_bike.reference.making.generate import generate_sets
+    from heyoka_bike.reference.making import generate_sets
 
     folders = _folders(args)
     made: list[Generated] = []

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         from heyoka_bike.motion.integrate import require_heyoka
 
         require_heyoka()
-    from heyoka_bike.reference.verification.rerun import run_again
+    from heyoka_bike.reference.verification.numbers import run_again
     from heyoka_bike.reference.verification.verify import verify
 
     with patience("checking"):

@@ -18,7 +18,7 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine
-from heyoka_bike.reference.exports.selection import Selection, about, commented
+from heyoka_bike.reference.exports.formats import Selection, about, commented
 from heyoka_bike.reference.following import FOLLOWS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.measures import rms
