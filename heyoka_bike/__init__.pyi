@@ -7,7 +7,7 @@ from heyoka_bike.version import __version__ as __version__
 from heyoka_bike.reference.load import Reference as Reference
 from heyoka_bike.reference.load import load_reference as load_reference
 from heyoka_bike.reference.load import load_motion as load_motion
-from heyoka_bike.reference.sensitivities import load_sensitivities as load_sensitivities
+from heyoka_bike.reference.load import load_sensitivities as load_sensitivities
 
 # Judge a file.
 from heyoka_bike.scoring.reading.results import Results as Results
@@ -21,8 +21,8 @@ from heyoka_bike.scoring.series import score_series as score_series
 from heyoka_bike.scoring.series import compare as compare
 
 # Show.
-from heyoka_bike.showing.figures.plot import plot as plot
-from heyoka_bike.showing.replay.animate import animate as animate
+from heyoka_bike.showing.figures import plot as plot
+from heyoka_bike.showing.replay.page import animate as animate
 
 # Compute.
 from heyoka_bike.bicycle.parameters import Bicycle as Bicycle
@@ -38,8 +38,8 @@ from heyoka_bike.motion.trajectory import Trajectory as Trajectory
 from heyoka_bike.numbers.exact import Exact as Exact
 
 # Make and check sets.
-from heyoka_bike.reference.making.generate import generate as generate
-from heyoka_bike.reference.proof.prove_again import certify as certify
+from heyoka_bike.reference.making import generate as generate
+from heyoka_bike.reference.proof.certificate import certify as certify
 from heyoka_bike.reference.verification.verify import verify as verify
 from heyoka_bike.system.parallel import using as using
 

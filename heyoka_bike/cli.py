@@ -12,9 +12,8 @@ from collections.abc import Iterable, Sequence
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
+from heyoka_bike.commands import options
 from heyoka_bike.commands.citation import Cite
-from heyoka_bike.commands.completion import SHELLS, PrintCompletion
-from heyoka_bike.commands.options import add_verbose, telling, using_workers
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
 from heyoka_bike.registry import COMMANDS, command
 from heyoka_bike.version import __version__
@@ -83,15 +82,16 @@ def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
     top.add_argument("--cite", action=Cite, help="show how to cite the program and its data")
     top.add_argument(
         "--print-completion",
-        action=PrintCompletion,
+        action=options.PrintCompletion,
         metavar="SHELL",
-        choices=SHELLS,
-        help=f"print what completes words in a shell: {', '.join(SHELLS)}; needs shtab",
+        choices=options.SHELLS,
+        help=f"print what completes words in a shell: {', '.join(options.SHELLS)}; needs shtab",
     )
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in commands:
         command(name).add_parser(subparsers)
-        add_verbose(subparsers.choices[name])
+        counted = {"action": "count", "default": 0}
+        options.add_arguments(subparsers.choices[name], options.VERBOSE, verbose=counted)
     return top
 
 
@@ -142,7 +142,7 @@ def _prepare(words: Sequence[str]) -> None:
 def _carry_out(arguments: argparse.Namespace) -> int:
     if sys.stdout is None:
         raise InputError("standard output is closed")
-    with telling(arguments), using_workers(arguments):
+    with options.telling(arguments), options.using_workers(arguments):
         code: int = arguments.run(arguments)
     sys.stdout.flush()
     return code

@@ -32,7 +32,7 @@ class Displayed:
     def _repr_html_(self) -> str:
         """For notebooks: HTML without a script."""
         blocks = getattr(shown_by("views"), self._view)(self)
-        return str(shown_by("document.notebook").render(tuple(blocks)))
+        return str(shown_by("document.html").piece(tuple(blocks)))
 
 
 class Held(Mapping[K, V]):

@@ -28,7 +28,7 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.reference.proof import prove_again
+from heyoka_bike.reference.proof import certificate
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
 from heyoka_bike.reference.verification import schema
@@ -258,8 +258,8 @@ def keep_proofs() -> Iterator[None]:
     What is published in a copy is compared with it, unless the same was compared before.
     """
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("enclosed", "differentiate", "round_rows", "_rounded", "_moved", "_varied"):
-            patch.setattr(prove_again, name, kept(getattr(prove_again, name)))
+        for name in ("enclosed", "differentiate", "round_rows", "rounded", "moved", "varied"):
+            patch.setattr(certificate, name, kept(getattr(certificate, name)))
         yield
 
 
@@ -294,7 +294,7 @@ def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
         return known[of]
 
     # By its name and place another process finds the function itself.
-    once.__module__ = prove_again.__name__
+    once.__module__ = certificate.__name__
     return once
 
 

@@ -117,4 +117,4 @@ def _computed(bicycle, maneuver):
 def _between(run, rows):
     scales = {name: rows.scale(name) for name in rows.hi}
     at = evaluator(run, run.bits + EVALUATION_BITS)
-    return interpolate(at, scales, constant_columns(run), _silent)
+    return interpolate(at.near, at.end, at.balls, scales, constant_columns(run), _silent)

@@ -19,7 +19,7 @@ from speed_page import filled, table
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main as command
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.motion.integrate import Expressions, require_heyoka, right_hand_side
@@ -27,10 +27,10 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.layout import CERTIFICATE
-from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.load import load_reference, load_sensitivities
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
-from heyoka_bike.reference.sensitivities import START, UNKNOWNS, load_sensitivities
+from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import find_input, reference_folder

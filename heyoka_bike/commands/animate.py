@@ -18,20 +18,20 @@ from typing import Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit
-from heyoka_bike.showing.replay import check_suffix
 
 _DEFAULT = "uncontrolled-bicycle.html"
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
-    options.add_output(p, f"file to write, .html (default ./{_DEFAULT})")
+    said = {
+        "[FILE]": "result file; - is standard input",
+        "-o --output FILE": f"file to write, .html (default ./{_DEFAULT})",
+    }
+    p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("html",), "")
-    said = "show this one, which a file of one maneuver then holds (default: all)"
-    options.add_options(p, {"--maneuver N": said})
-    options.add_reference(p)
+    which = "show this one, which a file of one maneuver then holds (default: all)"
+    options.add_arguments(p, {"--maneuver N": which, **options.REFERENCE})
 
 
 def run(args: argparse.Namespace) -> int:
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.commands.result_files import maneuvers_of
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.reading.source import read_results
-    from heyoka_bike.showing.replay.page import render
+    from heyoka_bike.showing.replay.page import check_suffix, render
     from heyoka_bike.showing.replay.scenes import replay
     from heyoka_bike.system.files import refuse_overwriting, write_output
 

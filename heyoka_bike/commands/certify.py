@@ -28,13 +28,12 @@ _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    options.add_folder(p)
-    said = "prove what is said of the motions after their ten seconds instead: the folder is one "
-    said += (
-        "with after-ten-seconds.json (default: the published one); two minutes of processor time"
-    )
-    p.add_argument("--after-ten-seconds", action="store_true", help=said)
+    after = {
+        "--after-ten-seconds": "prove what is said of the motions after their ten seconds instead: "
+        "the folder is one with after-ten-seconds.json (default: the published one); two minutes "
+        "of processor time"
+    }
+    p = options.add_command(subparsers, run, __doc__, options.FOLDER | after)
     options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
@@ -49,8 +48,8 @@ def _after(args: argparse.Namespace) -> int:
     from heyoka_bike.system.resources import after_folder
 
     with progress_bars({"certify": 1.0}) as progress:
-        facts = addition("certify_after")(args.folder or None, progress=progress)
-    folder = args.folder or after_folder()
+        facts = addition("certify_after")(args.dir or None, progress=progress)
+    folder = args.dir or after_folder()
     if args.format == "json":
         said = [{"about": fact.about, "statement": fact.statement} for fact in facts]
         print_json(_document(folder, {AFTER: []}, {}, facts=said))
@@ -65,14 +64,13 @@ def _after(args: argparse.Namespace) -> int:
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
     from heyoka_bike.reference.manifest import read_manifest
-    from heyoka_bike.reference.proof.certificate_file import COMPUTED, entry, proved
-    from heyoka_bike.reference.proof.prove_again import certify
+    from heyoka_bike.reference.proof.certificate import COMPUTED, certify, entry, proved
     from heyoka_bike.reference.structure import COLUMNS_OF
     from heyoka_bike.system.resources import reference_folder
 
-    folder = args.folder or reference_folder()
+    folder = args.dir or reference_folder()
     with progress_bars(_SHARES) as progress:
-        proofs = certify(args.folder or None, progress=progress)
+        proofs = certify(args.dir or None, progress=progress)
     columns = proved(read_manifest(folder).files, COLUMNS_OF)
     if args.format == "json":
         said = [{**entry(proof), "cpu_seconds": proof.cpu} for proof in proofs]

@@ -27,16 +27,15 @@ from heyoka_bike.numbers.exact import positive_numbers
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("file", metavar="FILE", nargs="?", help="the table; - is standard input")
-    states = "write the states that are known with every quantity, correctly rounded, and check "
-    options.add_options(p, {"--states CSV": f"{states}nothing"})
-    options.add_bicycle(p)
     said = {
+        "[FILE]": "the table; - is standard input",
+        "--states CSV": "write the states that are known with every quantity, correctly rounded, "
+        "and check nothing",
+        **options.BICYCLE,
         "--si": "columns without a unit are in SI units",
-        "--tolerance X": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
+        "--tolerance X 1e-9": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
     }
-    options.add_options(p, said, tolerance={"default": "1e-9"})
+    p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("text", "json"))
 
 

@@ -54,7 +54,7 @@ class Work:
 def works() -> tuple[Work, ...]:
     """The program and its data in this version, and what they rest on."""
     from heyoka_bike.reference import manifest
-    from heyoka_bike.reference.description.facts import CREATOR, TITLE
+    from heyoka_bike.reference.description import CREATOR, TITLE
 
     template = Template(Path(__file__).with_name("citation.bib").read_text(encoding="utf-8"))
     entries = template.substitute(

@@ -18,7 +18,6 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
 
@@ -28,12 +27,11 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
+    files = {"FILE...": "result file, or files of one run"}
+    p = options.add_command(subparsers, run, __doc__, files)
     options.add_format(p, ("text", "json"))
-    options.add_options(p, {"--maneuver N": "maneuver that a file of one maneuver holds"})
-    add_columns(p)
-    options.add_reference(p)
+    maneuver = {"--maneuver N": "maneuver that a file of one maneuver holds"}
+    options.add_arguments(p, maneuver | options.COLUMNS | options.REFERENCE)
     options.add_workers(p)
 
 
@@ -43,12 +41,12 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnosed_elsewhere
     from heyoka_bike.scoring.score import score
-    from heyoka_bike.showing.formats import diagnosis
+    from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
     reference = load_reference(args.reference)
-    numbers = maneuvers_of(args.maneuver, len(args.files), reference)
-    files = [read(f, n, reference, args.columns) for f, n in zip(args.files, numbers, strict=True)]
+    numbers = maneuvers_of(args.maneuver, len(args.file), reference)
+    files = [read(f, n, reference, args.columns) for f, n in zip(args.file, numbers, strict=True)]
     with progress_bar("simulating mistakes") as progress:
         (found,) = side_by_side(
             diagnosed_elsewhere, [(score(files, reference), reference)], [("", 1.0)],
@@ -56,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
     if NOTHING in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
-    print(_as_json(found) if args.format == "json" else diagnosis.render(found))
+    print(_as_json(found) if args.format == "json" else diagnosis(found))
     return Exit.OK
 
 

@@ -24,7 +24,6 @@ examples:
 
 import argparse
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -55,10 +54,10 @@ def add_parser(subparsers: Any) -> None:
         "--checker": f"write {_STEM}.h: the exact motion, and how many digits of yours are right",
         "--page": f"write {_STEM}.html: a page that judges files in the browser, without a server",
     }
-    options.add_options(what, kinds, equations={"choices": _LANGUAGES})
-    said = f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: this folder)"
-    options.add_output(p, said, metavar="FILE_OR_DIR", default=".")
+    options.add_arguments(what, kinds, equations={"choices": _LANGUAGES})
     others = {
+        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: "
+        "this folder)",
         "--bicycle NAME|FILE": "of --equations: a bicycle of the collection, or a TOML file "
         "(default: benchmark)",
         "--maneuvers NAME|FILE": "of --equations: maneuvers of the collection, or a TOML file "
@@ -67,9 +66,9 @@ def add_parser(subparsers: Any) -> None:
         "--columns NAMES": "names separated by commas, or all (default: the eight of the benchmark "
         "in their default definitions)",
         "--digits N": "of csv: 17 (default) or 32",
+        **options.REFERENCE,
     }
-    options.add_options(p, others, maneuver={"type": int}, digits={"type": int})
-    options.add_reference(p)
+    options.add_arguments(p, others, maneuver={"type": int}, digits={"type": int})
 
 
 def run(args: argparse.Namespace) -> int:
@@ -89,14 +88,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _reference(args: argparse.Namespace) -> dict[Path, bytes]:
-    from heyoka_bike.reference.exports.selection import choose
+    from heyoka_bike.reference.exports.formats import FORMATS, choose
     from heyoka_bike.reference.load import load_reference
 
-    exporter = import_module(f"heyoka_bike.reference.exports.{args.format}")
-    render = exporter.render
+    suffixes, render = FORMATS[args.format]
     if args.digits is not None:
         render = partial(render, digits=_digits(args))
-    folder, stem = _place(args.output, exporter.SUFFIXES, _STEM)
+    folder, stem = _place(args.output, suffixes, _STEM)
     selection = choose(load_reference(args.reference), args.maneuver, args.columns)
     return {folder / f"{stem}{ending}": data for ending, data in render(selection, stem).items()}
 
@@ -122,14 +120,14 @@ def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
 
 
 def _page(args: argparse.Namespace) -> dict[Path, bytes]:
-    from heyoka_bike.showing.checker.page import render
+    from heyoka_bike.showing.checker.wasm import render_page
 
     folder, stem = _place(args.output, (".html",), _STEM)
-    return {folder / f"{stem}.html": render().encode()}
+    return {folder / f"{stem}.html": render_page().encode()}
 
 
 def _digits(args: argparse.Namespace) -> int:
-    from heyoka_bike.reference.exports.csv import DIGITS
+    from heyoka_bike.reference.exports.formats import DIGITS
 
     if args.format != "csv":
         raise InputError("--digits: expected with --format csv only")

@@ -30,8 +30,8 @@ from heyoka_bike.version import __version__
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.events import Ending
-    from heyoka_bike.reference.making.generate import Generated
-    from heyoka_bike.reference.making.tabulate import Table
+    from heyoka_bike.reference.making import Generated
+    from heyoka_bike.reference.proof.certificate import Table
 
 _DIGITS = 70
 _HEADINGS = (
@@ -62,7 +62,7 @@ def add_parser(subparsers: Any) -> None:
         "bicycles ./sets)",
         "--force": "replace a set of another version or of other inputs",
     }
-    options.add_options(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
+    options.add_arguments(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
     options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if args.after_ten_seconds:
         return _after(args)
-    from heyoka_bike.reference.making.generate import generate_sets
+    from heyoka_bike.reference.making import generate_sets
 
     folders = _folders(args)
     made: list[Generated] = []

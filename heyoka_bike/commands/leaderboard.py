@@ -30,16 +30,19 @@ _SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("folder", metavar="FOLDER", help="folder of submissions")
-    options.add_output(p, "write to this file (.html or .json)")
-    options.add_format(p, ("table", "json", "html"), "default: table, and by the suffix of -o")
     said = {
-        "--reference DIR": "folder of a set of H2, H3 or H4; may be repeated (that of H1 is here)",
+        "FOLDER": "folder of submissions",
+        "-o --output FILE": "write to this file (.html or .json)",
+    }
+    p = options.add_command(subparsers, run, __doc__, said)
+    options.add_format(p, ("table", "json", "html"), "default: table, and by the suffix of -o")
+    how = {
+        "--reference DIR...": "folder of a set of H2, H3 or H4; may be repeated (that of "
+        "H1 is here)",
         "--diagnose": "say of each what goes wrong, as 'diagnose' does (about ten seconds for "
         "each)",
     }
-    options.add_options(p, said, reference={"action": "append", "default": []})
+    options.add_arguments(p, how)
     options.add_workers(p)
 
 
@@ -50,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring.leaderboard import leaderboard
     from heyoka_bike.showing.document import html
     from heyoka_bike.showing.formats.leaderboard import document, render_json
-    from heyoka_bike.showing.formats.origin import origin
+    from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.files import write_output
 
     finish = {}

@@ -43,19 +43,17 @@ _Document = dict[str, Any]
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
-    digits = {"--digits N": "significant decimal digits, 5 to 1000 (default 15)"}
-    options.add_options(p, digits, digits={"type": int, "default": 15})
-    options.add_bicycle(p)
     said = {
-        "--speeds LIST": "speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step (default "
-        "0:10:1)",
+        "--digits N": "significant decimal digits, 5 to 1000 (default 15)",
+        **options.BICYCLE,
+        "--speeds LIST 0:10:1": "speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step "
+        "(default 0:10:1)",
         "--uncertainty SIGMAS": "prove between which speeds weave and capsize lie if every "
         "parameter may be so many of its standard deviations off (default 1), and where all such "
         "bicycles are stable",
     }
-    options.add_options(
-        p, said, speeds={"default": "0:10:1"}, uncertainty={"nargs": "?", "const": "1"}
-    )
+    digits, sigmas = {"type": int, "default": 15}, {"nargs": "?", "const": "1"}
+    options.add_arguments(p, said, digits=digits, uncertainty=sigmas)
     options.add_format(p, ("table", "json"))
 
 

@@ -1,23 +1,31 @@
-"""Commands as the command line takes them, and the options that several of them have."""
+"""Commands as the command line takes them, their options, and the completion of both in a shell."""
 
+import argparse
 import os
 import textwrap
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from string import Template
 from typing import Any
 
-from heyoka_bike.errors import unknown_word
+from heyoka_bike.errors import Exit, unknown_word
+
+SHELLS = ("bash", "zsh", "fish", "tcsh")
+_FILES = ("FILE", "NAME|FILE", "FILE_OR_DIR", "FILE_OR_FOLDER")
+_FOLDERS = ("DIR", "FOLDER")
 
 
 def add_command(
-    subparsers: Any, run: Callable[[Namespace], int], said: str | None, **fields: str
-) -> ArgumentParser:
+    subparsers: Any, run: Callable[[Namespace], int], said: str | None,
+    arguments: Mapping[str, str] | None = None, **fields: str,
+) -> ArgumentParser:  # fmt: skip
     """Add a command to the command line; it is called like the module of `run`.
 
     Parameters
     ----------
+    arguments
+        See `add_arguments`.
     said
         Docstring of that module. The summary is the command's line in the list of commands; the
         paragraphs after it stand above the options, those from the first on that begins with a
@@ -36,6 +44,7 @@ def add_command(
         formatter_class=_Paragraphs,
     )
     parser.set_defaults(run=run)
+    add_arguments(parser, arguments or {})
     return parser
 
 
@@ -47,40 +56,47 @@ class _Paragraphs(HelpFormatter):
         return "\n\n".join(p if p[:1].islower() else textwrap.fill(p, width) for p in paragraphs)
 
 
-def add_options(parser: Any, said: Mapping[str, str], **settings: Mapping[str, object]) -> None:
-    """Add options, in their order.
+def add_arguments(parser: Any, said: Mapping[str, str], **settings: Mapping[str, object]) -> None:
+    """Add arguments and options, in their order.
 
     Parameters
     ----------
     said
-        The help of each by its usage: ``--force`` is a switch, ``--until WHEN`` takes a text.
+        The help of each by its usage. ``FILE`` is an argument, ``[FILE]`` one that may be missing,
+        ``FILE...`` one or more. ``--force`` is a switch, ``-o --output FILE`` takes a text,
+        ``--speeds LIST 0:10:1`` has a default, ``--require EXPR...`` may be repeated.
     settings
         Arguments of ``add_argument``, such as ``{"type": int}``, by the name of an option with
         underscores.
     """
     for usage, text in said.items():
-        option, _, metavar = usage.partition(" ")
+        words = usage.split()
+        flags = [word for word in words if word.startswith("-")]
+        value, default, *_ = *words[len(flags) :], "", ""
+        metavar = value.strip("[]").removesuffix("...")
         kind: dict[str, Any] = {"metavar": metavar} if metavar else {"action": "store_true"}
-        kind |= settings.get(option.strip("-").replace("-", "_"), {})
-        parser.add_argument(option, help=text, **kind)
+        if flags and value.endswith("..."):
+            kind |= {"action": "append", "default": []}
+        elif value.endswith(("...", "]")):
+            kind["nargs"] = "?" if value.endswith("]") else "+"
+        if default:
+            kind["default"] = default
+        names = flags or [metavar.lower()]
+        kind |= settings.get(names[-1].strip("-").replace("-", "_"), {})
+        parser.add_argument(*names, help=text, **kind)
 
 
-def add_reference(parser: ArgumentParser, of: str = "") -> None:
-    """Add ``--reference``."""
-    said = f"folder of a reference set{of} (default: the published one)"
-    add_options(parser, {"--reference DIR": said})
-
-
-def add_folder(parser: ArgumentParser) -> None:
-    """Add the folder of a reference set as an argument."""
-    said = "folder (default: the published set)"
-    parser.add_argument("folder", nargs="?", metavar="DIR", help=said)
-
-
-def add_bicycle(parser: ArgumentParser) -> None:
-    """Add ``--bicycle``."""
-    said = "a bicycle of the collection, or a TOML file (default: benchmark)"
-    add_options(parser, {"--bicycle NAME|FILE": said}, bicycle={"default": "benchmark"})
+FOLDER = {"[DIR]": "folder (default: the published set)"}
+BICYCLE = {
+    "--bicycle NAME|FILE benchmark": "a bicycle of the collection, or a TOML file (default: "
+    "benchmark)"
+}
+COLUMNS = {
+    "--columns NAMES": "what the columns of a file are, in its order, whatever their names there: "
+    "time,roll_angle,m2_steer_angle,...; - for one that is left out"
+}
+REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
+"""Arguments that several commands have."""
 
 
 def add_workers(parser: ArgumentParser) -> None:
@@ -91,7 +107,7 @@ def add_workers(parser: ArgumentParser) -> None:
         "--cluster ADDRESS": "do the work on the workers of a running Dask scheduler, such as "
         "tcp://node7:8786, or of a scheduler file; needs heyoka_bike[cluster]",
     }
-    add_options(parser.add_mutually_exclusive_group(), options, workers={"type": int})
+    add_arguments(parser.add_mutually_exclusive_group(), options, workers={"type": int})
 
 
 def using_workers(args: Namespace) -> AbstractContextManager[None]:
@@ -104,15 +120,14 @@ def using_workers(args: Namespace) -> AbstractContextManager[None]:
     return using(workers, cluster=cluster)
 
 
-def lists(action: Action, words: Iterable[str]) -> None:
+def lists(parser: ArgumentParser, dest: str, words: Iterable[str]) -> None:
     """Let a shell complete the words of an option that takes several, or checks them itself."""
+    (action,) = (x for x in parser._actions if x.dest == dest)
     vars(action)["words"] = tuple(words)
 
 
-def add_verbose(parser: ArgumentParser) -> None:
-    """Add ``--verbose``, which `telling` takes."""
-    said = "say on standard error what is done; twice, why so"
-    parser.add_argument("-v", "--verbose", action="count", default=0, help=said)
+VERBOSE = {"-v --verbose": "say on standard error what is done; twice, why so"}
+"""Which `telling` takes."""
 
 
 def telling(args: Namespace) -> AbstractContextManager[None]:
@@ -145,11 +160,11 @@ def add_formats(
     parser: ArgumentParser, formats: Sequence[str], said: str, *, nargs: str | None = None
 ) -> None:
     """Add ``--format`` for several, as ``formats``."""
-    action = parser.add_argument(
+    parser.add_argument(
         "--format", metavar="FORMAT", dest="formats", action=_Formats, nargs=nargs,
         help=f"one of {', '.join(formats)}; {said}",
     )  # fmt: skip
-    lists(action, formats)
+    lists(parser, "formats", formats)
 
 
 class _Formats(Action):
@@ -168,6 +183,41 @@ class _Formats(Action):
         setattr(namespace, self.dest, [*(getattr(namespace, self.dest) or ()), *found])
 
 
-def add_output(parser: ArgumentParser, said: str, **options: Any) -> None:
-    """Add ``-o`` and ``--output``, a file unless another ``metavar`` is given."""
-    parser.add_argument("-o", "--output", help=said, **{"metavar": "FILE"} | options)
+class PrintCompletion(Action):
+    """Prints what a shell reads to complete words of the command line, and ends."""
+
+    def __call__(
+        self, parser: ArgumentParser, namespace: Any, values: Any, option: Any = None
+    ) -> None:
+        try:
+            print(completion(parser, values))
+        except ModuleNotFoundError:
+            said = "shtab is not installed, expected it: pip install 'heyoka_bike[completion]'"
+            parser.exit(Exit.INPUT, f"{parser.prog}: {said}\n")
+        parser.exit(Exit.OK)
+
+
+def completion(parser: ArgumentParser, shell: str) -> str:
+    """Return a completion script: commands, options and formats by name, files and folders.
+
+    The parser is of no other use afterwards.
+    """
+    import shtab
+
+    kinds = dict.fromkeys(_FILES, shtab.FILE) | dict.fromkeys(_FOLDERS, shtab.DIRECTORY)
+    for action in _actions(parser):
+        if (kind := kinds.get(str(action.metavar))) is not None:
+            vars(action)["complete"] = kind
+        action.choices = action.choices or getattr(action, "words", None)
+    text: str = shtab.complete(parser, shell=shell)
+    return text
+
+
+def _actions(parser: ArgumentParser) -> Iterator[Action]:
+    for action in parser._actions:
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action._choices_actions:
+                # A shell shows it beside the name.
+                action.choices[command.dest].description = command.help
+                yield from _actions(action.choices[command.dest])

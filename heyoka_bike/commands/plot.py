@@ -26,10 +26,9 @@ from typing import Any
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
-from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES
+from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, drawn, written
 from heyoka_bike.showing.figures.style import FORMATS
 
-_DEFAULT_FOLDER = "figures"
 _PAGES = (".html", ".htm")
 
 
@@ -39,50 +38,37 @@ def add_parser(subparsers: Any) -> None:
     about = {name: kind.about for name, kind in FIGURES.items()}
     about[ATLAS] = "the map of an atlas (DIR), or with a name ending in .html its page"
     listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
-    p = options.add_command(subparsers, run, __doc__, figures=listed)
-    p.add_argument(
-        "reference",
-        metavar="DIR",
-        nargs="?",
-        help="folder of the reference set (default: the published one), or of an atlas",
-    )
-    figure = p.add_argument(
-        "--figure",
-        metavar="NAME",
-        default=DEFAULT,
-        help=f"what to draw, see below, or {ALL} (default {DEFAULT})",
-    )
-    options.lists(figure, [*FIGURES, ATLAS, ALL])
-    said = "folder, or the file of a single figure, its format by the suffix "
-    said += f"(default ./{_DEFAULT_FOLDER})"
-    options.add_output(p, said, metavar="FILE_OR_FOLDER", default=_DEFAULT_FOLDER)
+    said = {
+        "[DIR]": "folder of the reference set (default: the published one), or of an atlas",
+        f"--figure NAME {DEFAULT}": f"what to draw, see below, or {ALL} (default {DEFAULT})",
+        "-o --output FILE_OR_FOLDER figures": "folder, or the file of a single figure, its format "
+        "by the suffix (default ./figures)",
+    }
+    p = options.add_command(subparsers, run, __doc__, said, figures=listed)
+    options.lists(p, "figure", [*FIGURES, ATLAS, ALL])
     options.add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
-    options.add_options(p, {"--maneuver N": "draw this one (default: all)"}, maneuver={"type": int})
+    options.add_arguments(
+        p, {"--maneuver N": "draw this one (default: all)"}, maneuver={"type": int}
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.showing.figures.plot import drawn
-    from heyoka_bike.showing.figures.style import save
     from heyoka_bike.system.files import write_output
 
     if args.figure == ATLAS:
         is_page = args.output.lower().endswith(_PAGES)
         if args.maneuver is not None:
             raise InputError(f"--maneuver: expected none for {'the page of ' * is_page}an atlas")
-        if args.reference is None:
+        if args.dir is None:
             raise InputError("--figure: found atlas without one, expected its folder (DIR)")
         if is_page:
             if args.formats is not None:
                 raise InputError("--format: expected none for the page of an atlas")
-            write_output(Path(args.output), addition("atlas_page")(args.reference).encode())
+            write_output(Path(args.output), addition("atlas_page")(args.dir).encode())
             print(args.output)
             return Exit.OK
-    every = drawn(
-        args.figure, args.maneuver, args.reference, args.output, args.formats, dashes="--"
-    )
-    for figure, files in every:
-        for path in files:
-            save(figure, path)
-            print(path)
+    every = drawn(args.figure, args.maneuver, args.dir, args.output, args.formats, dashes="--")
+    for path in written(every):
+        print(path)
     return Exit.OK

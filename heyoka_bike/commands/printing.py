@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference.verification.checks import Check
+    from heyoka_bike.reference.verification.outcome import Check
     from heyoka_bike.showing.document import Block, Cell, TableColumn
 
 _WIDTH = 120  # of checks that go to a file or a pipe

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -32,16 +31,6 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
     if len(parts) not in (1, count):
         raise InputError(f"--maneuver: found {len(parts)} for {count} files, expected one for each")
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
-
-
-def add_columns(parser: argparse.ArgumentParser) -> None:
-    """Add the option ``--columns``."""
-    parser.add_argument(
-        "--columns",
-        metavar="NAMES",
-        help="what the columns of a file are, in its order, whatever their names there: "
-        "time,roll_angle,m2_steer_angle,...; - for one that is left out",
-    )
 
 
 def read(

@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_text
-from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
+from heyoka_bike.commands.result_files import STANDARD_INPUT, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
@@ -50,28 +50,26 @@ _ROWS = "rows"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__, formats=listed("and", with_packages=True))
-    p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
+    said = {"FILE...": "result files, or one list of runs"}
+    known = listed("and", with_packages=True)
+    p = options.add_command(subparsers, run, __doc__, said, formats=known)
     options.add_formats(
         p, FORMATS, "may be repeated (default: table, and by the suffix of each -o)"
     )
-    said = "write to this file, its format by --format or its suffix; may be repeated"
-    options.add_output(p, said, dest="outputs", action="append", default=[])
     how = {
+        "-o --output FILE...": "write to this file, its format by --format or its suffix; may be "
+        "repeated",
         "--summary": "ten lines at most in place of the table: verdict, digits, conventions, what "
         "next",
         "--details": "show the errors of each maneuver, too; a file that is written always has "
         "them",
-        "--require EXPR": "requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be "
+        "--require EXPR...": "requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be "
         "repeated",
         "--diagnose": "say why the file differs, too, and show it in the HTML; see 'heyoka-bike "
         "diagnose'",
         "--maneuver N": "maneuver that a file of one maneuver holds (default: recognised by its "
         "values); separated by commas, one for each file",
-    }
-    options.add_options(p, how, require={"action": "append", "default": []})
-    add_columns(p)
-    each = {
+        **options.COLUMNS,
         "--step H": "step size of each file [s], separated by commas, or 'rows' for the distance "
         "of the rows: the files are runs of one program",
         "--tolerance TOL": "tolerance of the solver of each file, separated by commas: the files "
@@ -80,8 +78,7 @@ def add_parser(subparsers: Any) -> None:
         "names); files of one name hold different maneuvers of one program",
         "--cpu S": "processor time of each file [s], separated by commas",
     }
-    options.add_options(p, each)
-    options.add_reference(p)
+    options.add_arguments(p, how | options.REFERENCE)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -89,8 +86,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
-    from heyoka_bike.showing.formats.origin import origin
-    from heyoka_bike.showing.wording import reports
+    from heyoka_bike.showing.wording import origin, reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)
@@ -104,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     scored = score_files(
         results, reference, steps=steps, tolerances=tolerances, cpu=cpu, require=args.require,
         names=None if args.name is None else [name.strip() for name in args.name.split(",")],
-        is_one_program=(args.step or args.tolerance) is not None or bool(_lists(args.files)),
+        is_one_program=(args.step or args.tolerance) is not None or bool(_lists(args.file)),
     )  # fmt: skip
     if args.diagnose:
         scored = _diagnosed(scored, reference)
@@ -142,7 +138,7 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
     left = list(dict.fromkeys(formats))
     written = []
     unclear = []
-    for output in args.outputs:
+    for output in args.output:
         path = Path(output)
         name = SUFFIXES.get(path.suffix.lower())
         if name is not None and (not formats or name in left):
@@ -182,12 +178,12 @@ _Numbers = list[float | None] | None
 
 def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _Numbers]:
     """Result files, their step sizes, tolerances and processor times."""
-    if lists := _lists(args.files):
+    if lists := _lists(args.file):
         from heyoka_bike.scoring.series import read_runs
 
-        if len(args.files) > 1:
+        if len(args.file) > 1:
             raise InputError(
-                f"found {len(args.files)} files, expected a list of runs ({lists[0]}) alone"
+                f"found {len(args.file)} files, expected a list of runs ({lists[0]}) alone"
             )
         if any(x is not None for x in (args.step, args.tolerance, args.cpu)):
             raise InputError(
@@ -197,11 +193,11 @@ def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _N
         columns = ([r.step for r in runs], [r.tolerance for r in runs], [r.cpu for r in runs])
         steps, tolerances, cpu = (x if any(x) else None for x in columns)
         return [str(r.file) for r in runs], steps, tolerances, cpu
-    if args.files.count(STANDARD_INPUT) > 1:
+    if args.file.count(STANDARD_INPUT) > 1:
         raise InputError("found - more than once, expected standard input once")
     steps = None if args.step == _ROWS else _numbers("--step", args.step)
     tolerances = _numbers("--tolerance", args.tolerance)
-    return args.files, steps, tolerances, _numbers("--cpu", args.cpu)
+    return args.file, steps, tolerances, _numbers("--cpu", args.cpu)
 
 
 def _lists(files: Sequence[str]) -> list[str]:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_text
-from heyoka_bike.commands.result_files import add_columns, maneuvers_of, read
+from heyoka_bike.commands.result_files import maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
@@ -33,15 +33,12 @@ _MEASURED = 2
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    p.add_argument("file", metavar="FILE", help="result file")
+    p = options.add_command(subparsers, run, __doc__, {"FILE": "result file"})
     p.add_argument("--program", required=True, help="name, version, method and step, in a line")
     p.add_argument("--cpu", metavar="S", required=True, help="processor time of the run [s]")
     p.add_argument("--machine", required=True, help="processor, compiler and options, in a line")
-    add_columns(p)
-    options.add_output(
-        p, "the archive (default: submission.zip)", default="submission.zip", metavar="ZIP"
-    )
+    output = {"-o --output ZIP submission.zip": "the archive (default: submission.zip)"}
+    options.add_arguments(p, options.COLUMNS | output)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -49,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.exact import positive_numbers
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.score import score
-    from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.showing.formats.output import render
+    from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     (cpu,) = positive_numbers("--cpu", args.cpu)[:1]

@@ -35,13 +35,12 @@ _SHARES = {"integrate": 0.9, "compare": 0.1}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = options.add_command(subparsers, run, __doc__)
-    options.add_folder(p)
     said = {
+        **options.FOLDER,
         "--rerun": "integrate again and count the digits that agree",
         "--quick": "with --rerun: at binary128 and 40 digits only",
     }
-    options.add_options(p, said)
+    p = options.add_command(subparsers, run, __doc__, said)
     options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
@@ -50,17 +49,17 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if args.quick and not args.rerun:
         raise InputError("--quick: found alone, expected with --rerun")
-    if args.folder is not None and not args.folder.strip():
+    if args.dir is not None and not args.dir.strip():
         raise InputError("DIR: found nothing, expected a folder")
     if args.rerun:
         from heyoka_bike.motion.integrate import require_heyoka
 
         require_heyoka()
-    from heyoka_bike.reference.verification.rerun import run_again
+    from heyoka_bike.reference.verification.numbers import run_again
     from heyoka_bike.reference.verification.verify import verify
 
     with patience("checking"):
-        found = verify(args.folder)
+        found = verify(args.dir)
     if args.rerun:
         with progress_bars(_SHARES) as progress:
             found = run_again(found, is_quick=args.quick, progress=progress)

@@ -82,21 +82,10 @@ class Group:
         """Names of its datasets and groups."""
         return (*(dataset.name for dataset in self.datasets), *self.groups)
 
-    def paths(self) -> Iterator[str]:
-        """Paths of all that is in it."""
-        yield from self.members
-        for name, inner in self.groups.items():
-            yield from (f"{name}/{path}" for path in inner.paths())
-
 
 def by_maneuver(items: Iterable[T]) -> dict[str, T]:
     """Return items of the maneuvers by the names of their groups."""
     return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
-
-
-def whole_file(about: Mapping[str, Any], groups: Iterable[Group]) -> Group:
-    """A file of these attributes, with a group for each maneuver."""
-    return Group(about, (), by_maneuver(groups))
 
 
 def of_maneuvers(f: Mapping[str, T], count: int) -> list[T]:

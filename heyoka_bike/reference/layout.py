@@ -1,6 +1,7 @@
 """The files of a reference set: their names, how numbers are stored, and the hash of them."""
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,11 @@ FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletc
 
 NODES = 32
 """Chebyshev coefficients of a dense piece."""
+
+
+def as_json(document: Any) -> bytes:
+    """Bytes of a document of a set, in the one way in which it is written."""
+    return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
 
 
 def content_sha256(content: Mapping[str, Mapping[str, Any]]) -> str:

@@ -11,23 +11,89 @@ from fractions import Fraction
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column, definitions_among
 from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
-from heyoka_bike.numbers.double import Array, Double
+from heyoka_bike.numbers.double import Array, Double, two_sum
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.exact_times import Time, as_double
 from heyoka_bike.reference.following import FOLLOWS, with_following
-from heyoka_bike.reference.hdf5 import of_maneuvers, on_demand, opened, read_array
-from heyoka_bike.reference.layout import HDF5, MOTION
-from heyoka_bike.reference.values import Dense, Numbered, Values
+from heyoka_bike.reference.hdf5 import BOUND, of_maneuvers, on_demand, opened, read_array
+from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES
+from heyoka_bike.reference.values import Dense, Numbered, Sensitivities, Sensitivity, Values
 
-if TYPE_CHECKING:
-    from heyoka_bike.reference.sensitivities import Sensitivities
+Time = float | Fraction | str | tuple[ArrayLike, ArrayLike] | ArrayLike
+"""A time [s]: a float (meaning exactly that binary64), an exact `Fraction` or decimal string, an
+array or sequence of these, or a pair (hi, lo) of floats or arrays."""
+
+
+def as_double(t: Time | object) -> Double:
+    """A time in any accepted form as hi + lo.
+
+    Raises
+    ------
+    InputError
+        It is not a number, or would be rounded on the way.
+    """
+    if isinstance(t, tuple) and len(t) == 2:
+        hi, lo = _plain(t[0]), _plain(t[1])
+        if hi.shape != lo.shape or not (np.abs(lo) <= np.spacing(np.abs(hi))).all():
+            raise InputError(
+                f"time: found the pair {t!r:.60}, expected (hi, lo) of one shape with lo below the "
+                "last digit of hi; times of their own go in a list or an array"
+            )
+        return two_sum(hi, lo)
+    try:
+        exact = np.asarray(t)
+        if exact.dtype.kind in "fiu" and exact.dtype.itemsize <= 8:
+            return _plain(exact), np.zeros(exact.shape)
+        # Mixed lists keep their members as they are.
+        exact = exact if isinstance(t, np.ndarray) else np.asarray(t, dtype=object)
+    except ValueError:
+        raise InputError("time: found a ragged sequence, expected numbers of one shape") from None
+    pairs = np.array([_split(x) for x in exact.ravel()], dtype=np.float64).reshape(-1, 2)
+    return pairs[:, 0].reshape(exact.shape), pairs[:, 1].reshape(exact.shape)
+
+
+def _split(t: object) -> tuple[float, float]:
+    """One time as hi + lo: a string, an exact number, or a float."""
+    if isinstance(t, bytes):
+        t = t.decode("utf-8", "replace")
+    if isinstance(t, str):
+        try:
+            exact = Exact.parse(t).fraction()
+        except ValueError as e:
+            raise InputError(f"time: {e}") from None
+    elif isinstance(t, bool | np.bool_ | None.__class__):
+        raise InputError(f"time: found {t!r}, expected numbers or decimal strings")
+    else:
+        try:
+            exact = Fraction(*t.as_integer_ratio())  # type: ignore[attr-defined]
+        except (ValueError, OverflowError):
+            return float("nan"), 0.0
+        except (AttributeError, TypeError):
+            raise InputError(
+                f"time: found {t!r:.60}, expected numbers or decimal strings"
+            ) from None
+    try:
+        hi = float(exact)
+    except OverflowError:
+        return float("inf"), 0.0
+    return hi, float(exact - Fraction(hi))
+
+
+def _plain(x: object) -> Array:
+    """Floats, as floats; nothing that would be rounded on the way."""
+    values = np.asarray(x)
+    if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
+        raise InputError(f"time: found {x!r:.60}, expected floats")
+    return values.astype(np.float64)
+
 
 _log = logging.getLogger(__name__)
 
@@ -297,8 +363,6 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         DatasetError
             The set has none, or the file is damaged.
         """
-        from heyoka_bike.reference.sensitivities import load_sensitivities
-
         return load_sensitivities(self.folder)
 
     def with_motion(self) -> Reference | None:
@@ -446,6 +510,44 @@ def load_motion(folder: str | Path | None = None) -> Motion:
     with manifest_file.reading(where / MOTION, "a file of a whole motion"):
         f = opened(raw)
         return Motion(_read_maneuvers(f, manifest), str(f.attrs["content_sha256"]), where)
+
+
+def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
+    """Load the sensitivities of a reference set, by default of the published one.
+
+    Parameters
+    ----------
+    folder : path, optional
+        Folder of the set.
+
+    Returns
+    -------
+    Sensitivities
+
+    Raises
+    ------
+    DatasetError
+        The set has none, or the file is damaged.
+    """
+    from heyoka_bike.reference.structure import UNKNOWNS
+
+    where, manifest, raw = manifest_file.load_file(folder, SENSITIVITIES)
+    with manifest_file.reading(where / SENSITIVITIES, "a file of sensitivities"), opened(raw) as f:
+        if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
+            raise ValueError("other unknowns than this version has")
+        groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
+        return Sensitivities(tuple(map(read_group, groups)))
+
+
+def read_group(group: Any) -> Sensitivity:
+    """A maneuver from an open file; sets before 1.4.0 have no bounds and no rows."""
+    breaks = group["breaks"][:]
+    if "rows" not in group:
+        (coefficients,) = on_demand(group, ("",))
+        return Sensitivity(breaks, dict(coefficients))
+    coefficients, bound = map(dict, on_demand(group, ("", BOUND)))
+    values, values_bound = map(dict, on_demand(group["rows"], ("", BOUND)))
+    return Sensitivity(breaks, coefficients, bound, group["rows/time"][:], values, values_bound)
 
 
 def _read_maneuvers(

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import DatasetError
-from heyoka_bike.reference.layout import AFTER_FILES
+from heyoka_bike.reference.layout import AFTER_FILES, as_json
 from heyoka_bike.system.files import UNFINISHED, replace_file
 from heyoka_bike.system.resources import reference_folder
 
@@ -44,16 +44,10 @@ PUBLISHED_MANIFESTS = {
 PUBLISHED_VERSION, PUBLISHED_MANIFEST_SHA256 = list(PUBLISHED_MANIFESTS.items())[-1]
 """The last one, which comes with this package."""
 
-BESIDE_1_5_0: Mapping[str, tuple[int, str]] = dict(
-    zip(
-        AFTER_FILES,
-        (
-            (4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56"),
-            (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
-        ),
-        strict=True,
-    )
-)
+BESIDE_1_5_0: Mapping[str, tuple[int, str]] = {
+    AFTER_FILES[0]: (4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56"),
+    AFTER_FILES[1]: (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
+}
 """Bytes and sha256 of `AFTER_FILES` with the set 1.5.0, whose manifest lacks them."""
 
 CUSTOM = "custom"
@@ -110,7 +104,7 @@ def render(
             for name, data in sorted(files.items())
         ],
     }
-    return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
+    return as_json(document)
 
 
 def read_manifest(folder: str | Path) -> Manifest:

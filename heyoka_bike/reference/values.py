@@ -1,6 +1,8 @@
 """Columns at some times, and as piecewise Chebyshev polynomials: as they are made, kept and read.
 
-Evaluating needs NumPy only. `Numbered` is what holds them, by the numbers of the maneuvers.
+Their derivatives by the unknowns, the 26 parameters of the bicycle and the five numbers of a start,
+are here too; how these are computed and proved is in `variation`. Evaluating needs NumPy only.
+`Numbered` is what holds them, by the numbers of the maneuvers.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,9 +10,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from heyoka_bike.display import Displayed, Held, shown_by
-from heyoka_bike.errors import unknown_word
+from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, double_sums, locate, plain_sums
 from heyoka_bike.numbers.double import Array, Double
 
@@ -155,3 +158,94 @@ class Numbered(Held[int, T]):
 
     def __len__(self) -> int:
         return len(self.maneuvers)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity:
+    """Derivatives of the columns of a maneuver, as piecewise Chebyshev polynomials.
+
+    Attributes
+    ----------
+    breaks : ndarray, shape (P + 1,)
+        Ends of the pieces [s], exact.
+    coefficients : mapping of str to ndarray, shape (P, N, U)
+        Of T_0 .. T_(N-1) in x = 2 (t - a) / (b - a) - 1 on the piece [a, b], c_0 not halved, by
+        column; the unknowns in the order of `structure.UNKNOWNS`. Unit of the column over that of
+        the unknown. NaN, here and below, where a column does not depend smoothly on an unknown.
+    bound : mapping of str to ndarray, shape (P, U)
+        Certified bound on the distance of a piece from the exact derivative, by column.
+    time : ndarray, shape (R,)
+        Every tenth row of the maneuver [s].
+    values, values_bound : mapping of str to ndarray, shape (R, U)
+        Derivatives of the benchmark's columns at these, correctly rounded to binary64, and the
+        certified bound on their distance from the exact ones.
+    ambiguous : int
+        Coefficients and values whose rounding the proof does not decide.
+    """
+
+    breaks: Array
+    coefficients: Mapping[str, Array]
+    bound: Mapping[str, Array] = field(default_factory=dict)
+    time: Array = field(default_factory=lambda: np.empty(0))
+    values: Mapping[str, Array] = field(default_factory=dict)
+    values_bound: Mapping[str, Array] = field(default_factory=dict)
+    ambiguous: int = 0
+
+    def __repr__(self) -> str:
+        return f"<derivatives of {len(self.coefficients)} columns, {len(self.breaks) - 1} pieces>"
+
+    @property
+    def orders(self) -> int:
+        """Coefficients of a piece."""
+        return int(next(iter(self.coefficients.values())).shape[1])
+
+    def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Mapping[str, Array]:
+        """Derivatives at some times.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            [s], within the run.
+        names
+            Columns; by default all.
+
+        Returns
+        -------
+        mapping of str to ndarray, shape (n, U)
+
+        Raises
+        ------
+        InputError
+            A time outside the run.
+        """
+        t = np.asarray(times, dtype=np.float64).ravel()
+        if len(t) and not (t.min() >= self.breaks[0] and t.max() <= self.breaks[-1]):
+            raise InputError(
+                f"time: found {t.min():g} to {t.max():g} s, expected 0 to {self.breaks[-1]:g} s"
+            )
+        piece = locate(self.breaks, (t, np.zeros_like(t)))
+        a, b = self.breaks[piece], self.breaks[piece + 1]
+        x = 2.0 * (t - a) / (b - a) - 1.0
+        basis = np.polynomial.chebyshev.chebvander(x, self.orders - 1)
+        found = {}
+        for name in self.coefficients if names is None else names:
+            coefficients = self.coefficients[name]
+            found[name] = np.empty((len(t), coefficients.shape[2]))
+            for p in np.unique(piece):
+                found[name][piece == p] = basis[piece == p] @ coefficients[p]
+        return found
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivities(Numbered[Sensitivity]):
+    """Of all maneuvers of a set; ``sensitivities[2]`` is maneuver 2.
+
+    Attributes
+    ----------
+    maneuvers : tuple of Sensitivity
+    """
+
+    maneuvers: tuple[Sensitivity, ...]
+
+    def __repr__(self) -> str:
+        return f"<derivatives of {len(self)} maneuvers>"

@@ -19,7 +19,7 @@ class Scored(Displayed):
     @property
     def verdict(self) -> str:
         """One line that says what the results are worth."""
-        return str(shown_by("formats.output").verdict(self))
+        return str(shown_by("wording").verdict(self))
 
     def save(self, path: str | PathLike[str], format: str | None = None) -> Path:
         """Write it to a file, whole or not at all; folders on the way are made.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +16,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver
 from heyoka_bike.reference.values import Values
-from heyoka_bike.showing.document import Block, Chapter, Paragraph, TableBlock
+from heyoka_bike.showing.document import Block, Chapter, Chart, Paragraph, TableBlock, head
 from heyoka_bike.showing.document import text as as_text
-from heyoka_bike.showing.document.notebook import head
 from heyoka_bike.showing.formats.output import WIDTH
 from heyoka_bike.showing.wording import number, plain, unit_text
 
@@ -47,26 +47,27 @@ def text(shown: Any, view: str) -> str:
 
 def report(scored: Report | Series) -> Iterable[Block]:
     """All that is said of results; what follows verdict and digits is folded."""
-    from heyoka_bike.showing.formats.output import document_of
+    from heyoka_bike.showing.formats.report import document
 
-    return document_of(scored).blocks
+    return document(scored).blocks
 
 
 def _report_text(scored: Report | Series) -> str:
     """Ten lines at most; of a diagnosis what the command of that name prints."""
     from heyoka_bike.scoring.report import Report
-    from heyoka_bike.showing.formats import diagnosis, summary
+    from heyoka_bike.showing.formats import summary
 
     if isinstance(scored, Report) and scored.diagnosis:
-        return diagnosis.render(scored)
+        return summary.diagnosis(scored)
     return summary.render(scored, WIDTH, False, in_python=True).rstrip("\n")
 
 
 def maneuver(m: ManeuverScore) -> Iterable[Block]:
     """Its scores, and its errors over time."""
-    from heyoka_bike.showing.formats.report import over_time, scores, title
+    from heyoka_bike.showing.charts.results import all_errors
+    from heyoka_bike.showing.formats.report import scores, title
 
-    return Paragraph(title(m), "head"), *scores(m), over_time(m)
+    return Paragraph(title(m), "head"), *scores(m), Chart(partial(all_errors, m))
 
 
 def check(found: CheckedTable) -> Iterable[Block]:

@@ -1,17 +1,50 @@
-"""Words and numbers that the output formats have in common."""
+"""Words and numbers that the output formats have in common.
+
+A grade, by the true error alone, is shown by a sign and a colour beside the digits; tables that
+show the signs say what they mean.
+"""
 
 import math
+import os
+import shlex
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Run, Series
-from heyoka_bike.scoring.verdict import MOST_DIGITS
-from heyoka_bike.showing.grades import PHRASES, Grade, file_grade, judgement
+from heyoka_bike.scoring.verdict import CLOSE_DIGITS, MOST_DIGITS, RIGHT_DIGITS
+from heyoka_bike.scoring.verdict import Grade as Grade
+from heyoka_bike.version import __version__
 
 _LONGEST_NAME = 30
 _MOST_LEFT_OUT = 4
+
+WORDS = {
+    Grade.RIGHT: "right",
+    Grade.UNTOLD: "cannot be told at the digits written",
+    Grade.CLOSE: "close",
+    Grade.WRONG: "wrong",
+}
+SIGNS = {Grade.RIGHT: "✓", Grade.UNTOLD: "?", Grade.CLOSE: "≈", Grade.WRONG: "✗"}
+ASCII_SIGNS = {Grade.RIGHT: "+", Grade.UNTOLD: "?", Grade.CLOSE: "o", Grade.WRONG: "x"}
+MEANINGS = {
+    Grade.RIGHT: f"right: {RIGHT_DIGITS:g} correct digits or more",
+    Grade.UNTOLD: "cannot be told at the digits written: they allow no more",
+    Grade.CLOSE: f"close: {CLOSE_DIGITS:g} to {RIGHT_DIGITS:g} digits",
+    Grade.WRONG: f"wrong: fewer than {CLOSE_DIGITS:g} digits, off by more than a thousandth of the "
+    "column's largest value",
+}
+PHRASES = {
+    "nothing": "nothing could be compared",
+    "in_part": ", as far as it goes",
+    "worst": "worst column",
+    "no_digit": "worst column without a correct digit",
+    "correct_digits": "correct digits",
+    "maneuver": "maneuver",
+}
+"""Of the verdict, beside `WORDS`; the checker in C has both, see `checker.header`."""
 
 
 def sentence(text: str) -> str:
@@ -118,7 +151,7 @@ def first_above(column: ColumnScore) -> str:
     return "never" if m.time_to_tolerance is None else plain(m.time_to_tolerance)
 
 
-def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
+def by_severity(findings: Sequence[Finding]) -> list[Finding]:
     """The conventions, then warnings, otherwise in the order given."""
     return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
 
@@ -127,17 +160,6 @@ def warnings_words(report: Report) -> str:
     """Return the number of warnings in words; empty without any."""
     count = sum(f.severity == Severity.WARNING for f in report.said)
     return f"{count} warning{'s' if count > 1 else ''}" if count else ""
-
-
-def fewest_digits(m: ManeuverScore) -> float | None:
-    """Correct digits of the worst column of a maneuver; None if nothing was compared."""
-    return None if m.worst is None else m.worst.scd
-
-
-def worst_place(report: Report) -> str:
-    """Return the worst column and its maneuver."""
-    found = report.worst
-    return f"{label(found.column)} of maneuver {found.maneuver}" if found else "nothing compared"
 
 
 def worst_words(report: Report) -> str:
@@ -232,10 +254,12 @@ def graded(report: Report) -> str:
     return f"{word}, {worst}" if word else worst
 
 
-def verdict(report: Report) -> str:
-    """One line that says what the file is worth."""
-    parts = [graded(report), *caveats(report), requirement_words(report)]
-    return f"{printable(report.file.path)}: {'; '.join(p for p in parts if p)}"
+def verdict(scored: Report | Series) -> str:
+    """One line that says what a file is worth, or a series; see `series_verdict`."""
+    if isinstance(scored, Series):
+        return series_verdict(scored)
+    parts = [graded(scored), *caveats(scored), requirement_words(scored)]
+    return f"{printable(scored.file.path)}: {'; '.join(p for p in parts if p)}"
 
 
 def contents(report: Report) -> str:
@@ -364,3 +388,54 @@ def run_words(run: Run) -> str:
     if run.cpu is not None:
         parts.append(f"{plain(run.cpu, 3)} s of processor time")
     return ", ".join(parts)
+
+
+def file_grade(report: Report) -> Grade:
+    """Grade of a file: that of its worst column."""
+    return max(report.grades, default=Grade.UNKNOWN)
+
+
+def judgement(report: Report) -> str:
+    """Return the grade of a file in a word or a few; empty if nothing was compared."""
+    found = file_grade(report)
+    word = WORDS.get(found, "")
+    if not word or found == Grade.WRONG or report.is_whole:
+        return word
+    if not any(m.part.time.any() for m in report.maneuvers):
+        return f"only the start is there, which the benchmark gives: {word}"
+    if report.not_compared:
+        return f"not all of it was compared, the rest is {word}"
+    return f"{word}{PHRASES['in_part']}"
+
+
+def style_of(report: Report) -> str:
+    """The grade for style sheets: what is right in part only is not shown as right."""
+    found = file_grade(report)
+    return (Grade.CLOSE if found == Grade.RIGHT and not report.is_right else found).style
+
+
+def origin(words: Sequence[str] | None = None) -> list[tuple[str, str]]:
+    """When and how a report is made that is made now: names, and what is said of them.
+
+    ``SOURCE_DATE_EPOCH`` gives another time [s since 1970], so that reports can be made again
+    byte for byte (https://reproducible-builds.org/specs/source-date-epoch/).
+
+    Parameters
+    ----------
+    words
+        Of the command line, without the program; None where there was no command.
+    """
+    given = os.environ.get("SOURCE_DATE_EPOCH", "")
+    is_date = given.isascii() and given.isdigit() and len(given) <= 10
+    now = datetime.fromtimestamp(int(given), UTC) if is_date else datetime.now(UTC)
+    made = [("made", f"{now:%Y-%m-%d %H:%M} UTC")]
+    if words is not None:
+        made.append(("command", printable(shlex.join(("heyoka-bike", *words)))))
+    return made
+
+
+def reference_words(bicycle: str, dataset_version: str, sha256: str = "") -> list[tuple[str, str]]:
+    """By which version a report is made, and against which numbers."""
+    said = f"{printable(bicycle)}, data {printable(dataset_version)}"
+    content = f", content sha256 {sha256}" if sha256 else ""
+    return [("by", f"heyoka_bike {__version__}"), ("reference", said + content)]

@@ -15,8 +15,7 @@ from uuid import uuid4
 from weakref import WeakValueDictionary
 
 from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError, required
-from heyoka_bike.system.executors import ProgressFuture
-from heyoka_bike.system.jobs import Throttle, reporting
+from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
 from heyoka_bike.system.machine import versions
 
 _ANSWERS = 5  # [s] in which a scheduler does
@@ -158,7 +157,7 @@ def _run(
     worker = get_worker()
     check_versions(here, versions(), worker.address)
     key = worker.get_current_task()
-    report = Throttle(lambda stage, t: worker.log_event(topic, (number, stage, t)))
+    report = throttled(lambda stage, t: worker.log_event(topic, (number, stage, t)))
 
     def report_if_wanted(stage: str, t: float) -> None:
         task = worker.state.tasks.get(key)

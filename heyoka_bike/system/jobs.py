@@ -1,14 +1,32 @@
-"""Jobs: work that depends on its arguments alone, for any executor of `concurrent.futures`."""
+"""Jobs, which depend on their arguments alone, and executors that carry them out.
+
+The executors of `concurrent.futures` here have calls that report progress, and are ended when
+nobody waits. `ProcessExecutor` has processes of this machine. Each does one call at a time, so that
+one that ends takes its own call with it and no other.
+"""
 
 from __future__ import annotations
 
+import json
+import logging
+import os
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from threading import Lock
+from math import inf
+from multiprocessing import current_process, get_all_start_methods, get_context, parent_process
+from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
+from threading import Thread
+from traceback import format_exc
 from typing import Any
+from weakref import WeakSet
 
+from heyoka_bike.system.log import VARIABLE, fault, shown
 from heyoka_bike.system.unfinished import KeptResult
 
 Report = Callable[[str, float], None]
@@ -18,7 +36,15 @@ reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t:
 """Receiver of a job's progress; an executor that can pass it on sets it in its workers."""
 
 _INTERVAL = 0.1  # [s]
-_one_at_a_time = Lock()
+
+_TRIES = 3
+_LOOK = 0.05  # [s]
+# Of one message of a process with limits, and of a file that it writes [bytes]. A report of all
+# columns has some hundred kB; a replay 3 MB at most.
+_LONGEST_MESSAGE = 1 << 16
+_LARGEST_FILE = 100_000_000
+_log = logging.getLogger(__name__)
+_Call = tuple[Callable[..., Any], Sequence[Any], Mapping[str, Any]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,23 +116,259 @@ class Outcome:
         return self.value
 
 
-def run_job(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Outcome:
-    """Carry out a job: precision is a setting of the whole process, so one at a time."""
-    with _one_at_a_time:
-        start = time.process_time()
-        value = work(*arguments, reporting.get())
-        return Outcome(value, time.process_time() - start)
-
-
-class Throttle:
+def throttled(report: Report) -> Report:
     """A report that passes on each new stage, and ten times a second at most how far it is."""
+    last, at = "", 0.0
 
-    def __init__(self, report: Report) -> None:
-        self._report = report
-        self._last, self._at = "", 0.0
-
-    def __call__(self, stage: str, t: float) -> None:
+    def passed_on(stage: str, t: float) -> None:
+        nonlocal last, at
         now = time.monotonic()
-        if stage != self._last or now > self._at + _INTERVAL:
-            self._last, self._at = stage, now
-            self._report(stage, t)
+        if stage != last or now > at + _INTERVAL:
+            last, at = stage, now
+            report(stage, t)
+
+    return passed_on
+
+
+class ProgressFuture(Future[Any]):
+    """A call on its way.
+
+    Attributes
+    ----------
+    progress : tuple of (str, float), or None
+        The stage and how far it is, as the call reported them last.
+    is_unwanted : bool
+        True if nobody waits for it any more.
+    """
+
+    progress: tuple[str, float] | None = None
+    is_unwanted: bool = False
+
+    def cancel(self) -> bool:
+        """Cancel the call; one that runs is ended, and raises `CancelledError`."""
+        self.is_unwanted = True
+        return super().cancel()
+
+
+class RemoteError(Exception):
+    """Cause of an exception that a process reports: its traceback, or the place if limited."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessLimits:
+    """Limits of a call.
+
+    Attributes
+    ----------
+    seconds : float
+        Processor time, and time on the clock [s].
+    memory : int
+        Of its process [bytes].
+    """
+
+    seconds: float
+    memory: int
+
+    def apply(self) -> None:
+        """Hold this process to them, where the system can do that."""
+        bounds = {
+            "RLIMIT_CPU": int(self.seconds) + 2,
+            "RLIMIT_AS": self.memory,
+            "RLIMIT_FSIZE": _LARGEST_FILE,
+            "RLIMIT_CORE": 0,
+        }
+        for name, bound in bounds.items():
+            # macOS has not all of them and refuses some; the clock of the parent still holds.
+            with suppress(ImportError, AttributeError, OSError, ValueError):
+                import resource
+
+                kind = getattr(resource, name)
+                _, most = resource.getrlimit(kind)
+                found = bound if most == resource.RLIM_INFINITY else min(bound, most)
+                resource.setrlimit(kind, (found, found))
+
+
+class ProcessExecutor(Executor):
+    """At most so many processes, begun as calls come.
+
+    A call whose process ends by itself is begun again, three times in all, then it raises
+    `BrokenExecutor`.
+
+    Parameters
+    ----------
+    max_workers
+    limits : ProcessLimits or None
+        If given, each call has a process of its own, which ends with it or at its limits, and is
+        not begun twice. It must return what JSON can write, so that nothing is unpickled here that
+        a damaged file brought about in the process. That it takes too long is a `TimeoutError`; of
+        another exception only kind and place come back, as a `RemoteError`.
+    preload
+        Modules that are imported once, in the process that all others are forked from, where the
+        system can do that. It is begun by the first executor that has some, for all that do.
+        Without them each process is a fresh interpreter: forking one that holds threads and a JIT
+        compiler is unsafe.
+    """
+
+    def __init__(
+        self, max_workers: int, limits: ProcessLimits | None = None, preload: Sequence[str] = ()
+    ) -> None:
+        if getattr(current_process(), "_inheriting", False):
+            # It still reads the script that began it, and would begin others, which would, too.
+            os._exit(1)
+        forks = bool(preload) and "forkserver" in get_all_start_methods()
+        self._context: Any = get_context("forkserver" if forks else "spawn")
+        if forks:
+            self._context.set_forkserver_preload(list(preload))
+        self._limits = limits
+        self._threads = ThreadPoolExecutor(max_workers)
+        self._futures: WeakSet[ProgressFuture] = WeakSet()
+        self._idle: list[_Worker] = []
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> ProgressFuture:
+        """Begin a call as soon as a process is free."""
+        future = ProgressFuture()
+        self._futures.add(future)
+        self._threads.submit(self._run, future, (fn, args, kwargs))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes once all calls are over.
+
+        Parameters
+        ----------
+        wait
+            Until then; else the processes end with this one.
+        cancel_futures
+            End the calls that wait, and those that run.
+        """
+        if cancel_futures:
+            for future in list(self._futures):
+                future.cancel()
+        self._threads.shutdown(wait)
+        while wait and self._idle:
+            self._idle.pop().end()
+
+    def __exit__(self, exc_type: type[BaseException] | None, *_: object) -> None:
+        """Wait for all calls; where an exception is raised, end them."""
+        self.shutdown(cancel_futures=exc_type is not None)
+
+    def _run(self, future: ProgressFuture, call: _Call) -> None:
+        """Carry out a call, in a thread of its own."""
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            for _ in range(_TRIES if self._limits is None else 1):
+                with suppress(BrokenExecutor):
+                    future.set_result(self._result(future, call))
+                    return
+                _log.info("a process ended before its call was over")
+            raise BrokenExecutor("its process ended")
+        except Exception as e:
+            future.set_exception(e)
+
+    def _result(self, future: ProgressFuture, call: _Call) -> Any:
+        """Return the result of a call, from a process that is free, or else from a new one."""
+        try:
+            worker = self._idle.pop()
+        except IndexError:
+            worker = _Worker(self._context, self._limits)
+        try:
+            result = worker.result(future, call)
+        except BaseException:
+            worker.end()
+            raise
+        if self._limits is None:
+            self._idle.append(worker)
+        else:
+            worker.end()
+        return result
+
+
+class _Worker:
+    """A process that does calls, and the pipe to it."""
+
+    def __init__(self, context: Any, limits: ProcessLimits | None) -> None:
+        self._limits = limits
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(theirs, limits))
+        self._process.start()
+        theirs.close()
+
+    def result(self, future: ProgressFuture, call: _Call) -> Any:
+        """Return the result of a call, or raise its error; pass its progress to the future."""
+        end = time.monotonic() + (self._limits.seconds if self._limits else inf)
+        try:
+            self._pipe.send(call)
+            kind, said = self._heard()
+            while kind in ("", "progress") and not future.is_unwanted and time.monotonic() < end:
+                future.progress = said or future.progress
+                kind, said = self._heard()
+        except (EOFError, OSError) as e:
+            raise BrokenExecutor from e
+        if kind == "result":
+            return said
+        if kind == "error":
+            error, text = said
+            raise (error or RemoteError(text)) from RemoteError(text)
+        raise CancelledError if future.is_unwanted else TimeoutError
+
+    def _heard(self) -> tuple[str, Any]:
+        """Receive a message, if one comes soon: its kind, empty if none does, and its content."""
+        if not self._pipe.poll(_LOOK):
+            return "", None
+        if self._limits is None:
+            kind, said = self._pipe.recv()
+        else:
+            kind, said = json.loads(self._pipe.recv_bytes(_LONGEST_MESSAGE))
+        return kind, said
+
+    def end(self) -> None:
+        """End the process and what it started."""
+        if hasattr(os, "killpg") and hasattr(signal, "SIGKILL"):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        # Where the signal has no name it is ended all the same.
+        (self._process.kill if hasattr(signal, "SIGKILL") else self._process.terminate)()
+        self._process.join()
+        self._process.close()
+        self._pipe.close()
+
+
+def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
+    """Carry out calls in a worker, one after the other."""
+    # An interrupt from the keyboard reaches all processes; the parent answers it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setsid"):
+        # What it starts is ended with it.
+        os.setsid()
+    if limits is None:
+        Thread(target=_end_with_parent, daemon=True).start()
+        if level := os.environ.get(VARIABLE):
+            shown(level).__enter__()
+    else:
+        limits.apply()
+
+    def encoded(kind: str, said: Any) -> Any:
+        message = kind, said
+        return ForkingPickler.dumps(message) if limits is None else json.dumps(message).encode()
+
+    reporting.set(throttled(lambda stage, t: pipe.send_bytes(encoded("progress", (stage, t)))))
+    while True:
+        try:
+            fn, args, kwargs = pipe.recv()
+        except EOFError:
+            return
+        try:
+            answer = encoded("result", fn(*args, **kwargs))
+        except Exception as e:
+            error = (e, f"\n{format_exc()}") if limits is None else (None, fault(e))
+            answer = encoded("error", error)
+        pipe.send_bytes(answer)
+
+
+def _end_with_parent() -> None:
+    """A worker whose parent was ended, however, has nobody to work for."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

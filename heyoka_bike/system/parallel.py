@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import logging
 import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import partial
 from queue import Empty, SimpleQueue
+from threading import Lock
 from typing import Any, TypeVar
 
 from heyoka_bike.errors import InputError, WorkerLostError
-from heyoka_bike.system.executors import InlineExecutor, ProcessExecutor, ProgressFuture
-from heyoka_bike.system.jobs import Job, Outcome, reporting, run_job
+from heyoka_bike.system.jobs import Job, Outcome, ProcessExecutor, ProgressFuture, reporting
 
 T = TypeVar("T")
 Progress = Callable[[str, str, float], None]
@@ -30,6 +31,7 @@ WAITING = "waiting"
 
 _LOOK = 0.1  # [s]
 _log = logging.getLogger(__name__)
+_one_at_a_time = Lock()
 
 # An executor, or how many processes of this machine.
 _chosen: ContextVar[Executor | int | None] = ContextVar("chosen", default=None)
@@ -84,6 +86,27 @@ def using(
             yield
         finally:
             _chosen.reset(token)
+
+
+def run_job(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Outcome:
+    """Carry out a job: precision is a setting of the whole process, so one at a time."""
+    with _one_at_a_time:
+        start = time.process_time()
+        value = work(*arguments, reporting.get())
+        return Outcome(value, time.process_time() - start)
+
+
+class InlineExecutor(Executor):
+    """Calls in the process that submits them: one is over when it is submitted."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Carry out a call."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as e:
+            future.set_exception(e)
+        return future
 
 
 def _executor(count: int) -> AbstractContextManager[Executor]:

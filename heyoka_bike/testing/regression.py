@@ -5,25 +5,31 @@ What the pytest plugin does once a test uses it; nothing here depends on pytest.
 
 from __future__ import annotations
 
+import textwrap
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import NoReturn
 
 import numpy as np
 
-from heyoka_bike.errors import BicycleError, InputError
+from heyoka_bike.errors import BicycleError, InputError, printable
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.report import WHOLE, Report
-from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
+from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, Parsed, check, parse
+from heyoka_bike.scoring.verdict import TOLERANCE
 from heyoka_bike.showing import wording as words
-from heyoka_bike.testing.failure import failure
 
 # Of these more is better; of all other metrics less.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "coverage"})
 # What explains a file, or that nothing does and what the error looks like.
 _FINDINGS_SHOWN = 2
+# pytest puts nothing in front of the lines, and terminals have 80 columns at least, mostly more.
+_WIDTH = 96
+_LABEL = 17
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +148,7 @@ class Score:
         except BicycleError as e:
             self._fail(f"require: {_plain(e)}")
         if not all(r.met for r in checked):
-            self._fail(failure(checked, self.report, self._diagnosis()))
+            self._fail(_failure(checked, self.report, self._diagnosis()))
         return self
 
     def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
@@ -194,17 +200,19 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
         ("bicycle.content_sha256", reference.content_sha256),
     ]
     for m in scored.maneuvers:
-        digits = [c.as_understood.measures.scd for c in m.columns]
-        known = [x for x in digits if x is not None]
-        if known:
-            found.append((f"bicycle.{m.maneuver}.scd", f"{min(known):.3f}"))
-        for c, scd in zip(m.columns, digits, strict=True):
+        if m.worst:
+            found.append((f"bicycle.{m.maneuver}.scd", f"{m.worst.scd:.3f}"))
+        for c in m.columns:
             where = f"bicycle.{m.maneuver}.{c.key}"
-            if scd is not None:
-                found.append((f"{where}.scd", f"{scd:.3f}"))
-            taken = ", ".join((c.as_understood.definition, *words.notes(c)))
-            found.append((f"{where}.definition", taken))
+            if c.scd is not None:
+                found.append((f"{where}.scd", f"{c.scd:.3f}"))
+            found.append((f"{where}.definition", _taken(c)))
     return found
+
+
+def _taken(c: ColumnScore) -> str:
+    """The definition that fits, and what else the column was taken for."""
+    return ", ".join((c.definition, *words.notes(c)))
 
 
 def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
@@ -218,3 +226,115 @@ def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
         for m in scored.maneuvers
         if None in about or m.maneuver in about
     )
+
+
+def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[str]) -> str:
+    """Return the message about results that are not good enough.
+
+    Parameters
+    ----------
+    checked
+        Requirements, of which at least one is not met; the first such one is explained.
+    scored : Report
+    diagnosis
+        Sentences: why the results differ.
+    """
+    failed = [r for r in checked if not r.met]
+    lines = [f"required {printable(r.text)}, found {words.sentence(r.message)}" for r in failed]
+    lines.append("")
+    entries = list(_explained(parse(failed[0].text), scored))
+    for m in scored.maneuvers:
+        digits = (f"{c.key} {words.one_decimal(c.scd)}" for c in m.columns)
+        entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
+    entries += [("warning", f.message) for f in scored.findings if f.severity == Severity.WARNING]
+    short = [r for r in failed if parse(r.text).metric == "coverage"]
+    if short:
+        entries.append(
+            ("short run", "rows that are missing are not judged; of a run that is meant to be "
+             "short require that, too, such as coverage=0.1")
+        )  # fmt: skip
+    entries += [("diagnosis", says) for says in diagnosis]
+    labels = [label for label, _ in entries]
+    for i, (label, text) in enumerate(entries):
+        # A label stands for those below it, too.
+        lines.append(_entry("" if i and label == labels[i - 1] else label, text))
+    return "\n".join(lines)
+
+
+def _entry(label: str, text: str) -> str:
+    """A label and what belongs to it, wrapped beside it."""
+    return textwrap.fill(
+        words.sentence(text), _WIDTH,
+        initial_indent=f"{label:<{_LABEL}} ", subsequent_indent=" " * (_LABEL + 1),
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
+    """The worst of the columns that a requirement is about."""
+    about = [
+        (m, c)
+        for m in scored.maneuvers
+        for c in m.columns
+        if c.values and p.maneuver in (None, m.maneuver) and p.column in (None, c.key)
+    ]
+    if not about:
+        return
+    m, c = max(about, key=lambda x: _badness(p, x[1]))
+    trace = c.trace
+    at = int(np.argmax(np.abs(trace.error)))
+    yield (
+        "worst column",
+        f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
+        f"{words.in_unit(words.number(c.max_abs_error), c.unit)}, "
+        f"{words.number(c.max_rel_error)} of its scale "
+        f"(scd {words.one_decimal(c.scd)})",
+    )
+    yield (
+        "worst row",
+        f"t = {trace.time[at]:.10g} s: found {float(trace.value[at])!r}, expected "
+        f"{float(trace.reference[at])!r}, error {words.in_unit(f'{trace.error[at]:+.2e}', c.unit)}",
+    )
+    yield "first departure", _departure(p, m, c)
+
+
+def _badness(p: Parsed, c: ColumnScore) -> float:
+    """Rank a column by the metric of a requirement, or by its digits; the largest is worst."""
+    metric = p.metric if p.metric in OF_COLUMN else "scd"
+    value = getattr(c.as_understood.measures, metric)
+    if value is None:
+        return -inf
+    return -float(value) if metric in ("scd", "mescd", "time_to_tolerance") else float(value)
+
+
+def _taken_as(c: ColumnScore) -> str:
+    """As `_taken`, and whether that is the default or others fit as well."""
+    taken = _taken(c)
+    remarks = ["the default"] if words.is_default(c) else []
+    if c.indistinguishable:
+        remarks.append(f"{' and '.join(c.indistinguishable)} fit as well")
+    return f"{taken} ({'; '.join(remarks)})" if remarks else taken
+
+
+def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
+    """Since when the error is more than what is allowed, and since when it can be seen."""
+    said = []
+    scale = c.scale or None
+    allowed = {
+        "scd": None if scale is None else scale * 10.0**-p.number,
+        "max_rel_error": None if scale is None else scale * p.number,
+        "max_abs_error": p.number,
+    }.get(p.metric)
+    if allowed is not None:
+        above = np.flatnonzero(np.abs(c.trace.error) > allowed)
+        if len(above):
+            first = above[0]
+            said.append(
+                f"t = {c.trace.time[first]:.10g} s (row {first + 1} of {len(c.trace.time)}) is the "
+                f"first above {words.in_unit(words.number(allowed), c.unit)}, the error allowed"
+            )
+    seen = words.first_above(c)
+    said.append(
+        f"above {TOLERANCE:g} of the scale {seen if seen == 'never' else f'from t = {seen} s'}"
+    )
+    return "; ".join(said)

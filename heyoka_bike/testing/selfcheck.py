@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import GENERATE, DatasetError, InputError, MissingPackageError
-from heyoka_bike.reference.verification.checks import Check, all_passed
+from heyoka_bike.reference.verification.outcome import Check, all_passed
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.version import __version__
@@ -117,22 +117,22 @@ def _reference(folder: Path) -> tuple[Check, Manifest | None, Mapping[str, bytes
 
     Returns the manifest and the contents of the files, too, if all is well.
     """
-    from heyoka_bike.reference.verification.hashes import check_files
+    from heyoka_bike.reference.verification.verify import check_files
 
     try:
-        files, checks = check_files(folder, is_published=True)
+        manifest, data, checks = check_files(folder, is_published=True)
     except DatasetError as e:
         return Check("reference", False, "", str(e), {"values": 0}), None, {}
-    manifest, values = files.manifest, sum(map(len, files.data.values()))
+    values = sum(map(len, data.values()))
     wrong = [c for c in checks if c.passed is False]
     if manifest is None or wrong:
         said = wrong[0].file, wrong[0].message
         return Check("reference", False, *said, {"values": values}), None, {}
     message = (
-        f"dataset version {manifest.dataset_version}, {len(files.data)} files, {values} bytes, "
+        f"dataset version {manifest.dataset_version}, {len(data)} files, {values} bytes, "
         f"manifest sha256 {manifest.sha256[:12]}..."
     )
-    return Check("reference", True, "", message, {"values": values}), manifest, files.data
+    return Check("reference", True, "", message, {"values": values}), manifest, data
 
 
 def _attempt(name: str, look: Callable[..., Check], *arguments: Any) -> Check:
@@ -167,7 +167,7 @@ def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision:
 
     require_heyoka()
     from heyoka_bike.numbers.precision import Precision
-    from heyoka_bike.reference.verification.rerun import agreement
+    from heyoka_bike.reference.verification.numbers import agreement
     from heyoka_bike.reference.verification.verify import read_content
 
     content, _ = read_content(folder, manifest, data)

@@ -13,7 +13,7 @@ from heyoka_bike.showing.figures import FIGURES
 
 matplotlib = pytest.importorskip("matplotlib")
 
-from heyoka_bike.showing.figures.maneuver import draw  # noqa: E402
+from heyoka_bike.showing.figures.motions import maneuver as draw  # noqa: E402
 from heyoka_bike.showing.figures.style import render  # noqa: E402
 
 LABELS = (

@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.commands.completion import SHELLS
+from heyoka_bike.commands.options import SHELLS
 
 pytest.importorskip("shtab")
 

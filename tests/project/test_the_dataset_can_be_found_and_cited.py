@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 import yaml
 
-from heyoka_bike.reference.description import facts
+from heyoka_bike.reference import description as facts
 from heyoka_bike.reference.manifest import DATASET_DATE, PUBLISHED_VERSION, read_manifest
 
 ROOT = Path(__file__).resolve().parents[2]

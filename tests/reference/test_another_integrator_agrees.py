@@ -26,7 +26,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.first_row import exact_columns
+from heyoka_bike.reference.proof.rows import exact_columns
 
 pytestmark = pytest.mark.proof
 

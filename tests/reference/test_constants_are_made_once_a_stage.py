@@ -6,8 +6,8 @@ from fractions import Fraction
 import pytest
 
 from heyoka_bike.bicycle.equations import reduced
+from heyoka_bike.reference.proof.dense import motion_expansions, with_integrals
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.motion_rows import motion_expansions, with_integrals
 
 pytestmark = pytest.mark.proof
 

@@ -26,13 +26,11 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import Nodes
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof import cauchy, dense, enclose, motion_rows
+from heyoka_bike.reference.proof import cauchy, dense, enclose
 from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, rho
-from heyoka_bike.reference.proof.dense import Expanded, Expansion
-from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
-from heyoka_bike.reference.proof.first_row import exact_columns
-from heyoka_bike.reference.proof.motion_rows import with_integrals
-from heyoka_bike.reference.proof.rows import round_rows
+from heyoka_bike.reference.proof.dense import Expanded, Expansion, with_integrals
+from heyoka_bike.reference.proof.enclose import MATRIX_BITS, SIZE, Carried
+from heyoka_bike.reference.proof.rows import exact_columns, round_rows
 
 pytestmark = pytest.mark.proof
 
@@ -348,7 +346,7 @@ def test_what_the_polynomial_of_an_integral_leaves_out(run: Trajectory) -> None:
 
 def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
     def of_one_that_begins_at(at: Fraction) -> tuple[Fraction, Fraction]:
-        integrator = motion_rows._Integrator(run)
+        integrator = dense._Integrator(run)
         integrator.at[0] = at
         (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
         first = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)

@@ -23,7 +23,7 @@ from heyoka_bike.numbers.ball_matrices import (
     turned,
     value,
 )
-from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
+from heyoka_bike.reference.proof.enclose import MATRIX_BITS, SIZE, Carried, Flow, Frame
 
 EXACT = 40
 """Terms of the true solution: the rest is below 1e-30."""

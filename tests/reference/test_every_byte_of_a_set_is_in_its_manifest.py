@@ -9,14 +9,13 @@ from test_verify_finds_every_damage import flip
 from heyoka_bike.bicycle.parameters import benchmark, read_maneuvers
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference import making
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import AFTER_FILES, CARD, CRATE, STATES, STATES_HDF5
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.reference.making import dataset, generate
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manifest
-from heyoka_bike.reference.proof.prove_again import certify
-from heyoka_bike.reference.verification.hashes import check_files
-from heyoka_bike.reference.verification.verify import verify
+from heyoka_bike.reference.proof.certificate import certify
+from heyoka_bike.reference.verification.verify import check_files, verify
 
 pytestmark = pytest.mark.proof
 
@@ -29,8 +28,8 @@ def whole(tmp_path_factory, small_set):
     inputs = benchmark()[0], read_maneuvers(small_set.parent / "m.toml")
     out = tmp_path_factory.mktemp("whole") / "set"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(generate, "benchmark", lambda: inputs)
-        generate.generate(out, maneuvers=inputs[1])
+        patch.setattr(making, "benchmark", lambda: inputs)
+        making.generate(out, maneuvers=inputs[1])
     return out
 
 
@@ -60,8 +59,8 @@ def test_it_is_verified_certified_and_made_again(copy):
     assert len(certify(copy)) == 1
     # What lies in the folder goes before what comes with the package.
     (copy / AFTER_FILES[0]).write_bytes(b"{}")
-    assert dataset._after(copy)[AFTER_FILES[0]] == b"{}"
-    assert dataset._after(copy.parent)[AFTER_FILES[0]] != b"{}"
+    assert making._after(copy)[AFTER_FILES[0]] == b"{}"
+    assert making._after(copy.parent)[AFTER_FILES[0]] != b"{}"
 
 
 def test_any_flipped_bit_is_found_and_the_file_is_named(copy):
@@ -70,10 +69,10 @@ def test_any_flipped_bit_is_found_and_the_file_is_named(copy):
         raw = (copy / name).read_bytes()
         for _ in range(FLIPS):
             flip(copy / name, rng)
-            failed = {c.file for c in check_files(copy)[1] if c.passed is False}
+            failed = {c.file for c in check_files(copy)[2] if c.passed is False}
             assert name in failed
             (copy / name).write_bytes(raw)
-    assert all(c.passed for c in check_files(copy)[1])
+    assert all(c.passed for c in check_files(copy)[2])
 
 
 def test_a_missing_file_and_an_unknown_one_are_named(copy, capsys):
@@ -82,7 +81,7 @@ def test_a_missing_file_and_an_unknown_one_are_named(copy, capsys):
     (copy / "after-ten-seconds" / "more.txt").write_text("anything")
     (copy / "more").mkdir()
     (copy / "more" / "inside.txt").write_text("anything")
-    _, checks = check_files(copy)
+    *_, checks = check_files(copy)
     failed = [c for c in checks if c.passed is False]
     assert {(c.file, c.message) for c in failed} == {(name, "is missing") for name in AFTER_FILES}
     assert checks[-1].evidence["files"] == ["after-ten-seconds/more.txt", "more"]
@@ -94,7 +93,7 @@ def test_a_missing_file_and_an_unknown_one_are_named(copy, capsys):
 def test_a_manifest_cannot_lead_out_of_the_folder(copy, name):
     path = copy / MANIFEST
     path.write_text(path.read_text().replace(AFTER_FILES[0], name))
-    messages = [c.message for c in check_files(copy)[1] if c.passed is False]
+    messages = [c.message for c in check_files(copy)[2] if c.passed is False]
     assert f"lists the file {name!r}, expected a name inside the folder" in messages
 
 

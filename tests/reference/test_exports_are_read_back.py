@@ -11,8 +11,8 @@ from support.export_programs import STEM, c_values, export, need, run
 
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.reference.exports import c, csv, netcdf
-from heyoka_bike.reference.exports.selection import choose
+from heyoka_bike.reference.exports import formats
+from heyoka_bike.reference.exports.formats import choose
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.system.resources import data_folder
@@ -177,7 +177,7 @@ def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):
     import pandas
 
     selection = choose(shorter, None, "yaw")
-    tables = csv.render(selection, "x")
+    tables = formats.as_csv(selection, "x")
     assert list(tables) == ["-1.csv", "-2.csv", "-3.csv"]
     (tmp_path / "x.csv").write_bytes(tables["-1.csv"])
     table = pandas.read_csv(tmp_path / "x.csv", comment="#", dtype=str)
@@ -185,13 +185,13 @@ def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):
     third = "0.033333333333333333333333333333333333333333333333333"
     assert table["time [s]"].tolist()[:2] == ["0", third]
     assert table["time [s]"].tolist()[3] == "0.1"
-    assert list(netcdf.render(selection, "x")) == ["-1.nc", "-2.nc", "-3.nc"]
-    assert list(csv.render(choose(shorter, 1, "yaw"), "x")) == [".csv"]
+    assert list(formats.as_netcdf(selection, "x")) == ["-1.nc", "-2.nc", "-3.nc"]
+    assert list(formats.as_csv(choose(shorter, 1, "yaw"), "x")) == [".csv"]
 
 
 def test_an_end_that_is_no_binary64_is_kept_to_32_digits(shorter, tmp_path):
     """1/10 is below the binary64 0.1: that is inside for the plain evaluator only."""
-    for suffix, data in c.render(choose(shorter, 1, "yaw"), STEM).items():
+    for suffix, data in formats.c(choose(shorter, 1, "yaw"), STEM).items():
         (tmp_path / f"{STEM}{suffix}").write_bytes(data)
     rest = float(Fraction(1, 10) - Fraction(0.1))
     hi, lo = np.array([0.1, 0.1]), np.array([0.0, rest])
@@ -205,7 +205,7 @@ def test_an_end_that_is_no_binary64_is_kept_to_32_digits(shorter, tmp_path):
 def test_a_name_cannot_leave_the_comment(shorter, tmp_path):
     hostile = "x\n#error y */ #error \\\u2028 \u00e9"
     named = replace(shorter, bicycle=hostile, maneuvers=(replace(shorter[1], name=hostile),))
-    for suffix, data in c.render(choose(named, None, "yaw"), STEM).items():
+    for suffix, data in formats.c(choose(named, None, "yaw"), STEM).items():
         assert data.isascii()
         (tmp_path / f"{STEM}{suffix}").write_bytes(data)
     t = np.zeros(1), np.zeros(1)

@@ -8,7 +8,7 @@ import pytest
 import heyoka_bike
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, MissingPackageError, NotCertifiedError
-from heyoka_bike.reference.making import generate as module
+from heyoka_bike.reference import making as module
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import collection, find_input
 
@@ -146,11 +146,11 @@ def test_a_set_is_proved_again(made, keep_proofs):
 
 @pytest.mark.proof
 def test_texts_are_compared_with_what_is_proved(made, keep_proofs, tmp_path, monkeypatch):
-    from heyoka_bike.reference.proof import prove_again
+    from heyoka_bike.reference.proof import certificate
 
     found, _ = made
     monkeypatch.setattr(
-        prove_again, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"}
+        certificate, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"}
     )
     with pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"):
         heyoka_bike.certify(found.folder)

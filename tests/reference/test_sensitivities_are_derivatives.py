@@ -15,7 +15,8 @@ from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.sensitivities import UNKNOWNS, load_sensitivities
+from heyoka_bike.reference.load import load_sensitivities
+from heyoka_bike.reference.structure import UNKNOWNS
 
 ORDER = list(UNKNOWNS)
 NAMES = [c.name for c in COLUMNS]

@@ -20,11 +20,10 @@ from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.ball_matrices import identity, largest, value
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof import sensitivity_rows, variation
-from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.error_flow import SIZE, Frame
+from heyoka_bike.reference.proof.enclose import SIZE, Frame, enclose
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
-from heyoka_bike.reference.proof.unknowns import Unknowns
-from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.reference.proof.variation import Unknowns
+from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.system.resources import find_input
 
 pytestmark = pytest.mark.proof

@@ -15,9 +15,8 @@ import pytest
 from support.export_programs import need
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.reference import structure
-from heyoka_bike.reference.description import facts
-from heyoka_bike.reference.description.describe import describe
+from heyoka_bike.reference import description as facts
+from heyoka_bike.reference.description import describe
 from heyoka_bike.reference.layout import CARD, CRATE
 from heyoka_bike.reference.manifest import (
     CUSTOM,
@@ -68,8 +67,8 @@ def test_no_two_files_have_the_same_id(folder):
 )
 def test_a_set_of_ones_own_has_no_maker_here(folder, name):
     inputs = read_manifest(folder).inputs
-    assert structure.about(name, inputs, "1.0.0", "").keys() >= OF_ANY | OF_THE_MAKER
-    own = structure.about(name, inputs, CUSTOM, "")
+    assert facts.about(name, inputs, "1.0.0", "").keys() >= OF_ANY | OF_THE_MAKER
+    own = facts.about(name, inputs, CUSTOM, "")
     assert own.keys() >= OF_ANY
     assert not own.keys() & OF_THE_MAKER
     assert "heyoka_bike developers" not in json.dumps(own)

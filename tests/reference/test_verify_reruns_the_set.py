@@ -6,12 +6,12 @@ from fractions import Fraction
 
 import pytest
 
-import heyoka_bike.reference.verification.rerun as rerun_module
+import heyoka_bike.reference.verification.numbers as rerun_module
 from heyoka_bike.cli import main
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.layout import CANDIDATE, TEXT_50
-from heyoka_bike.reference.verification.rerun import agreement, precisions
+from heyoka_bike.reference.verification.numbers import agreement, precisions
 from heyoka_bike.reference.verification.verify import verify
 
 pytestmark = pytest.mark.proof

@@ -15,11 +15,10 @@ import pytest
 from support.made_sets import accept, accept_numbers, make, manifest
 
 from heyoka_bike.cli import main
-from heyoka_bike.reference.description.describe import describe
+from heyoka_bike.reference.description import describe
 from heyoka_bike.reference.layout import CARD, CRATE, content_sha256
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manifest
-from heyoka_bike.reference.verification.hashes import check_files
-from heyoka_bike.reference.verification.verify import read_content, verify
+from heyoka_bike.reference.verification.verify import check_files, read_content, verify
 
 pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_structure")]
 
@@ -102,8 +101,8 @@ def test_a_card_and_a_crate_that_say_something_else(folder, tmp_path):
 
     def wrong():
         accept(copy)
-        files, _ = check_files(copy)
-        _, checks = read_content(copy, files.manifest, files.data)
+        set_manifest, data, _ = check_files(copy)
+        _, checks = read_content(copy, set_manifest, data)
         return {c.file: c.message for c in checks if c.file in (CARD, CRATE) and not c.passed}
 
     for name, data in describe(read_manifest(copy)).items():

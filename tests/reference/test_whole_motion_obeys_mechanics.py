@@ -27,7 +27,7 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof.motion_rows import Stretch, with_integrals
+from heyoka_bike.reference.proof.dense import Stretch, with_integrals
 
 pytestmark = pytest.mark.proof
 

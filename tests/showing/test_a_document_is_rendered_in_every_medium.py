@@ -18,10 +18,9 @@ from heyoka_bike.showing.document import (
     TableColumn,
     Words,
     html,
-    notebook,
     text,
 )
-from heyoka_bike.showing.grades import Grade
+from heyoka_bike.showing.wording import Grade
 
 TABLE = TableBlock(
     ["name", TableColumn("error", leave_out=1), TableColumn("said", is_prose=True)],
@@ -43,7 +42,7 @@ def page(blocks):
 
 def rendered(blocks):
     """The words of each medium."""
-    parsed = (Page(made).text for made in (page(blocks), notebook.render(blocks)))
+    parsed = (Page(made).text for made in (page(blocks), html.piece(blocks)))
     return [" ".join(text.render(blocks, 100).split()), *parsed]
 
 
@@ -122,6 +121,6 @@ def test_nothing_of_a_text_becomes_markup():
             HOSTILE, (TableBlock([HOSTILE] * 3, [cells], HOSTILE, note=HOSTILE),), "x", HOSTILE
         ),
     )
-    for made in (page(blocks), notebook.render(blocks)):
+    for made in (page(blocks), html.piece(blocks)):
         assert "<b onclick" not in made
         assert Page(made).text.count("onclick=alert(1)") > 10

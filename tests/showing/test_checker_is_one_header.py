@@ -13,7 +13,7 @@ from support.made_sets import make
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.grades import PHRASES, WORDS, Grade
+from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
 
 HEADER = "uncontrolled_bicycle.h"
 ALL = """

@@ -18,7 +18,7 @@ matplotlib = pytest.importorskip("matplotlib")
 
 from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
-from heyoka_bike.showing.figures import eigenvalues, path, phase  # noqa: E402
+from heyoka_bike.showing.figures import eigenvalues, motions  # noqa: E402
 from heyoka_bike.showing.figures.style import render  # noqa: E402
 
 # A figure is laid out anew in each format, from where the one before left it: SVG comes first.
@@ -34,7 +34,7 @@ def _no_heyoka(monkeypatch):
 @pytest.fixture(scope="module")
 def stability(reference):
     """The axes of the figure, which takes a second; not to be changed."""
-    return eigenvalues.draw(reference).axes
+    return eigenvalues.stability(reference).axes
 
 
 @pytest.mark.proof
@@ -129,11 +129,12 @@ def is_vertical(line):
 
 
 def test_portraits_are_the_dense_output(reference):
-    grid = np.reshape(phase.draw(reference, [1, 2, 3]).axes, (3, 3))
-    times = [Fraction(10 * i, phase.POINTS - 1) for i in range(0, phase.POINTS, 50)]
+    grid = np.reshape(motions.phase(reference, [1, 2, 3]).axes, (3, 3))
+    points = motions.PORTRAIT_POINTS
+    times = [Fraction(10 * i, points - 1) for i in range(0, points, 50)]
     for number, row in zip(reference, grid, strict=True):
         values = reference[number].evaluate(times)
-        for ax, (across, up) in zip(row, phase.PORTRAITS, strict=True):
+        for ax, (across, up) in zip(row, motions.PORTRAITS, strict=True):
             curve, start, end = ax.lines
             for drawn, name in ((curve.get_xdata(), across), (curve.get_ydata(), up)):
                 scale = reference[number].scale(name)
@@ -146,7 +147,7 @@ def test_portraits_are_the_dense_output(reference):
 
 def test_modes_are_named_only_where_they_are_those_of_the_benchmark(reference):
     other = replace(reference, parameters={**reference.parameters, "zB": "-30"})
-    labels = {x.get_label() for x in eigenvalues.draw(other).axes[0].lines}
+    labels = {x.get_label() for x in eigenvalues.stability(other).axes[0].lines}
     assert {"real", "complex"} <= labels
     assert not labels & {"weave", "capsize", "castering"}
 
@@ -167,7 +168,7 @@ def test_other_bicycles_are_drawn(reference, changes):
 
 
 def test_paths_are_those_of_the_contact_point(reference):
-    grid = np.reshape(path.draw(reference, [1, 2, 3]).axes, (3, 2))
+    grid = np.reshape(motions.path(reference, [1, 2, 3]).axes, (3, 2))
     for number, (above, over_time) in enumerate(grid, start=1):
         line, dots = above.lines
         rows = reference.motion[number].rows

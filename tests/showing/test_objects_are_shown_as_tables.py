@@ -8,8 +8,8 @@ from support.without_packages import python
 from heyoka_bike import display
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.values import Values
-from heyoka_bike.showing.document import TableBlock
-from heyoka_bike.showing.document.notebook import head, render
+from heyoka_bike.showing.document import TableBlock, head
+from heyoka_bike.showing.document.html import piece
 from heyoka_bike.workbench.fast.simulate import simulate
 
 COLUMNS = ["roll_angle", "steer_angle"]
@@ -102,7 +102,7 @@ def test_names_are_text_not_markup():
     times = np.array([0.0, 1.0])
     pieces = (
         shown(Values({hostile: times}, {}, time=times)),
-        Page(render([*head(hostile, hostile), TableBlock([hostile], [[hostile]], hostile)])),
+        Page(piece([*head(hostile, hostile), TableBlock([hostile], [[hostile]], hostile)])),
     )
     for page in pieces:
         assert "b" not in {tag for tag, attrs in page.tags if attrs}

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Level, Line, chart
-from heyoka_bike.showing.charts.decimate import envelope, highest
-from heyoka_bike.showing.charts.maneuver import run_time
+from heyoka_bike.showing.charts import chart as axis
+from heyoka_bike.showing.charts.chart import Level, Line, chart, envelope, highest
+from heyoka_bike.showing.charts.results import run_time
 from heyoka_bike.system.resources import data_folder
 
 
@@ -75,7 +74,7 @@ def test_decades_are_ticks_and_the_labels_are_few(low, high):
      (1e-12, 2e-12), (-5.0, -4.9999)],
 )  # fmt: skip
 def test_labels_of_a_linear_axis_are_their_values(low, high):
-    found = axis.values(low, high)
+    found = axis.linear(low, high)
     assert 0 <= found.at(low) <= found.at(high) <= 1
     assert 2 <= len(found.ticks) <= 9
     assert len({text for _, text in found.ticks}) == len(found.ticks)
@@ -119,7 +118,7 @@ def test_lines_go_through_their_points():
     x_found, y_found = places(drawn(axis.decades(1e-4, 1e-2), t, y))
     np.testing.assert_allclose(10 * x_found, t, atol=10 / 4000)
     np.testing.assert_allclose(-4 + 2 * y_found, np.log10(y), atol=2 / 2000)
-    x_found, y_found = places(drawn(axis.values(0.0, 4e-3), t, y))
+    x_found, y_found = places(drawn(axis.linear(0.0, 4e-3), t, y))
     np.testing.assert_allclose(-1.6e-4 + 4.32e-3 * y_found, y, atol=4.32e-3 / 2000)
 
 

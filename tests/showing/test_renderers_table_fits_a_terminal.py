@@ -6,11 +6,10 @@ from dataclasses import replace
 import pytest
 from support import sample_reports
 
-from heyoka_bike.showing.formats.origin import Origin
 from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 
-UNKNOWN = Origin()
+UNKNOWN = []
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
     "hostile", "series", "programs",
@@ -169,10 +168,11 @@ def test_what_matters_most_comes_first():
 
 
 def test_the_foot_says_where_a_report_comes_from():
-    made = Origin("2026-11-22 09:30 UTC", "heyoka-bike score a.txt")
+    made = [("made", "2026-11-22 09:30 UTC"), ("command", "heyoka-bike score a.txt")]
     report = sample_reports.sample()
     foot = render(report, 100, False, made)[-400:]
-    for part in (made.date, made.command, f"heyoka_bike {__version__}", report.dataset_version):
+    version = f"heyoka_bike {__version__}"
+    for part in (made[0][1], made[1][1], version, report.dataset_version):
         assert part in foot
     assert report.reference_sha256 in foot
     assert len(report.reference_sha256) == 64

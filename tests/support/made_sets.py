@@ -7,7 +7,7 @@ import h5py
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, sha256
-from heyoka_bike.reference.proof.certificate_file import STATEMENT_1_5_0
+from heyoka_bike.reference.proof.certificate import STATEMENT_1_5_0
 
 
 def make(where, *maneuvers):

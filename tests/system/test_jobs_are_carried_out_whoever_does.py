@@ -14,8 +14,7 @@ from support import jobs
 from support.clusters import HEARS, TESTS, wait_for
 
 from heyoka_bike.errors import InputError, WorkerLostError
-from heyoka_bike.system.executors import ProcessExecutor, ProcessLimits, RemoteError
-from heyoka_bike.system.jobs import Job, Outcome
+from heyoka_bike.system.jobs import Job, Outcome, ProcessExecutor, ProcessLimits, RemoteError
 from heyoka_bike.system.parallel import WAITING, carry_out, side_by_side, using
 from heyoka_bike.system.unfinished import KeptResult
 
@@ -181,7 +180,7 @@ def test_processes_are_forked_from_one_that_has_imported_modules(tmp_path):
     """In a process of its own: there is one such process for all executors."""
     script = tmp_path / "script.py"
     script.write_text(
-        "from support import jobs\nfrom heyoka_bike.system.executors import *\n"
+        "from support import jobs\nfrom heyoka_bike.system.jobs import *\n"
         "if __name__ == '__main__':\n"
         "  with ProcessExecutor(1, ProcessLimits(60.0, 2_000_000_000), ['colorsys']) as pool:\n"
         "    print(pool.submit(jobs.imported, 'colorsys').result()[1])\n"

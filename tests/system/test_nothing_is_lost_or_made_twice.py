@@ -18,7 +18,7 @@ from support.clusters import HEARS, started, wait_for
 import heyoka_bike
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
-from heyoka_bike.reference.making import generate as module
+from heyoka_bike.reference import making as module
 from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.parallel import carry_out, using
 from heyoka_bike.system.unfinished import SUFFIX, Unfinished, unfinished

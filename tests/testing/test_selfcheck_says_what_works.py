@@ -101,7 +101,7 @@ def test_a_text_that_is_off_its_floor_is_seen(folder, tmp_path):
 
 @pytest.mark.proof
 def test_a_run_of_too_few_digits_is_seen(folder, monkeypatch):
-    import heyoka_bike.reference.verification.rerun as rerun
+    import heyoka_bike.reference.verification.numbers as rerun
     from heyoka_bike.motion.integrate import integrate
 
     monkeypatch.setattr(rerun, "integrate", lambda *a, **k: integrate(*a, **k, tolerance=1e-6))

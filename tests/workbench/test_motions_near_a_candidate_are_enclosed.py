@@ -9,7 +9,7 @@ import pytest
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE
+from heyoka_bike.reference.proof.enclose import MATRIX_BITS, SIZE
 from heyoka_bike.workbench.after_ten_seconds.limit_cycle import nearby
 
 pytestmark = pytest.mark.proof

@@ -10,7 +10,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import DEFINITIONS, Column
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.figures.style import LINES, WIDTH, style, unit
+from heyoka_bike.showing.figures.style import LINES, WIDTH, style
+from heyoka_bike.showing.wording import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,7 +58,7 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
                 ax.set_yscale("log", nonpositive="mask")
                 ax.set_ylim(_BELOW * min(x for x in last if x), 3 * max(last))
             said = key.replace("_", " ")
-            ax.set_ylabel(f"{said}\nminus {default.definition} [{unit(maneuver.units, key)}]")
+            ax.set_ylabel(f"{said}\nminus {default.definition} [{unit_text(maneuver.units[key])}]")
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=3)
         axes[-1].set_xlim(float(maneuver.time[0]), float(maneuver.time[-1]))
         axes[-1].set_xlabel("time [s]")

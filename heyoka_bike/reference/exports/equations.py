@@ -22,21 +22,13 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, whole_rates
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
 from heyoka_bike.errors import quoted
+from heyoka_bike.numbers import straight_line as languages
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
-from heyoka_bike.numbers.straight_line import (
-    FORTRAN,
-    JULIA,
-    MATLAB,
-    PYTHON,
-    RUST,
-    C,
-    Language,
-    StraightLine,
-)
-from heyoka_bike.reference.description.facts import COPYRIGHT
-from heyoka_bike.reference.exports.selection import AXES, check_name, commented, wrapped
+from heyoka_bike.numbers.straight_line import Language, StraightLine
+from heyoka_bike.reference.description import COPYRIGHT
+from heyoka_bike.reference.exports.formats import AXES, check_name, commented, wrapped
 from heyoka_bike.version import __version__
 
 _BITS = 200
@@ -98,36 +90,36 @@ extern "C" {{
 
 LANGUAGES = {
     "c": _SourceFile(
-        C, (".h", ".c"), "//",
+        languages.C, (".h", ".c"), "//",
         "Compile: cc -std=c99 -O2 your-code.c {stem}.c -lm, with #include \"{stem}.h\".",
         '{about}\n#include "{stem}.h"\n#include <math.h>\n', named="{stem}_{name}",
         is_descriptor=True,
     ),
     "fortran": _SourceFile(
-        FORTRAN, (".f90",), "!",
+        languages.FORTRAN, (".f90",), "!",
         "Compile: gfortran -O2 {stem}.f90 your-code.f90, with 'use {stem}'.",
         "{about}\nmodule {stem}\n    use, intrinsic :: iso_fortran_env, only: real64\n"
         "    implicit none\n    private\n{each}\ncontains\n",
         "\nend module {stem}\n", "    public :: {name}\n",
     ),
     "matlab": _SourceFile(
-        MATLAB, (".m",), "%",
+        languages.MATLAB, (".m",), "%",
         "Use: b = {stem}(); [t, y] = ode45(b.rates, [0 10], b.start_1());",
         "function b = {stem}()\n{about}{each}end\n", "", "    b.{name} = @{name};\n",
     ),
     "julia": _SourceFile(
-        JULIA, (".jl",), "#",
+        languages.JULIA, (".jl",), "#",
         'Use: include("{stem}.jl"); using OrdinaryDiffEq; '
         "solve(ODEProblem({stem}.rates, {stem}.start_1(), (0.0, 10.0)), Vern9())",
         "{about}\nmodule {stem}\n", "\nend\n",
     ),
     "python": _SourceFile(
-        PYTHON, (".py",), "#",
+        languages.PYTHON, (".py",), "#",
         'Use: scipy.integrate.solve_ivp({stem}.rates, (0, 10), {stem}.start_1(), "DOP853").',
         "{about}\nfrom math import cos, sin, sqrt\n\n", is_descriptor=True,
     ),
     "rust": _SourceFile(
-        RUST, (".rs",), "//",
+        languages.RUST, (".rs",), "//",
         "Use: mod {stem}; and then {stem}::rates(&{stem}::start_1()).",
         "{about}\n#![allow(dead_code)]\n\nfn sin(x: f64) -> f64 {{\n    x.sin()\n}}\n\n"
         "fn cos(x: f64) -> f64 {{\n    x.cos()\n}}\n",

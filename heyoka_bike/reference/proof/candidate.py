@@ -14,23 +14,22 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.reference import hdf5
+from heyoka_bike.reference import hdf5, structure
 from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.description import about
 from heyoka_bike.reference.layout import CANDIDATE
-from heyoka_bike.reference.structure import STATED, about, trajectory
 
 
 def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], version: str) -> bytes:
     """Bytes of candidate.h5; `inputs` as in the manifest, `version` of the dataset."""
-    groups, data = [], []
-    for run, maneuver in zip(trajectories, inputs["maneuvers"], strict=True):
+    data = []
+    for run in trajectories:
         form = "regular" if run.is_regular else "few_products"
-        values = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
+        stated = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
         breaks = np.array([float(t) for t in run.breaks])
         stored = {"breaks": breaks, "coefficients": _to_bytes(run.pieces)}
-        groups.append(trajectory(maneuver, dict(zip(STATED, values, strict=True)), stored))
-        data.append(stored)
-    layout = hdf5.whole_file(about(CANDIDATE, inputs, version), groups)
+        data.append(stored | dict(zip(structure.STATED, stated, strict=True)))
+    layout = structure.of_file(CANDIDATE, about(CANDIDATE, inputs, version), inputs, data)
     return hdf5.render(layout, hdf5.by_maneuver(data))
 
 
@@ -77,10 +76,9 @@ def _read(bicycle: Bicycle, group: Any) -> Trajectory:
 
 
 def _to_bytes(pieces: Sequence[Sequence[Sequence[int]]]) -> Any:
-    width = max(n.bit_length() for piece in pieces for row in piece for n in row) // 8 + 1
-    raw = b"".join(
-        n.to_bytes(width, "little", signed=True) for piece in pieces for row in piece for n in row
-    )
+    numbers = [n for piece in pieces for row in piece for n in row]
+    width = max(map(int.bit_length, numbers)) // 8 + 1
+    raw = b"".join(n.to_bytes(width, "little", signed=True) for n in numbers)
     shape = (len(pieces), len(pieces[0]), len(pieces[0][0]), width)
     return np.frombuffer(raw, dtype=np.uint8).reshape(shape)
 

@@ -22,7 +22,9 @@ from heyoka_bike.motion.trajectory import Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Rim, array
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
-from heyoka_bike.reference.proof.error_flow import SIZE
+
+SIZE = 7
+"""State variables, the yaw included."""
 
 RADII = (4, 3, 2)
 """Circles tried on a piece, in its lengths, the largest first."""

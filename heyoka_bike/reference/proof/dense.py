@@ -12,63 +12,75 @@ it, their difference is written as a polynomial, and that again in a variable u,
 short spans; the absolute values of its coefficients there bound it. The distance of the exact
 motion from the candidate is added through the columns' derivatives by the state, bounded on the
 same circle's polydisc.
+
+The whole motion needs place and wheel angles along a candidate, which are integrals of functions g
+of the state. On each piece of the candidate p the Taylor coefficients of h g(p(s)) (see `analytic`)
+are integrated in balls, and those of the integral rounded to the candidate's grid: a polynomial q.
+Its distance from the exact integral grows over a piece by at most
+
+- ``q' - h g(p)``: the coefficients' absolute values, and beyond these Cauchy's estimate on a circle
+  (see `cauchy`);
+- ``h g(x) - h g(p)`` for the exact state x, which the certificate keeps near p: its distance times
+  the derivatives of g, bounded on the polydisc around p.
+
+A piece on which no circle works is halved, exactly.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
 from math import ceil, frexp, log2
-from typing import Protocol
 
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import (
+    INTEGRALS,
+    NonnegativeRoots,
+    dense_columns,
+    motion_columns,
+    rates_of_integrals,
+)
 from heyoka_bike.errors import NotCertifiedError, UndecidedError
-from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory, row_times
 from heyoka_bike.numbers.analytic import Samples
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
 from heyoka_bike.numbers.ball_matrices import largest
-from heyoka_bike.numbers.rounding import Value, hi_lo, upward, upward_ball
+from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upward, upward_ball
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
-from heyoka_bike.reference.values import Dense
+from heyoka_bike.reference.proof.enclose import Progress
+from heyoka_bike.reference.proof.rows import EVALUATION_BITS, distance, round_columns
+from heyoka_bike.reference.values import Dense, Values
 
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
 _GRID_BITS = 112
 _FIRST_WIDTH = Fraction(1, 2)
 _MIN_WIDTH = Fraction(1, 2**24)
 
-
-class Source(Protocol):
-    """Columns that can be evaluated at any time up to an end, to be interpolated."""
-
-    @property
-    def balls(self) -> Balls: ...
-
-    @property
-    def end(self) -> Fraction: ...
-
-    def near(self, t: flint.arb, about: Fraction) -> Mapping[str, flint.arb]:
-        """Columns by name at `t`, on the piece that holds the time `about`."""
+Near = Callable[[flint.arb, Fraction], Mapping[str, flint.arb]]
 
 
 def interpolate(
-    source: Source,
-    scales: Mapping[str, float],
-    constant: Mapping[str, flint.arb | Fraction],
-    progress: Callable[[float], None] = lambda _: None,
-) -> Dense:
+    near: Near, end: Fraction, balls: Balls, scales: Mapping[str, float],
+    constant: Mapping[str, Value], progress: Progress = lambda _: None,
+) -> Dense:  # fmt: skip
     """Chebyshev pieces of some columns from 0 to the end.
 
     Parameters
     ----------
+    near
+        Columns by name at a time, on the piece that holds another one.
+    balls
+        Number type of these.
     scales
         Largest absolute value over the run of each column to be interpolated; zero for one that
         vanishes.
@@ -77,7 +89,6 @@ def interpolate(
     """
     names = list(scales)
     grids = [_GRID_BITS - frexp(scales[name])[1] for name in names]
-    balls, end = source.balls, source.end
     breaks, rows, widths = [Fraction(0)], [], [_FIRST_WIDTH]
     with balls.precision():
         nodes = Nodes(NODES)
@@ -87,7 +98,7 @@ def interpolate(
         while breaks[-1] < end:
             a, width = breaks[-1], widths[-1]
             b = min(a + width, end)
-            coefficients = _fit(source, nodes, names, known, a, b)
+            coefficients = _fit(near, nodes, names, known, a, b)
             if width > _MIN_WIDTH and not _is_resolved(coefficients, scales, names):
                 widths[-1:] = [width / 2, width / 2]
                 continue
@@ -95,7 +106,7 @@ def interpolate(
             if not widths:
                 widths = [_FIRST_WIDTH]
             breaks.append(b)
-            rows.append(_rounded(coefficients, grids, names, float(a)))
+            rows.append(_on_grid(coefficients, grids, names, float(a)))
             progress(float(b))
     table = np.array(rows, dtype=np.float64)  # piece, column, order, hi or lo
     return Dense(
@@ -106,7 +117,7 @@ def interpolate(
 
 
 def _fit(
-    source: Source, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
+    near: Near, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
     a: Fraction, b: Fraction,
 ) -> list[list[flint.arb]]:  # fmt: skip
     """Coefficients on [a, b] by column and order, from values at Chebyshev nodes."""
@@ -114,7 +125,7 @@ def _fit(
     values = []
     for x in nodes.x:
         t = exact_ball(middle) + exact_ball(half) * x
-        row = source.near(t, middle + half * Fraction(float(x.mid())))
+        row = near(t, middle + half * Fraction(float(x.mid())))
         values.append([row[name] for name in names])
     table = (nodes.transform * flint.arb_mat(values)).transpose().tolist()
     return [
@@ -133,7 +144,7 @@ def _is_resolved(
     return True
 
 
-def _rounded(
+def _on_grid(
     table: Sequence[Sequence[flint.arb]], grids: Sequence[int], names: Sequence[str], t: float
 ) -> list[list[tuple[float, float]]]:
     """Coefficients rounded to the column's grid, as hi and lo."""
@@ -321,3 +332,188 @@ def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
         return upward(abs(x - stored) + rest)
     with flint.ctx.workprec(4096):
         return upward_ball(abs(x - exact_ball(stored)) + exact_ball(rest))
+
+
+_GUARD_BITS = 64
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of a candidate with the integrals, and how far the exact motion may be from it.
+
+    Attributes
+    ----------
+    piece : Piece
+        Rows of the state, the yaw last, and then of `INTEGRALS`.
+    bounds : tuple of Fraction
+        Over the piece, row by row.
+    """
+
+    piece: Piece
+    bounds: tuple[Fraction, ...]
+
+
+def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretch]:
+    """The candidate piece by piece, with the integrals from the start of the motion.
+
+    Raises
+    ------
+    NotCertifiedError
+        A piece inside of which the integrands are not shown to be analytic.
+    """
+    integrator = _Integrator(run)
+    for i, bounds in enumerate(certificate.pieces):
+        yield from integrator.stretches(run.piece(i), bounds)
+
+
+class _Integrator:
+    """Carries the integrals, exact numbers, and the bounds on their errors."""
+
+    def __init__(self, run: Trajectory) -> None:
+        self.bits = run.grid + _GUARD_BITS
+        self.circles = cauchy.circle_equations(run)
+        self.equations = Equations.of(run.bicycle, Balls(self.bits), is_regular=run.is_regular)
+        self.at = [Fraction(0)] * len(INTEGRALS)
+        self.error = [Fraction(0)] * len(INTEGRALS)
+
+    def stretches(self, piece: Piece, bounds: tuple[Fraction, ...]) -> Iterator[Stretch]:
+        """A piece with its integrals, in parts where no circle works for the whole."""
+
+        def around(part: Piece, _: int) -> tuple[Piece, cauchy.Circle, flint.arb]:
+            circle = cauchy.circle_bound(part, rates_of_integrals, self.circles)
+            with flint.ctx.workprec(self.bits):
+                return part, circle, cauchy.moved(bounds, circle.rho)
+
+        for part, circle, apart in cauchy.in_parts(piece, around):
+            yield self._stretch(part, bounds, circle, apart)
+
+    def _stretch(
+        self, piece: Piece, bounds: tuple[Fraction, ...], circle: cauchy.Circle, apart: flint.arb
+    ) -> Stretch:
+        # To where Cauchy's estimate is below the grid.
+        length = max(ceil(self.bits / log2(circle.radius)), len(piece.rows[0]))
+        a = Samples.of(self.bits, length, circle.radius)
+        with a.precision():
+            step, unit = exact_ball(piece.h), flint.arb(2) ** -piece.grid
+            values = rates_of_integrals(self.equations.convert(flint.acb, a), piece.samples(a))
+            integrands = a.coefficients([step * x for x in values])
+            rows = [self._row(piece, i, c) for i, c in enumerate(integrands)]
+            for i, (row, integrand) in enumerate(zip(rows, integrands, strict=True)):
+                rest = step * circle.values[i] * (a.left_out + apart)
+                off = cauchy.defect([c * unit for c in row], integrand)
+                self.error[i] += upper_fraction(off + rest)
+                self.at[i] = Fraction(sum(row), 2**piece.grid)
+        return Stretch(
+            replace(piece, rows=piece.rows + tuple(map(tuple, rows))), bounds + tuple(self.error)
+        )
+
+    def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
+        """Integers of an integral's polynomial; where it begins may have to be rounded."""
+        first = round(self.at[i] * 2**piece.grid)
+        self.error[i] += abs(self.at[i] - Fraction(first, 2**piece.grid))
+        powers = range(1, len(piece.rows[0]))
+        return [first, *(to_grid(integrand[m - 1] / m, piece.grid) for m in powers)]
+
+
+_NOTHING_BITS = 166
+"""An enclosure of zero is published as zero where it is narrower than 2^-166 = 1e-50."""
+
+_SMALLEST_SCALE = 2.0**-40
+"""Of the dense columns, so that one that vanishes (the longitudinal force on a rear wheel without
+inertia, say) has coefficients of zero: its grid of 2^-152 is far above the width of its balls."""
+
+
+def tabulate_motion(
+    run: Trajectory, certificate: Certificate, dense: Dense | None = None,
+    progress: Progress = lambda _: None,
+) -> tuple[Values, Dense]:  # fmt: skip
+    """The whole motion along a certified candidate: rows, and dense output where there is.
+
+    The dense output is that which is given, or else a new one, with its certified bounds.
+
+    Raises
+    ------
+    NotCertifiedError
+        A column is not shown to be analytic.
+    UndecidedError
+        Enclosures that do not decide a rounding, named.
+    """
+    stretches = list(with_integrals(run, certificate))
+    rows = round_motion(run, stretches, progress)
+    parts = list(motion_expansions(stretches))
+    if dense is None:
+        scales = {name: max(rows.scale(name), _SMALLEST_SCALE) for name in DENSE_COLUMNS}
+        starts = [part.t0 for part in parts]
+
+        def near(t: flint.arb, about: Fraction) -> dict[str, flint.arb]:
+            part = parts[max(bisect_right(starts, about) - 1, 0)]
+            s = (t - exact_ball(part.t0)) / exact_ball(part.h)
+            return {name: p(s) for name, p in zip(DENSE_COLUMNS, part.polynomials, strict=True)}
+
+        dense = interpolate(near, parts[-1].t1, Balls(BITS), scales, {})
+    return rows, bound_pieces(run, parts, dense, DENSE_COLUMNS, {})
+
+
+def motion_expansions(stretches: Sequence[Stretch]) -> Iterator[Expansion]:
+    """Expansions of the dense columns along all pieces."""
+    along = Expanded.of(stretches[0].piece.run, dense_columns)
+    for stretch in stretches:
+        yield from expansions(stretch.piece, stretch.bounds, along)
+
+
+def round_motion(
+    run: Trajectory, stretches: Sequence[Stretch], progress: Progress = lambda _: None
+) -> Values:
+    """The rows of `MOTION_COLUMNS`, rounded.
+
+    hi and lo are zero where the enclosure holds zero, and is so narrow that the bound says all
+    there is to know.
+    """
+    names = [c.name for c in MOTION_COLUMNS]
+    rows = _enclosed(run, stretches, progress)
+    return Values(*round_columns(run.maneuver, names, rows, _rounded))
+
+
+def _enclosed(
+    run: Trajectory, stretches: Sequence[Stretch], progress: Progress
+) -> Iterator[dict[str, flint.arb]]:
+    """Enclosures of all columns at the rows."""
+    balls = NonnegativeRoots(run.bits + EVALUATION_BITS)
+    starts = [s.piece.t0 for s in stretches]
+    at, polynomials = -1, [flint.arb_poly()]
+    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+    with balls.precision():
+        for t in row_times(run.maneuver):
+            if (i := bisect_right(starts, t) - 1) != at:
+                at, polynomials = i, [flint.arb_poly(list(row)) for row in stretches[i].piece.rows]
+            piece = stretches[i].piece
+            s, unit = exact_ball((t - piece.t0) / piece.h), flint.arb(2) ** -piece.grid
+            state = [
+                flint.arb(p(s) * unit, exact_ball(bound).upper())
+                for p, bound in zip(polynomials, stretches[i].bounds, strict=True)
+            ]
+            if t == 0:
+                # The integrals begin at zero, exactly, and the yaw with them.
+                state[6:] = [balls.number(0)] * len(state[6:])
+            yield motion_columns(equations, state)
+            progress(float(t))
+
+
+def _rounded(x: flint.arb, name: str) -> tuple[float, float, float]:
+    """hi, lo and bound."""
+    if not x.is_finite():
+        raise UndecidedError(f"{name}: the digits at hand do not enclose it")
+    enclosed = Enclosure.of(x)
+    hi, lo = 0.0, 0.0
+    if not _is_nothing(enclosed):
+        nearest = enclosed.binary64()
+        if nearest is not None and _is_nothing(enclosed.minus(nearest)):
+            hi = nearest
+        else:
+            hi, lo = hi_lo(enclosed, name)
+    return hi, lo, few_bits(distance(enclosed, hi, lo))
+
+
+def _is_nothing(x: Enclosure) -> bool:
+    """True if an enclosure holds zero and is narrow."""
+    return x.low <= 0 <= x.high and (x.high - x.low) << _NOTHING_BITS <= 1 << x.grid

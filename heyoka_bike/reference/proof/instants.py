@@ -29,6 +29,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference import hdf5, structure
+from heyoka_bike.reference.description import about
 from heyoka_bike.reference.layout import STATES, STATES_HDF5
 from heyoka_bike.system.resources import find_input
 
@@ -103,7 +104,7 @@ def render_states(bicycle: Bicycle, inputs: Mapping[str, Any], version: str) -> 
     """
     states = known_states()
     table = of_known(bicycle, states)
-    layout = structure.states(inputs, version, len(states))
+    layout = structure.states(about(STATES_HDF5, inputs, version), len(states))
     numbers = np.arange(1, len(states) + 1)
     return {
         STATES: as_csv(bicycle, states),

@@ -35,12 +35,18 @@ from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
 from heyoka_bike.numbers.ball_matrices import Vector, largest, total
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward_ball
-from heyoka_bike.reference.proof.error_flow import SIZE
-from heyoka_bike.reference.proof.first_row import exact_derivatives
-from heyoka_bike.reference.proof.rows import distance
-from heyoka_bike.reference.proof.unknowns import COUNT, Unknowns, slope
-from heyoka_bike.reference.proof.variation import BITS, Variation, variations
-from heyoka_bike.reference.sensitivities import ROWS_APART, Sensitivity
+from heyoka_bike.reference.proof.cauchy import SIZE
+from heyoka_bike.reference.proof.rows import distance, exact_derivatives
+from heyoka_bike.reference.proof.variation import (
+    BITS,
+    COUNT,
+    Unknowns,
+    Variation,
+    slope,
+    variations,
+)
+from heyoka_bike.reference.structure import ROWS_APART
+from heyoka_bike.reference.values import Sensitivity
 
 COLUMN_BITS = 128
 """Of the columns' derivatives by state and constants: nothing is carried on from them."""

@@ -1,17 +1,102 @@
-"""Contents of a reference folder by maneuver, and the results of its verification."""
+"""Checks, the counting that leads to their outcomes, and the contents of a set by maneuver."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from fractions import Fraction
-from typing import Any, cast
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Generic, TypeVar
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, TEXT_50, TextFile
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.reference.verification.checks import Check, Tally, all_passed
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """The outcome of one check.
+
+    Attributes
+    ----------
+    check
+        Stable name, snake_case.
+    passed
+        None if it was not made, because of what another check found or for want of a package.
+    file
+        Name of the file that it is about.
+    message
+        The measured value, or the first difference found; one line.
+    evidence
+        The numbers behind it, JSON values only, finite; ``values`` is how many were looked at.
+    """
+
+    check: str
+    passed: bool | None
+    file: str
+    message: str
+    evidence: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Tally:
+    """Counts the values that a check looks at and keeps the first that is wrong.
+
+    Attributes
+    ----------
+    check, file
+        As in `Check`.
+    values, failures
+        Numbers of values that were looked at, and of wrong ones.
+    first
+        The first that was wrong, in words.
+    largest
+        Largest of what was measured, if that is one kind of number.
+    """
+
+    check: str
+    file: str
+    values: int = 0
+    failures: int = 0
+    first: str = ""
+    largest: float = 0.0
+
+    def counts(self, holds: bool, what: str, size: float = 0.0) -> None:
+        """Count a value, of which so much was measured; `what` is wrong with it unless it holds."""
+        self.values += 1
+        self.largest = max(self.largest, abs(size))
+        if not holds:
+            self.fail(what)
+
+    def fail(self, what: str) -> None:
+        """Note something wrong."""
+        self.first = self.first or what
+        self.failures += 1
+
+    def joined(self, other: Tally) -> Tally:
+        """Both together, this one first."""
+        return Tally(
+            self.check, self.file, self.values + other.values, self.failures + other.failures,
+            self.first or other.first, max(self.largest, other.largest),
+        )  # fmt: skip
+
+    def done(self, message: str, **evidence: Any) -> Check:
+        """The check, with `message` if nothing was wrong."""
+        if self.failures > 1:
+            message = f"{self.first} (and {self.failures - 1} more)"
+        elif self.failures:
+            message = self.first
+        return Check(
+            self.check, not self.failures, self.file, message,
+            {"values": self.values, "failures": self.failures, **evidence},
+        )  # fmt: skip
+
+
+def all_passed(checks: Sequence[Check]) -> bool:
+    """True if no check failed; one that was not made does not count."""
+    return all(c.passed is not False for c in checks)
+
 
 BOUNDS = "bounds of the candidate"
 """Among the files of a part: what the certificate states about the candidate, if they agree."""
@@ -25,9 +110,20 @@ class Text:
     columns: Mapping[tuple[int, str], tuple[str, ...]]
 
 
+class _Content(Generic[T]):
+    """What a maneuver has of a file, as an attribute of it."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __get__(self, part: StoredManeuver, owner: type) -> T:
+        content: T = part.files[self.kind]
+        return content
+
+
 @dataclass(frozen=True, slots=True)
 class StoredManeuver:
-    """One maneuver of a set. Each property needs its file.
+    """One maneuver of a set.
 
     Attributes
     ----------
@@ -45,35 +141,18 @@ class StoredManeuver:
     maneuver: Maneuver
     files: Mapping[str, Any]
 
-    @property
-    def reference(self) -> ReferenceManeuver:
-        """Rows and dense output."""
-        return cast(ReferenceManeuver, self.files[HDF5])
-
-    @property
-    def motion(self) -> ReferenceManeuver:
-        """The whole motion."""
-        return cast(ReferenceManeuver, self.files[MOTION])
-
-    @property
-    def run(self) -> Trajectory:
-        """The candidate."""
-        return cast(Trajectory, self.files[CANDIDATE])
-
-    @property
-    def entry(self) -> Mapping[str, Any]:
-        """Its entry in certificate.json."""
-        return cast(Mapping[str, Any], self.files[CERTIFICATE])
+    # Each needs its file: rows and dense output, the whole motion, the candidate, the entry in
+    # certificate.json, and the stated bounds; those of the interval hold on every piece.
+    reference = _Content[ReferenceManeuver](HDF5)
+    motion = _Content[ReferenceManeuver](MOTION)
+    run = _Content[Trajectory](CANDIDATE)
+    entry = _Content[Mapping[str, Any]](CERTIFICATE)
+    certificate = _Content[Certificate](BOUNDS)
 
     @property
     def long_text(self) -> Text | None:
         """The text with 50 digits, if it is whole."""
         return self.files.get(TEXT_50)
-
-    @property
-    def certificate(self) -> Certificate:
-        """The stated bounds of the candidate; those of the interval hold on every piece."""
-        return cast(Certificate, self.files[BOUNDS])
 
     def name_of(self, kind: str) -> str:
         """Name of a file: that of a text may say which maneuver it holds."""
@@ -83,17 +162,6 @@ class StoredManeuver:
     def at(self, name: str, row: int) -> str:
         """Return the place of a value in words."""
         return f"{self.maneuver.name}: {name}, row {row}"
-
-
-def bounds_of(run: Trajectory, entry: Mapping[str, Any]) -> Certificate | None:
-    """The bounds that a certificate states for a run; None if they are of other states."""
-    states = entry["state_bounds"]
-    if set(states) != set(run.states):
-        return None
-    interval, end = (
-        tuple(Fraction(states[name][key]) for name in run.states) for key in ("interval", "end")
-    )
-    return Certificate(run.states, (interval,) * run.steps, end)
 
 
 SCHEMA_VERSION = 1

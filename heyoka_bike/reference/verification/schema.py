@@ -19,29 +19,15 @@ from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference import hdf5, structure
-from heyoka_bike.reference.layout import (
-    CANDIDATE,
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    STATES_HDF5,
-    TextFile,
-    content_sha256,
-)
-from heyoka_bike.reference.load import NEEDED
+from heyoka_bike.reference import hdf5, layout, structure
+from heyoka_bike.reference.description import about
+from heyoka_bike.reference.load import NEEDED, read_group
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, Manifest, hdf5_version
-from heyoka_bike.reference.proof.certificate_file import (
-    COMPUTED,
-    STATEMENT,
-    STATEMENT_1_5_0,
-    TRUSTED,
-    proved,
-)
+from heyoka_bike.reference.proof.certificate import STATEMENT, STATEMENT_1_5_0
+from heyoka_bike.reference.proof.certificate import document as expected_document
 from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
-from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
-from heyoka_bike.reference.structure import STATED
+from heyoka_bike.reference.structure import ROWS_APART, STATED
 from heyoka_bike.reference.verification.outcome import Text
 
 DAMAGE = (
@@ -125,7 +111,7 @@ def expected(
         try:
             with hdf5.opened(data[name]) as f:
                 group = next(iter(f.values()))
-                has_bounds &= name != SENSITIVITIES or "rows" in group
+                has_bounds &= name != layout.SENSITIVITIES or "rows" in group
                 stored = {*NEEDED, *hdf5.columns_of(group)}
                 columns[name] = [c for c in known if c.name in stored]
         except DAMAGE:
@@ -138,32 +124,31 @@ def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
     inputs, version = e.manifest.inputs, e.version
     with hdf5.opened(raw) as f:
         said = f.attrs.get("content_sha256")
-        is_older = "keywords" not in f.attrs
-        content = e.manifest.content_sha256 if name == HDF5 else said
-        root = structure.about(name, inputs, version, None if name == CANDIDATE else content)
-        if is_older:
+        content = e.manifest.content_sha256 if name == layout.HDF5 else said
+        root = about(name, inputs, version, None if name == layout.CANDIDATE else content)
+        if _is_older(f):
             yield Unchecked("attributes of version 1.5.0")
             root = {key: text for key, text in root.items() if key not in _REWORDED}
         if lacks := len(structure.COLUMNS_OF.get(name, ())) - len(e.columns.get(name, ())):
             yield Unchecked(f"columns that it lacks ({lacks})")
-        yield from _attributes(f, root, is_older=is_older)
+        yield from _attributes(f, root)
         groups = hdf5.by_maneuver(zip(e.maneuvers, inputs["maneuvers"], strict=True))
         yield from _names(f, list(groups))
         if set(f) == set(groups):
             for group, (maneuver, own) in groups.items():
-                if name == CANDIDATE:
-                    yield from _trajectory(f[group], maneuver, own, is_older=is_older)
+                if name == layout.CANDIDATE:
+                    yield from _trajectory(f[group], maneuver, own)
                 else:
-                    layout = structure.of_columns(name, own, e.columns[name], f[group])
-                    yield from _columns(f[group], layout, maneuver, e, name, is_older=is_older)
-        if name in (MOTION, SENSITIVITIES) and said != content_sha256(f):
+                    declared = structure.of_maneuver(name, own, e.columns[name], f[group])
+                    yield from _columns(f[group], declared, maneuver, e, name)
+        if name in (layout.MOTION, layout.SENSITIVITIES) and said != layout.content_sha256(f):
             yield "attribute content_sha256: is not that of the numbers"
 
 
 def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
     with hdf5.opened(raw) as f:
-        found = content_sha256(f)
+        found = layout.content_sha256(f)
     if found != e.manifest.content_sha256:
         yield (
             f"the numbers have content_sha256 {found[:12]}..., the manifest says "
@@ -172,25 +157,25 @@ def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
 
 
 def _columns(
-    group: Any, layout: hdf5.Group, maneuver: Maneuver, e: SetForm, name: str, *, is_older: bool
+    group: Any, declared: hdf5.Group, maneuver: Maneuver, e: SetForm, name: str
 ) -> Iterator[str]:
     """Problems of a group of columns; a set may be older than some of its layout."""
-    breaks = "breaks" if name == SENSITIVITIES else "dense/breaks"
-    if name == MOTION and is_older and "dense" in group:
+    breaks = "breaks" if name == layout.SENSITIVITIES else "dense/breaks"
+    if name == layout.MOTION and _is_older(group) and "dense" in group:
         # Before 1.3.0 some of its columns have rows only.
-        dense, stored = layout.groups["dense"], set(group["dense"])
+        dense, stored = declared.groups["dense"], set(group["dense"])
         there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
         if there != dense.datasets:
             yield Unchecked("dense output that it lacks")
-        layout = replace(layout, groups={"dense": replace(dense, datasets=there)})
-    if name == SENSITIVITIES and not e.has_bounds:
+        declared = replace(declared, groups={"dense": replace(dense, datasets=there)})
+    if name == layout.SENSITIVITIES and not e.has_bounds:
         yield Unchecked("bounds and rows of derivatives")
-        coefficients = (x for x in layout.datasets if not x.name.endswith(hdf5.BOUND))
-        layout = hdf5.Group(layout.attributes, tuple(coefficients))
-    yield from _group(group, layout, is_older=is_older)
+        coefficients = (x for x in declared.datasets if not x.name.endswith(hdf5.BOUND))
+        declared = hdf5.Group(declared.attributes, tuple(coefficients))
+    yield from _group(group, declared)
     if not _do_increase(group[breaks][:]):
         yield f"{group.name}/{breaks}: the breaks do not increase from 0"
-    if name == SENSITIVITIES:
+    if name == layout.SENSITIVITIES:
         yield from _derivatives_differ(group, maneuver, e)
 
 
@@ -227,14 +212,14 @@ def _do_increase(breaks: Array) -> bool:
     return bool(breaks[0] == 0 and (np.diff(breaks) > 0).all())
 
 
-def _group(group: Any, layout: hdf5.Group, *, is_older: bool) -> Iterator[str]:
+def _group(group: Any, declared: hdf5.Group) -> Iterator[str]:
     """Problems of a group, and of the groups in it."""
-    yield from _attributes(group, layout.attributes, is_older=is_older)
-    yield from _names(group, layout.members)
-    for item in layout.datasets:
-        yield from _dataset(group, item, is_older=is_older)
-    for name, inner in layout.groups.items():
-        yield from _group(group[name], inner, is_older=is_older)
+    yield from _attributes(group, declared.attributes)
+    yield from _names(group, declared.members)
+    for item in declared.datasets:
+        yield from _dataset(group, item)
+    for name, inner in declared.groups.items():
+        yield from _group(group[name], inner)
 
 
 def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
@@ -247,7 +232,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
         yield f"{group.name}: has {name!r:.60}, which is not part of a set"
 
 
-def _dataset(group: Any, item: hdf5.Dataset, *, is_older: bool) -> Iterator[str]:
+def _dataset(group: Any, item: hdf5.Dataset) -> Iterator[str]:
     """Problems of a dataset: type, shape, attributes, dimension scales, its numbers."""
     dataset, kind = group[item.name], np.dtype(item.kind)
     if dataset.dtype != kind or dataset.shape != item.shape:
@@ -255,7 +240,7 @@ def _dataset(group: Any, item: hdf5.Dataset, *, is_older: bool) -> Iterator[str]
             f"{dataset.name}: found {dataset.shape} of {dataset.dtype}, expected {item.shape} of "
             f"{kind}"
         )
-    yield from _attributes(dataset, item.attributes, is_older=is_older)
+    yield from _attributes(dataset, item.attributes)
     for axis, scale in enumerate(item.scales):
         attached = dataset.dims[axis].values()
         if len(attached) != 1 or attached[0] != group[scale]:
@@ -269,10 +254,17 @@ def _dataset(group: Any, item: hdf5.Dataset, *, is_older: bool) -> Iterator[str]
         yield f"{dataset.name}: found a negative bound"
 
 
-def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> Iterator[str]:
-    """Attributes that are missing, not known, or say something else."""
+def _is_older(item: Any) -> bool:
+    """True if something is in a file of a set before 1.5.0."""
+    return "keywords" not in item.file.attrs
+
+
+def _attributes(
+    item: Any, expected: Mapping[str, Any], *, is_strict: bool = False
+) -> Iterator[str]:
+    """Attributes that are missing, not known, or say something else; those of older sets vary."""
     found = set(item.attrs) - hdf5.SCALE_ATTRIBUTES
-    if is_older:
+    if _is_older(item) and not is_strict:
         found -= {"axis"} | (_REWORDED - expected.keys())
         expected = {name: text for name, text in expected.items() if name in found}
     for name in sorted(found ^ expected.keys()):
@@ -284,12 +276,10 @@ def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> It
             yield f"{item.name}: attribute {name}: found {said!r:.80}, expected {text!r:.80}"
 
 
-def _trajectory(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], *, is_older: bool
-) -> Iterator[str]:
+def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
     """Problems of a candidate."""
     said = {name: group.attrs.get(name) for name in STATED}
-    yield from _attributes(group, {**inputs, **said}, is_older=False)
+    yield from _attributes(group, {**inputs, **said}, is_strict=True)
     form = said["form"]
     if form not in _STATES:
         yield (
@@ -308,8 +298,8 @@ def _trajectory(
     # A state of more than 2^64 would be no motion of a bicycle.
     if width > (grid + 64) // 8 + 1:
         raise _UnusableError(f"{coefficients.name} has integers of {width} bytes")
-    layout = structure.trajectory(inputs, said, group)
-    yield from _group(group, replace(layout, attributes=dict(group.attrs)), is_older=is_older)
+    declared = structure.of_maneuver(layout.CANDIDATE, inputs, (), {**group, **said})
+    yield from _group(group, replace(declared, attributes=dict(group.attrs)))
     times = group["breaks"][:]
     if not _do_increase(times) or times[-1] < maneuver.duration:
         yield f"{group.name}/breaks: do not increase from 0 to {float(maneuver.duration):g} s"
@@ -318,22 +308,15 @@ def _trajectory(
 def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     """Problems of the certificate, apart from what its numbers say."""
     document = json.loads(raw)
-    if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
+    if raw != layout.as_json(document):
         yield "is not written the way 'heyoka-bike generate' writes it"
     later: tuple[str, ...] = ("integration",) if _is_before_2(document) else ()
     later += () if e.has_bounds else ("motion", "sensitivities", "integration")
     entries = [_entry(e, entry, later) for entry in document["maneuvers"][: len(e.maneuvers)]]
     statement = STATEMENT_1_5_0 if _is_before_2(document) else STATEMENT
-    form: dict[str, Any] = {
-        "schema_version": 1,
-        "statement": statement,
-        "inputs": e.manifest.inputs,
-        "proved": proved(e.manifest.files, e.columns),
-        "computed": dict(COMPUTED),
-        "maneuvers": [*entries, *e.maneuvers[len(entries) :]],
-        "trusted": list(TRUSTED),
-        "software": {"flint": _ANY, "python-flint": _ANY},
-    }
+    maneuvers = [*entries, *e.maneuvers[len(entries) :]]
+    form = expected_document(e.manifest.inputs, e.manifest.files, maneuvers, e.columns, statement)
+    form["software"] = dict.fromkeys(form["software"], _ANY)
     if not e.has_bounds:
         yield Unchecked("what it says in words")
         form |= dict.fromkeys(("statement", "proved", "computed", "trusted"), _ANY)
@@ -353,10 +336,10 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
         **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY),
         **dict.fromkeys(("bound", "bound_end"), _BOUND),
         "state_bounds": {x: {"interval": _BOUND, "end": _BOUND} for x in found["state_bounds"]},
-        "dense_relative_bounds": bounds[HDF5],
-        "motion": {"entries": _ANY, "dense_relative_bounds": bounds[MOTION]},
+        "dense_relative_bounds": bounds[layout.HDF5],
+        "motion": {"entries": _ANY, "dense_relative_bounds": bounds[layout.MOTION]},
         "sensitivities": {
-            "entries": _ANY, "ambiguous": _ANY, "relative_bounds": bounds[SENSITIVITIES],
+            "entries": _ANY, "ambiguous": _ANY, "relative_bounds": bounds[layout.SENSITIVITIES],
         },
         "integration": dict.fromkeys(("performance_percent", "energy", "contact"), _BOUND),
     }  # fmt: skip
@@ -386,10 +369,11 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
 
 def of_states(raw: bytes, e: SetForm, name: str, bicycle: Bicycle) -> Iterator[str]:
     """Yield the problems of a file of single instants: its form, and values that are not proved."""
-    if name == STATES_HDF5:
+    if name == layout.STATES_HDF5:
         with hdf5.opened(raw) as f:
-            layout = structure.states(e.manifest.inputs, e.version, f["state"].size)
-            yield from _group(f, layout, is_older=False)
+            root = about(layout.STATES_HDF5, e.manifest.inputs, e.version)
+            declared = structure.states(root, f["state"].size)
+            yield from _group(f, declared)
     yield from states_differ(name, raw, bicycle)
 
 
@@ -401,7 +385,7 @@ def of_description(raw: bytes, e: SetForm, text: bytes) -> Iterator[str]:
         yield f"does not follow from {MANIFEST}"
 
 
-def of_text(raw: bytes, e: SetForm, file: TextFile) -> Iterator[str]:
+def of_text(raw: bytes, e: SetForm, file: layout.TextFile) -> Iterator[str]:
     """Problems of a text file: lines, fields, the form of the numbers, the times."""
     maneuver = e.maneuvers[file.numbers[0] - 1]
     lines = raw.decode("ascii").split("\n")
@@ -420,11 +404,11 @@ def of_text(raw: bytes, e: SetForm, file: TextFile) -> Iterator[str]:
             yield f"line {i + 1}: found {wrong[0]!r:.80}, expected a number of the format"
 
 
-def _is_number(text: str, file: TextFile) -> bool:
+def _is_number(text: str, file: layout.TextFile) -> bool:
     return bool(_NUMBER_50.fullmatch(text)) if file.is_long else f"{float(text):.17g}" == text
 
 
-def read_text(raw: bytes, file: TextFile) -> Text:
+def read_text(raw: bytes, file: layout.TextFile) -> Text:
     """The numbers of a text file in which no problem was found."""
     fields = [line.split(" ") for line in raw.decode("ascii").splitlines()]
     names = [(number, name) for number in file.numbers for name in BENCHMARK_COLUMNS]

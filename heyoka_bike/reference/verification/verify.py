@@ -1,14 +1,17 @@
 """Check a reference folder: all that takes seconds and does not need heyoka.
 
 First the bytes: every file against the manifest, the manifest against the hash that the package
-knows. Then, in files that are whole, their structure (`verify_schema`), and in files that are built
-as they should be, their numbers (`verify_numbers`). What a file that is not whole would be needed
-for is not checked, and said to be so.
+knows. Then, in files that are whole, their structure (`schema`), and in files that are built as
+they should be, their numbers (`numbers`). What a file that is not whole would be needed for is not
+checked, and said to be so.
 """
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import os
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -22,36 +25,26 @@ from heyoka_bike.bicycle.parameters import (
     Maneuver,
     describe_inputs,
 )
+from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.integrate import require_heyoka
+from heyoka_bike.motion.trajectory import Certificate
 from heyoka_bike.numbers.arithmetic import Balls
-from heyoka_bike.reference.description.describe import describe
-from heyoka_bike.reference.layout import (
-    AFTER_FILES,
-    CANDIDATE,
-    CERTIFICATE,
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    STATES,
-    STATES_HDF5,
-    TEXT,
-    TEXT_50,
-    TextFile,
-    text_files,
-)
+from heyoka_bike.reference import layout
+from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.description import describe
+from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, TEXT, TEXT_50
 from heyoka_bike.reference.load import load_motion, load_reference
-from heyoka_bike.reference.manifest import MANIFEST, Manifest
+from heyoka_bike.reference.manifest import BESIDE_1_5_0, MANIFEST, PUBLISHED_MANIFESTS, Manifest
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.verification import agreement, schema
-from heyoka_bike.reference.verification.checks import Check, NumberCheck, Tally
-from heyoka_bike.reference.verification.hashes import check_files
+from heyoka_bike.reference.verification import numbers, schema
+from heyoka_bike.reference.verification.numbers import run_again
 from heyoka_bike.reference.verification.outcome import (
     BOUNDS,
+    Check,
     StoredManeuver,
+    Tally,
     Verification,
-    bounds_of,
 )
-from heyoka_bike.reference.verification.rerun import run_again
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
@@ -83,32 +76,30 @@ MEASURED: Mapping[str, str] = {
 }
 """Message of each check that passes; ``{largest}`` is the largest measured value."""
 
-CHECKS = (
-    NumberCheck(agreement.row_zero, (HDF5,), {"row_zero": HDF5}),
-    NumberCheck(agreement.energies_add_up, (HDF5,), {"energy": HDF5}),
-    NumberCheck(agreement.own_state, (HDF5,), {"contact": HDF5, "columns": HDF5}),
-    NumberCheck(agreement.follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
-    NumberCheck(agreement.identities, (HDF5, MOTION), {"motion_identities": MOTION}),
-    NumberCheck(agreement.rolling, (HDF5, MOTION), {"rolling": MOTION}),
-    NumberCheck(agreement.dense, (HDF5,), {"dense_rows": HDF5, "dense_joins": HDF5}),
-    NumberCheck(
-        partial(agreement.dense, file=MOTION),
-        (HDF5, MOTION),
-        {"dense_rows": MOTION, "dense_joins": MOTION},
-    ),
-    NumberCheck(agreement.text_17, (HDF5, TEXT), {"text": TEXT}),
-    NumberCheck(agreement.text_50, (HDF5, TEXT_50), {"text": TEXT_50}),
-    NumberCheck(agreement.certified, (HDF5, CERTIFICATE), {"certificate": CERTIFICATE}),
-    NumberCheck(agreement.integration, (CANDIDATE, CERTIFICATE), {"integration": CANDIDATE}),
-    NumberCheck(agreement.candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
-    NumberCheck(agreement.equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
-    NumberCheck(
-        agreement.rounded_rows,
+CHECKS: tuple[tuple[Callable[..., None], tuple[str, ...], Mapping[str, str]], ...] = (
+    (numbers.row_zero, (HDF5,), {"row_zero": HDF5}),
+    (numbers.energies_add_up, (HDF5,), {"energy": HDF5}),
+    (numbers.own_state, (HDF5,), {"contact": HDF5, "columns": HDF5}),
+    (numbers.follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
+    (numbers.identities, (HDF5, MOTION), {"motion_identities": MOTION}),
+    (numbers.rolling, (HDF5, MOTION), {"rolling": MOTION}),
+    (numbers.dense, (HDF5,), {"dense_rows": HDF5, "dense_joins": HDF5}),
+    (numbers.dense, (HDF5, MOTION), {"dense_rows": MOTION, "dense_joins": MOTION}),
+    (numbers.text_17, (HDF5, TEXT), {"text": TEXT}),
+    (numbers.text_50, (HDF5, TEXT_50), {"text": TEXT_50}),
+    (numbers.certified, (HDF5, CERTIFICATE), {"certificate": CERTIFICATE}),
+    (numbers.integration, (CANDIDATE, CERTIFICATE), {"integration": CANDIDATE}),
+    (numbers.candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
+    (numbers.equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
+    (
+        numbers.rounded_rows,
         (HDF5, BOUNDS),
         {"rounding": HDF5, "row_bounds": HDF5, "digits": TEXT_50},
     ),
 )
-"""The checks of the numbers of a maneuver."""
+"""The checks of the numbers of a maneuver: what looks at a `StoredManeuver`, the files without
+which it cannot, and the names of the checks that come of it with the files that these are about.
+What looks gets a `Tally` for each of these, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,17 +163,15 @@ def verify(
 
 def _verified(folder: str | Path | None) -> Verification:
     where = reference_folder() if folder is None else Path(folder)
-    files, checks = check_files(where, is_published=folder is None)
-    if files.manifest is None:
+    manifest, data, checks = check_files(where, is_published=folder is None)
+    if manifest is None:
         return Verification(str(where), None, tuple(checks))
-    content, more = read_content(where, files.manifest, files.data)
+    content, more = read_content(where, manifest, data)
     checks += more
     if content.parts:
         made = _joined(side_by_side(_look, [(part,) for part in content.parts]))
         checks += made + list(_not_made(made, content))
-    return Verification(
-        str(where), files.manifest.dataset_version, tuple(checks), tuple(content.parts)
-    )
+    return Verification(str(where), manifest.dataset_version, tuple(checks), tuple(content.parts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,8 +233,13 @@ def read_content(
     parts = []
     for number, (maneuver, of_files) in enumerate(zip(maneuvers, found, strict=True), start=1):
         if of_files.keys() >= {CANDIDATE, CERTIFICATE}:
-            bounds = bounds_of(of_files[CANDIDATE], of_files[CERTIFICATE])
-            of_files |= {} if bounds is None else {BOUNDS: bounds}
+            run, states = of_files[CANDIDATE], of_files[CERTIFICATE]["state_bounds"]
+            if set(states) == set(run.states):
+                interval, end = (
+                    tuple(Fraction(states[name][key]) for name in run.states)
+                    for key in ("interval", "end")
+                )
+                of_files[BOUNDS] = Certificate(run.states, (interval,) * run.steps, end)
         parts.append(StoredManeuver(number, bicycle, maneuver, of_files))
     return Content(parts, names, sound), checks
 
@@ -258,7 +252,7 @@ def _files(
     def groups(name: str) -> Callable[[bytes, schema.SetForm], Iterator[str]]:
         return partial(schema.of_groups, name=name)
 
-    def read_text(file: TextFile) -> Iterable[tuple[int, Any]]:
+    def read_text(file: layout.TextFile) -> Iterable[tuple[int, Any]]:
         return dict.fromkeys(file.numbers, schema.read_text(data[file.name], file)).items()
 
     yield _File(HDF5, groups(HDF5), lambda: load_reference(folder).items())
@@ -267,14 +261,14 @@ def _files(
         CERTIFICATE, schema.of_certificate,
         lambda: enumerate(json.loads(data[CERTIFICATE])["maneuvers"], start=1),
     )  # fmt: skip
-    for file in text_files(expected.maneuvers):
+    for file in layout.text_files(expected.maneuvers):
         kind, problems = TEXT_50 if file.is_long else TEXT, partial(schema.of_text, file=file)
         yield _File(file.name, problems, partial(read_text, file), kind)
     # Sets of older versions have none of these.
     optional = partial(_File, is_optional=True)
-    yield optional(SENSITIVITIES, groups(SENSITIVITIES))
+    yield optional(layout.SENSITIVITIES, groups(layout.SENSITIVITIES))
     yield optional(MOTION, groups(MOTION), lambda: load_motion(folder).items())
-    for name in (STATES, STATES_HDF5):
+    for name in (layout.STATES, layout.STATES_HDF5):
         differ = partial(schema.of_states, name=name, bicycle=bicycle)
         yield optional(name, differ, check="states")
     for name, said in describe(expected.manifest, expected.columns[HDF5]).items():
@@ -318,7 +312,7 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
 def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     expected = [file.name for file in files if not file.is_optional]
     missing = [name for name in expected if name not in manifest.files]
-    known = {*(file.name for file in files), *AFTER_FILES}
+    known = {*(file.name for file in files), *layout.AFTER_FILES}
     extra = [n for n in manifest.files if n not in known]
     problems = [f"has no entry for {name}" for name in missing]
     problems += [f"has an entry for {n!r:.60}, which is not part of a set" for n in extra]
@@ -330,12 +324,12 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
 def _look(part: StoredManeuver, _: Report) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
     found: list[Tally] = []
-    for check in CHECKS:
-        if not part.files.keys() >= {*check.needed}:
+    for look, needed, made in CHECKS:
+        if not part.files.keys() >= {*needed}:
             continue
-        tallies = [Tally(name, part.name_of(kind)) for name, kind in check.tallies.items()]
+        tallies = [Tally(name, part.name_of(kind)) for name, kind in made.items()]
         try:
-            check.look(part, *tallies)
+            look(part, *tallies)
         except schema.DAMAGE as e:
             # Numbers so far off that they overflow.
             tally = Tally("numbers", tallies[0].file)
@@ -343,8 +337,8 @@ def _look(part: StoredManeuver, _: Report) -> list[Tally]:
             tally.fail(f"maneuver {part.number}: its numbers cannot be evaluated ({what})")
             found.append(tally)
         else:
-            kinds = check.tallies.values()
-            found += [x for x, kind in zip(tallies, kinds, strict=True) if kind in part.files]
+            kinds = zip(tallies, made.values(), strict=True)
+            found += [tally for tally, kind in kinds if kind in part.files]
     return found
 
 
@@ -367,15 +361,150 @@ def _joined(results: Sequence[Sequence[Tally]]) -> list[Check]:
 def _not_made(made: Sequence[Check], content: Content) -> Iterator[Check]:
     """The checks of the numbers for which a file was not whole."""
     done = {(check.check, check.file) for check in made}
-    for check in CHECKS:
-        for name, kind in check.tallies.items():
+    for _, needed, tallies in CHECKS:
+        for name, kind in tallies.items():
             for file in content.names[kind]:
-                if (name, file) in done or not all(content.names[x] for x in check.needed):
+                if (name, file) in done or not all(content.names[x] for x in needed):
                     continue
                 done.add((name, file))
-                needed = [x for k in check.needed if k != kind for x in content.names[k]]
-                missing = [x for x in dict.fromkeys((*needed, file)) if x not in content.sound]
+                others = [x for k in needed if k != kind for x in content.names[k]]
+                missing = [x for x in dict.fromkeys((*others, file)) if x not in content.sound]
                 what = (
                     f"{' and '.join(missing)} cannot be used" if missing else "see the other checks"
                 )
                 yield Check(name, None, file, f"not checked: {what}", {"values": 0})
+
+
+_INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
+"""Names of files in the folder of a set, or in one in it."""
+
+
+def check_files(
+    folder: Path, *, is_published: bool = False
+) -> tuple[Manifest | None, Mapping[str, bytes], list[Check]]:
+    """Compare the files of a folder with its manifest, and the manifest with what is known of it.
+
+    Parameters
+    ----------
+    folder
+    is_published
+        True if it has to be the published set; else its own manifest decides.
+
+    Returns
+    -------
+    Manifest or None
+        None if it is not usable.
+    mapping of str to bytes
+        Contents by name of the files that are what the manifest says.
+    list of Check
+
+    Raises
+    ------
+    DatasetError
+        The folder cannot be read, or is no reference set at all.
+    """
+    try:
+        present = sorted(os.listdir(folder))
+    except OSError as e:
+        raise DatasetError(f"{folder}: cannot be read: {e.strerror or e}") from None
+    try:
+        manifest = manifest_file.read_manifest(folder)
+        raw = (folder / MANIFEST).read_bytes()
+    except (DatasetError, OSError) as e:
+        # A folder that holds this file is a set, whatever is wrong with its manifest.
+        if HDF5 not in present:
+            raise DatasetError(str(e)) from None
+        return None, {}, [Check("manifest", False, MANIFEST, str(e), {"values": 0})]
+    checks = [_form(raw), _known(manifest, is_published=is_published)]
+    data, expected = {}, dict(manifest.files)
+    if manifest.sha256 == PUBLISHED_MANIFESTS["1.5.0"] and (
+        is_published or layout.AFTER_FOLDER in present
+    ):
+        expected |= BESIDE_1_5_0
+    for name, size_and_digest in expected.items():
+        check, content = _file(folder, name, *size_and_digest)
+        checks.append(check)
+        if content is not None:
+            data[name] = content
+    checks.append(_extra(sorted(_others(folder, {*expected, MANIFEST}))))
+    return manifest, data, checks
+
+
+def _form(raw: bytes) -> Check:
+    """The manifest is as `generate` writes it: nothing else could go unnoticed in it."""
+    document = json.loads(raw)
+    expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
+    names = [str(f["file"]) for f in document.get("files", ())]
+    problem = ""
+    if list(document) != expected:
+        problem = f"found the entries {', '.join(document)}; expected {', '.join(expected)}"
+    elif raw != layout.as_json(document):
+        problem = "is not written the way 'heyoka-bike generate' writes it"
+    elif sorted(set(names)) != names:
+        problem = "its files are not in order, each once"
+    message = problem or "is written the way 'heyoka-bike generate' writes it"
+    return Check("manifest", not problem, MANIFEST, message, {"values": len(raw)})
+
+
+def _known(manifest: Manifest, *, is_published: bool) -> Check:
+    """The manifest of a published set is the one whose hash the package knows."""
+    version, found = manifest.dataset_version, manifest.sha256
+    short, last = f"sha256 {found[:12]}...", manifest_file.PUBLISHED_VERSION
+    passed = True
+    if found == manifest_file.PUBLISHED_MANIFEST_SHA256:
+        message = f"{short} is that of the published set {version}"
+    elif found == PUBLISHED_MANIFESTS.get(version) and not is_published:
+        message = (
+            f"{short} is that of the published set {version}; this version of the package has "
+            f"{last}"
+        )
+    elif version == manifest_file.CUSTOM and not is_published:
+        message = f"a set of your own: the package knows no hash to expect (found {short})"
+    else:
+        passed = False
+        expected = f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set {last}"
+        message = f"found {short} of dataset version {version!r:.40}, expected {expected}"
+    return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
+
+
+def _file(folder: Path, name: str, size: int, digest: str) -> tuple[Check, bytes | None]:
+    """The check of a file, and its contents if they are what the manifest says."""
+    path = folder / name
+    about, passed, values, data = name, False, 0, None
+    try:
+        if not _INSIDE.fullmatch(name) or name == MANIFEST:
+            about = MANIFEST
+            message = f"lists the file {name!r:.60}, expected a name inside the folder"
+        # The size is looked at first: what is far too long is not read.
+        elif (found := path.stat().st_size) != size:
+            values, message = found, f"found {found} bytes, expected {size}"
+        elif (other := manifest_file.sha256(raw := path.read_bytes())) != digest:
+            values, message = size, f"found sha256 {other[:12]}..., expected {digest[:12]}..."
+        else:
+            passed, values, data = True, size, raw
+            message = f"sha256 {digest[:12]}... as in the manifest"
+    except FileNotFoundError:
+        message = "is missing"
+    except (OSError, ValueError) as e:
+        message = f"cannot be read: {getattr(e, 'strerror', None) or e}"
+    return Check("file", passed, about, message, {"values": values}), data
+
+
+def _others(folder: Path, known: Collection[str], inside: str = "") -> Iterator[str]:
+    """Yield the names of unknown files; of a folder with no known file, the name of the folder."""
+    where = folder / inside
+    for entry in os.listdir(where) if where.is_dir() else ():
+        name = inside + entry
+        if any(other.startswith(f"{name}/") for other in known):
+            yield from _others(folder, known, f"{name}/")
+        elif name not in known:
+            yield name
+
+
+def _extra(extra: Sequence[str]) -> Check:
+    message = "no other files"
+    if extra:
+        shown = ", ".join(f"{name!r:.60}" for name in extra[:5])
+        message = f"also there, not part of the set: {shown}" + (", ..." if extra[5:] else "")
+    evidence = {"values": len(extra), "files": list(extra)}
+    return Check("other_files", True, MANIFEST, message, evidence)

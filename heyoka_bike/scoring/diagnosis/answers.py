@@ -6,7 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis

@@ -1,1 +1,1 @@
-"""Charts of the pages, as SVG."""
+"""Charts of the pages, as SVG: how they are drawn, and those of results."""

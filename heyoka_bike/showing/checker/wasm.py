@@ -1,15 +1,22 @@
-"""The header as WebAssembly, for the page: built by clang and lld, and kept beside this module.
+"""The judge as one HTML page without a server: the header as WebAssembly, and what shows it.
 
-``python -m heyoka_bike.showing.checker.wasm`` builds `KEPT` anew, when the header has changed.
+The header is built by clang and lld, and kept beside this module:
+
+``python -m heyoka_bike.showing.checker.wasm`` builds `KEPT` anew, when it has changed.
 """
 
+import json
 import subprocess
 import tempfile
+from base64 import b64encode
 from hashlib import sha256
 from pathlib import Path
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.checker.header import render
+from heyoka_bike.showing.document.html import PAGE_STYLE, page
+from heyoka_bike.showing.wording import MEANINGS, PHRASES, SIGNS, WORDS, Grade, reference_words
 
 _HERE = Path(__file__).parent
 KEPT = _HERE / "checker.wasm"
@@ -45,6 +52,30 @@ def build(clang: str = "clang") -> bytes:
             check=True,
         )  # fmt: skip
         return made.read_bytes()
+
+
+def render_page() -> str:
+    """The page: it judges files against the published reference, in the browser alone."""
+    reference = load_reference()
+    data = {
+        "wasm": b64encode(KEPT.read_bytes()).decode("ascii"),
+        "keys": BENCHMARK_COLUMNS,
+        "units": [DEFINITIONS[key][0].unit for key in BENCHMARK_COLUMNS],
+        "words": [WORDS.get(g, "") for g in Grade],
+        "signs": [SIGNS.get(g, "") for g in Grade],
+        "meanings": [MEANINGS.get(g, "") for g in Grade],
+        "styles": [g.style for g in Grade],
+        "phrases": PHRASES,
+    }
+    return page(
+        "Uncontrolled bicycle: how many digits are right?",
+        (_HERE / "page.html").read_text(encoding="utf-8"),
+        reference_words(reference.bicycle, reference.dataset_version),
+        styles=(PAGE_STYLE, _HERE / "page.css"),
+        script=(_HERE / "page.js").read_text(encoding="utf-8"),
+        data=json.dumps(data),
+        has_wasm=True,
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The document model: blocks, which `text`, `html` and `notebook` render.
+"""The document model: blocks, which `text` and `html` render.
 
 A report, a leaderboard, a table of checks or the view of an object is declared once, as blocks.
 A block for some media only says so (`only`); words that are shorter on a terminal are `Words`.
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
-from heyoka_bike.showing.grades import Grade
+from heyoka_bike.errors import printable
+from heyoka_bike.showing.wording import Grade
 
 TEXT, HTML, PAGE, NOTEBOOK = "text", "html", "page", "notebook"
 """Media; a page and a notebook are both HTML."""
@@ -64,6 +65,11 @@ class Paragraph:
     link: tuple[str, str] | None = None
     note: str = ""
     only: str = ""
+
+
+def head(title: str, facts: str = "") -> tuple[Paragraph, Paragraph]:
+    """Return a title, and some words on it, as paragraphs."""
+    return Paragraph(printable(title), "head"), Paragraph(printable(facts), "facts")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,23 +1,31 @@
-"""Documents as HTML: pages that need nothing else, and pieces of them.
+"""Documents as HTML: pages that need nothing else, and pieces of them for notebooks.
 
-Pages are readable without script and on paper; the script only reads values off the charts.
+Pages are readable without script and on paper; the script only reads values off the charts. A piece
+has no script and touches nothing around it: the style sheet of the pages is nested in its class.
 """
 
 import re
 from base64 import b64encode
 from collections.abc import Sequence
+from functools import cache
 from hashlib import sha256
 from html import escape
 from pathlib import Path
 from string import Template
 
 from heyoka_bike.showing import document as doc
-from heyoka_bike.showing.grades import MEANINGS, SIGNS, WORDS, Grade
+from heyoka_bike.showing.wording import MEANINGS, SIGNS, WORDS, Grade
 
 PAGE_STYLE = Path(__file__).with_name("page.css")
 SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 """Of every report."""
 _PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+
+_CLASS = "heyoka-bike"
+_OWN = """background: var(--page); color: var(--ink); padding: 8px 12px; font: 14px/1.5 system-ui, sans-serif;
+.verdict { font-size: 1.25em; }
+details { margin: .4em 0; } summary { cursor: pointer; font-weight: 600; }
+"""  # noqa: E501
 
 # A line must not end within 1e-05, nor before a unit.
 _UNIT = r" (?:%|s\b|J\b|rad\b(?:/s)?|m/s)"
@@ -37,6 +45,17 @@ def render(document: doc.Document) -> str:
         f"{markup(blocks[:start])}\n{contents}</header>\n{markup(blocks[start:])}"
     )
     return page(document.title, body, document.origin, styles=(PAGE_STYLE,), script=SCRIPT)
+
+
+@cache
+def _style() -> str:
+    sheet = PAGE_STYLE.read_text(encoding="utf-8").replace(":root", "&")
+    return f"<style>.{_CLASS} {{\n{sheet}{_OWN}}}</style>"
+
+
+def piece(blocks: Sequence[doc.Block]) -> str:
+    """Blocks as a piece for a notebook, in which chapters fold."""
+    return f'<div class="{_CLASS}">{_style()}{markup(blocks, medium=doc.NOTEBOOK)}</div>'
 
 
 def markup(blocks: Sequence[doc.Block], level: int = 2, medium: str = doc.PAGE) -> str:
@@ -68,17 +87,15 @@ def _paragraph(block: doc.Paragraph) -> str:
         said, where = block.link
         text += f'; <a href="#{where}">{escape(said)}</a>'
     note = f" <span>{escape(block.note)}</span>" if block.note else ""
-    style = f' class="{block.style}"' if block.style else ""
-    return f"<p{style}>{sign}{lead}{text}{note}</p>"
+    return f"<p{_class(block.style)}>{sign}{lead}{text}{note}</p>"
 
 
 def _item(item: doc.Item) -> str:
-    style = f' class="{item.style}"' if item.style else ""
     mark = f"<b>{escape(item.mark)}</b> " if item.mark else ""
     text = prose(item.text)
     if item.typed:
         text = f"<code>{escape(item.typed)}</code> <span>{text}</span>"
-    return f"<li{style}>{mark}{text}</li>"
+    return f"<li{_class(item.style)}>{mark}{text}</li>"
 
 
 def _facts(block: doc.Facts) -> str:
@@ -106,7 +123,7 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
 def _table(table: doc.TableBlock, medium: str) -> str:
     """A table that scrolls in its box, what its signs mean, and what else is said below."""
     columns = table.columns_of(medium)
-    top = "".join(f'<th scope="col"{_class(c)}>{_inline(c.heading)}</th>' for _, c in columns)
+    top = "".join(f'<th scope="col"{_class(c.style)}>{_inline(c.heading)}</th>' for _, c in columns)
     body = []
     for row in table.rows:
         (first, _), *others = columns
@@ -132,14 +149,14 @@ def _table(table: doc.TableBlock, medium: str) -> str:
     return found
 
 
-def _class(column: doc.TableColumn) -> str:
-    return f' class="{column.style}"' if column.style else ""
+def _class(style: str) -> str:
+    return f' class="{style}"' if style else ""
 
 
 def _cell(cell: str | doc.Cell, column: doc.TableColumn) -> str:
     if not isinstance(cell, doc.Cell) or cell.grade is None:
         inner = prose(cell) if column.is_prose and isinstance(cell, str) else _inline(cell)
-        return f"<td{_class(column)}>{inner}</td>"
+        return f"<td{_class(column.style)}>{inner}</td>"
     if cell.grade == Grade.UNKNOWN:
         return f'<td class="unknown">{escape(cell.text)}</td>'
     return (

@@ -10,7 +10,7 @@ from itertools import zip_longest
 
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.document import brief
-from heyoka_bike.showing.grades import ASCII_SIGNS, MEANINGS, Grade, text_color
+from heyoka_bike.showing.wording import ASCII_SIGNS, MEANINGS, Grade
 
 PROSE = 100
 """The longest line of text, and what a table of scores fits into."""
@@ -18,17 +18,14 @@ PROSE = 100
 _KEPT = "\N{NO-BREAK SPACE}"
 _MARK = 8  # letters of an item's mark
 _LEAST_WORDS = 16  # letters that a column of prose needs, to be shown
-# Select Graphic Rendition, ECMA-48 8.3.117.
-_CODES = {"bold": "1", "dim": "2", "red": "31", "green": "32", "yellow": "33", "": ""}
-# Of the classes of paragraphs, items and cells; those of grades beside them.
-_LOOKS = {
-    "verdict": "bold", "head": "bold", "facts": "dim", "warning": "bold yellow", "info": "dim",
-    "passed": "green", "failed": "bold red", "unmade": "yellow", "right": "green",
-    "untold": "yellow", "close": "yellow", "wrong": "red",
+# By class of paragraphs, items and cells: Select Graphic Rendition, ECMA-48 8.3.117.
+_CODES = {
+    "verdict": "1", "head": "1", "facts": "2", "info": "2", "warning": "1;33", "unmade": "33",
+    "passed": "32", "failed": "1;31", "right": "32", "untold": "33", "close": "33", "wrong": "31",
 }  # fmt: skip
 
 _Piece = tuple[str, str]
-"""Text, and words of `_CODES`."""
+"""Text, and its classes."""
 
 _Columns = Sequence[tuple[int, doc.TableColumn]]
 """Columns of a table with their places in its rows."""
@@ -59,7 +56,7 @@ def render(
         if has_details:
             page.say("")
             for name, text in shown.origin:
-                page.say(f"{name + ':':<11}{text}", "dim", " " * 11)
+                page.say(f"{name + ':':<11}{text}", "facts", " " * 11)
     else:
         page.show(shown)
     return page.text()
@@ -92,7 +89,7 @@ class TextPage:
                 case doc.Paragraph():
                     lead = f"{block.lead}: " if block.lead else ""
                     indent = "" if block.style == "facts" else "  "
-                    self.say(lead + brief(block.text), _look(block.style), indent)
+                    self.say(lead + brief(block.text), block.style, indent)
                 case doc.Listing():
                     for item in block.items:
                         self._item(item)
@@ -123,7 +120,7 @@ class TextPage:
         """A heading, after an empty line."""
         if self._lines and self._lines[-1]:
             self.say("")
-        self.say(text, "bold", "  ")
+        self.say(text, "head", "  ")
 
     def text(self) -> str:
         """All of it."""
@@ -133,7 +130,7 @@ class TextPage:
         typed = f"{item.typed}: " if item.typed else ""
         for i, line in enumerate(wrap(typed + brief(item.text), self.prose - _MARK - 2)):
             mark = brief(item.mark) if not i else ""
-            self._add((f"  {mark:<{_MARK}}", _look(item.style)), (line, ""))
+            self._add((f"  {mark:<{_MARK}}", item.style), (line, ""))
 
     def _table(self, table: doc.TableBlock) -> None:
         """Leave out or show below what does not fit; cut nothing."""
@@ -153,10 +150,10 @@ class TextPage:
             if others:
                 self.say("")
         if note := brief(table.note):
-            self.say(note, "dim")
+            self.say(note, "facts")
         if meanings := [g for g in table.grades if g not in self._explained]:
             self._explained |= set(meanings)
-            self.say("; ".join(f"{ASCII_SIGNS[g]} {MEANINGS[g]}" for g in meanings), "dim")
+            self.say("; ".join(f"{ASCII_SIGNS[g]} {MEANINGS[g]}" for g in meanings), "facts")
 
     def _fits(self, table: doc.TableBlock, columns: _Columns) -> bool:
         (first, *_) = _lines(table, columns, self.width)
@@ -165,8 +162,12 @@ class TextPage:
     def _add(self, *pieces: _Piece) -> None:
         line = ""
         for text, style in pieces:
-            codes = ";".join(_CODES[word] for word in style.split()) if self._has_colors else ""
-            line += f"\x1b[{codes}m{text}\x1b[0m" if codes and text.strip() else text
+            codes = ";".join(_CODES[x] for x in style.split() if x in _CODES)
+            line += (
+                f"\x1b[{codes}m{text}\x1b[0m"
+                if self._has_colors and codes and text.strip()
+                else text
+            )
         self._lines.append(line.rstrip())
 
 
@@ -202,7 +203,7 @@ def _headings(columns: _Columns) -> list[_Piece]:
     """Headings, which stand on the rule below them."""
     head = [_written(c.heading)[0] for _, c in columns]
     height = max(text.count("\n") for text in head)
-    return [("\n" * (height - text.count("\n")) + text, "bold") for text in head]
+    return [("\n" * (height - text.count("\n")) + text, "head") for text in head]
 
 
 def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -> list[int]:
@@ -233,9 +234,5 @@ def _written(cell: str | doc.Cell) -> _Piece:
     if cell.unit:
         text += f"{'' if text.endswith(chr(10)) else ' '}[{cell.unit}]"
     if cell.grade is None:
-        return text, _look(cell.style)
-    return f"{text} {ASCII_SIGNS.get(cell.grade, ' ')}", text_color(cell.grade)
-
-
-def _look(style: str) -> str:
-    return " ".join(_LOOKS[word] for word in style.split() if word in _LOOKS)
+        return text, cell.style
+    return f"{text} {ASCII_SIGNS.get(cell.grade, ' ')}", cell.grade.style

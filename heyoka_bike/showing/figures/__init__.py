@@ -1,25 +1,32 @@
-"""The figures that ``heyoka-bike plot`` draws, by name.
+"""The figures that ``heyoka-bike plot`` and `plot` draw, by name: to look at, or as files.
 
-A figure is a module of this package with a function ``draw(reference, numbers)``, which takes a
-`Reference` and the numbers of the maneuvers to show, and gives a matplotlib figure. It is imported
-when it is drawn.
+Each is a function of a module of this package. It takes a `Reference` and the numbers of the
+maneuvers to show, and gives a matplotlib figure. The module is imported when it is drawn.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from heyoka_bike.errors import InputError, unknown_word
+from heyoka_bike.registry import addition
+from heyoka_bike.showing.figures.style import FORMATS, render, save
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from heyoka_bike.reference.load import Reference
 
 DEFAULT, ALL = "maneuvers", "all"
 ATLAS = "atlas"
 """The figure that is not of a reference set but of an atlas."""
+_DEFAULT_FORMATS = ("png", "svg")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +37,8 @@ class Kind:
     ----------
     module
         Of this package.
-    file
-        Name of its files.
+    name
+        Of its function there, and of its files.
     about
         Its content, in a few words.
     shows
@@ -39,18 +46,18 @@ class Kind:
     """
 
     module: str
-    file: str
+    name: str
     about: str
     shows: Literal["each", "all", "none"]
 
 
 FIGURES: Mapping[str, Kind] = {
     DEFAULT: Kind(
-        "maneuver", "maneuver", "figures 2 to 4 of the benchmark, one for each maneuver", "each"
+        "motions", "maneuver", "figures 2 to 4 of the benchmark, one for each maneuver", "each"
     ),
     "stability": Kind("eigenvalues", "stability", "eigenvalues over forward speed", "none"),
-    "phase": Kind("phase", "phase", "phase portraits", "all"),
-    "path": Kind("path", "path", "paths of the rear wheel and their curvature", "all"),
+    "phase": Kind("motions", "phase", "phase portraits", "all"),
+    "path": Kind("motions", "path", "paths of the rear wheel and their curvature", "all"),
 }
 """The kinds by name."""
 
@@ -80,7 +87,8 @@ class Plate:
         MissingPackageError
             matplotlib is not installed.
         """
-        return import_module(f"{__name__}.{self.kind.module}").draw(reference, self.numbers)
+        module = import_module(f"{__name__}.{self.kind.module}")
+        return getattr(module, self.kind.name)(reference, self.numbers)
 
 
 def plates(
@@ -111,13 +119,136 @@ def plates(
         raise InputError(
             f"{dashes}maneuver: found {maneuver}, expected none: '{name}' shows no motion"
         )
-    return [plate for kind in kinds for plate in _plates(kind, reference, maneuver)]
-
-
-def _plates(kind: Kind, reference: Reference, maneuver: int | None) -> list[Plate]:
-    if kind.shows == "none":
-        return [Plate(kind.file, kind, ())]
-    if kind.shows == "all" and maneuver is None:
-        return [Plate(kind.file, kind, tuple(reference))]
     numbers = tuple(reference) if maneuver is None else (maneuver,)
-    return [Plate(f"{kind.file}_{n}", kind, (n,)) for n in numbers]
+    found = []
+    for kind in kinds:
+        if kind.shows == "none":
+            found.append(Plate(kind.name, kind, ()))
+        elif kind.shows == "all" and maneuver is None:
+            found.append(Plate(kind.name, kind, numbers))
+        else:
+            found += [Plate(f"{kind.name}_{n}", kind, (n,)) for n in numbers]
+    return found
+
+
+def plot(
+    figure: str = DEFAULT,
+    path: str | PathLike[str] | None = None,
+    *,
+    maneuver: int | None = None,
+    reference: Reference | str | PathLike[str] | None = None,
+) -> Figure | tuple[Figure, ...] | tuple[Path, ...]:
+    """Draw a figure of a reference set, or write it to files.
+
+    Parameters
+    ----------
+    figure
+        Name of a figure: ``maneuvers``, ``stability``, ``phase``, ``path``, or ``all``; ``atlas``
+        of an atlas.
+    path
+        A file (.png, .svg, .pdf) for one figure, or a folder, which gets PNG and SVG. By default
+        nothing is written.
+    maneuver
+        Draw this one; by default all.
+    reference
+        From `load_reference`, or the folder of a set, of the figure ``atlas`` that of an atlas; the
+        published set by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure, or tuple of Figure or Path
+        The figure, several if there is one for each maneuver; the files if they are written.
+
+    Raises
+    ------
+    InputError
+        No such figure or maneuver, or a path that cannot be written.
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    if path is not None and not isinstance(path, str | PathLike):
+        raise InputError(f"path: found a {type(path).__name__}, expected the name of a file")
+    if not isinstance(figure, str):
+        raise InputError(
+            f"figure: found a {type(figure).__name__}, expected the name of a figure of the "
+            'reference; score(...).save("report.html") draws results'
+        )
+    if figure == ATLAS and (not isinstance(reference, str | PathLike) or maneuver is not None):
+        raise InputError("reference, maneuver: expected the folder of an atlas, and none")
+    every = drawn(figure, maneuver, reference, None if path is None else str(path))
+    if path is not None:
+        return tuple(written(every))
+    figures = []
+    for one, _ in every:
+        # A notebook shows it although pyplot does not know it.
+        vars(one)["_repr_png_"] = partial(render, one, "png")
+        figures.append(one)
+    return figures[0] if len(figures) == 1 else tuple(figures)
+
+
+def written(every: Iterator[tuple[Figure, list[Path]]]) -> Iterator[Path]:
+    """Write figures to their files; yields each that is there."""
+    for figure, files in every:
+        for file in files:
+            save(figure, file)
+            yield file
+
+
+def drawn(
+    figure: str, maneuver: int | None, reference: Any, output: str | None,
+    formats: Sequence[str] | None = None, *, dashes: str = "",
+) -> Iterator[tuple[Figure, list[Path]]]:  # fmt: skip
+    """Each figure with its files; what does not do is refused before anything is drawn.
+
+    Parameters
+    ----------
+    reference
+        As `load_reference` takes it, or the folder of an atlas.
+    output
+        A folder, or the file of a single figure; None for no files.
+    formats
+        For a folder; None if they are not told.
+    dashes
+        See `plates`.
+    """
+    from heyoka_bike.reference.load import load_reference
+
+    if figure == ATLAS:
+        (one,) = _files(output, [ATLAS], formats, "", dashes)
+        return iter([(addition("atlas_figure")(reference), one)])
+    known = load_reference(reference)
+    chosen = plates(known, figure, maneuver, dashes=dashes)
+    hint = (", or --maneuver N" if dashes else ", or maneuver=N") if figure == DEFAULT else ""
+    every = _files(output, [plate.name for plate in chosen], formats, hint, dashes)
+    return ((plate.draw(known), one) for plate, one in zip(chosen, every, strict=True))
+
+
+def _files(
+    output: str | None, names: Sequence[str], formats: Sequence[str] | None, hint: str, dashes: str
+) -> list[list[Path]]:
+    """Files to write of each figure; `hint` is another way to a single one.
+
+    Raises
+    ------
+    InputError
+        A file of another format, or for several figures.
+    """
+    if output is None:
+        return [[] for _ in names]
+    out, option = Path(output), "--output" if dashes else "path"
+    if out.is_dir() or not out.suffix or output.endswith("/"):
+        chosen = dict.fromkeys(formats or _DEFAULT_FORMATS)
+        return [[out / f"{name}.{f}" for f in chosen] for name in names]
+    if out.suffix.removeprefix(".").lower() not in FORMATS:
+        raise InputError(
+            f"{option}: found '{out.name}', expected a file ending in "
+            f"{', '.join(f'.{f}' for f in FORMATS)}, or a folder (with a final / if it has a dot)"
+        )
+    if formats is not None:
+        raise InputError("--format: expected only with a folder, a file's suffix is its format")
+    if len(names) > 1:
+        raise InputError(
+            f"{option}: found the file '{out.name}' for {len(names)} figures, expected a "
+            f"folder{hint}"
+        )
+    return [[out]]

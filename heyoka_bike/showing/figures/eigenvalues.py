@@ -52,7 +52,7 @@ _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
 }
 
 
-def draw(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
+def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
     """Real parts [1/s] above, imaginary parts [rad/s] below, of the bicycle of a set.
 
     Speeds of the maneuvers are marked, and the stable range is shaded between the exact speeds of

@@ -60,7 +60,6 @@ _METADATA: Mapping[str, Mapping[str, None]] = {
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-_UNITS = {"rad": "rad", "rad s-1": "rad/s", "m s-1": "m/s", "J": "J"}
 
 
 def style() -> Any:
@@ -82,11 +81,6 @@ def drawing(height: float) -> Iterator[Figure]:
         from matplotlib.figure import Figure
 
         yield Figure(figsize=(WIDTH, height), layout="constrained")
-
-
-def unit(columns: Mapping[str, str], name: str) -> str:
-    """Unit of a column as it is written on an axis, from `ReferenceManeuver.units`."""
-    return _UNITS.get(columns[name], columns[name])
 
 
 def render(figure: Figure, file_format: str) -> bytes:

@@ -7,8 +7,15 @@ where it was written.
 import json
 
 from heyoka_bike.scoring.report import Report, Series
-from heyoka_bike.showing.grades import PHRASES, WORDS, Grade, file_grade, style_of
-from heyoka_bike.showing.wording import chosen, one_decimal
+from heyoka_bike.showing.wording import (
+    PHRASES,
+    WORDS,
+    Grade,
+    chosen,
+    file_grade,
+    one_decimal,
+    style_of,
+)
 
 LABEL = "uncontrolled bicycle"
 COLORS = {

@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from heyoka_bike.errors import required
@@ -33,31 +33,30 @@ def render(scored: Report | Series) -> str:
     """The scores of a file or of a series as CSV; what is unknown is empty."""
     text = io.StringIO()
     writer = csv.writer(text)
-    if isinstance(scored, Report):
-        writer.writerow(FIELDS)
-        writer.writerows(_lines(scored))
-    else:
-        writer.writerow((*RUN_FIELDS, *FIELDS, NAME_FIELD))
-        for i, run in enumerate(scored.runs, start=1):
-            start = (str(i), _cell(run.step), _cell(run.cpu))
-            writer.writerows((*start, *line, _cell(run.name)) for line in _lines(run.report))
+    is_one = isinstance(scored, Report)
+    writer.writerow(FIELDS if is_one else (*RUN_FIELDS, *FIELDS, NAME_FIELD))
+    writer.writerows(map(_cell, row) for row in _rows(scored))
     return text.getvalue()
 
 
-def values(report: Report) -> list[tuple[Any, ...]]:
-    """The `FIELDS` of each maneuver and column; None where one is unknown."""
-    return [_values(report.file.path, m, c) for m in report.maneuvers for c in m.columns]
+def _rows(scored: Report | Series) -> list[tuple[Any, ...]]:
+    """The fields of each maneuver and column, of a series of each run; None where unknown."""
+    if isinstance(scored, Series):
+        return [
+            (i, run.step, run.cpu, *row, run.name)
+            for i, run in enumerate(scored.runs, start=1)
+            for row in _rows(run.report)
+        ]
+    path = _encodable(scored.file.path)
+    return [(path, *_values(m, c)) for m in scored.maneuvers for c in m.columns]
 
 
-def _lines(report: Report) -> list[tuple[str, ...]]:
-    return [tuple(map(_cell, line)) for line in values(report)]
-
-
-def _values(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
+def _values(m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
+    """The fields of a column after the first."""
     r = c.as_understood
     measures = (getattr(r.measures, name) for name in _MEASURES)
     return (
-        _encodable(path), m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
+        m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
         *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
         m.t_start, m.t_end, m.coverage, m.step, m.performance, 0,
     )  # fmt: skip
@@ -86,16 +85,12 @@ def frame(scored: Report | Series) -> Any:
     MissingPackageError
         pandas is not installed.
     """
-    pandas = _pandas()
-    index = ["maneuver", "column"]
-    if isinstance(scored, Report):
-        return pandas.DataFrame(values(scored), columns=FIELDS).set_index(index)
-    rows = [
-        (_encodable(run.name or "") or i, run.step, run.cpu, *line)
-        for i, run in enumerate(scored.runs, start=1)
-        for line in values(run.report)
-    ]
-    return pandas.DataFrame(rows, columns=[*RUN_FIELDS, *FIELDS]).set_index([RUN_FIELDS[0], *index])
+    index, rows = ["maneuver", "column"], _rows(scored)
+    fields: Sequence[str] = FIELDS
+    if isinstance(scored, Series):
+        index, fields = [RUN_FIELDS[0], *index], (*RUN_FIELDS, *FIELDS)
+        rows = [(_encodable(name or "") or i, *row) for i, *row, name in rows]
+    return _pandas().DataFrame(rows, columns=fields).set_index(index)
 
 
 def of_columns(time: Array | None, columns: Mapping[str, Array]) -> Any:

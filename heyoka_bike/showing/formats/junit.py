@@ -10,9 +10,8 @@ from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.report import ColumnScore, Measures, Report, Series
-from heyoka_bike.showing.grades import WORDS
-from heyoka_bike.showing.wording import by_severity, reports, sentence, verdict
+from heyoka_bike.scoring.report import Measures, Report, Series
+from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, verdict
 
 
 def render(scored: Report | Series) -> str:
@@ -35,11 +34,14 @@ def render(scored: Report | Series) -> str:
 
 def _suite(report: Report) -> Element:
     suite = Element("testsuite", name=printable(report.file.path))
-    _add_properties(SubElement(suite, "properties"), report)
+    properties = SubElement(suite, "properties")
+    for name, value in _properties(report):
+        if value is not None:
+            SubElement(properties, "property", name=name, value=printable(str(value)))
     # Readers sort cases by class, and take what is before a dot for the name of a package.
     where = "score." + re.sub(r"[^\w-]", "_", report.file.path)
-    for name, problem in _cases(report):
-        case = SubElement(suite, "testcase", classname=where, name=name, time="0")
+    for case_name, problem in _cases(report):
+        case = SubElement(suite, "testcase", classname=where, name=case_name, time="0")
         if problem is not None:
             case.append(problem)
     for key, tag in (("tests", ""), ("failures", "/failure"), ("errors", "/error"),
@@ -67,29 +69,21 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
             yield f"{m.maneuver}.{printable(c.key)}", None if c.is_right else skipped
 
 
-def _add_properties(properties: Element, report: Report) -> None:
-    def add(name: str, value: object) -> None:
-        if value is not None:
-            SubElement(properties, "property", name=name, value=printable(str(value)))
-
-    add("dataset_version", report.dataset_version)
-    add("bicycle", report.bicycle)
+def _properties(report: Report) -> Iterator[tuple[str, object]]:
+    """Names and values; None where one is unknown."""
+    yield "dataset_version", report.dataset_version
+    yield "bicycle", report.bicycle
     for m in report.maneuvers:
-        add(f"{m.maneuver}.performance", _number(m.performance))
-        add(f"{m.maneuver}.coverage", _number(m.coverage))
-        add(f"{m.maneuver}.gap", _number(m.gap))
+        for name in ("performance", "coverage", "gap"):
+            yield f"{m.maneuver}.{name}", _number(getattr(m, name))
         for c in m.columns:
-            for name, value in _measures(c).items():
-                add(f"{m.maneuver}.{printable(c.key)}.{name}", value)
-
-
-def _measures(c: ColumnScore) -> dict[str, object]:
-    r = c.as_understood
-    numbers: dict[str, object] = {
-        f.name: _number(getattr(r.measures, f.name)) for f in fields(Measures)
-    }
-    reading = {"definition": r.definition, "sign": r.sign, "unit": r.unit}
-    return numbers | {"floor": _number(c.floor)} | reading | {"offset": _number(r.offset)}
+            where, r = f"{m.maneuver}.{printable(c.key)}", c.as_understood
+            for f in fields(Measures):
+                yield f"{where}.{f.name}", _number(getattr(r.measures, f.name))
+            yield f"{where}.floor", _number(c.floor)
+            for name in ("definition", "sign", "unit"):
+                yield f"{where}.{name}", getattr(r, name)
+            yield f"{where}.offset", _number(r.offset)
 
 
 def _number(x: float | None) -> float | None:

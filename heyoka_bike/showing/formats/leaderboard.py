@@ -8,10 +8,8 @@ from typing import Any
 
 from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
 from heyoka_bike.showing import document as doc
-from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Guide, Mark, chart, wide
-from heyoka_bike.showing.formats.origin import Origin, origin_words
-from heyoka_bike.showing.wording import label, number, readable
+from heyoka_bike.showing.charts.chart import Guide, Mark, chart, linear, spread, wide
+from heyoka_bike.showing.wording import label, number, readable, reference_words
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
@@ -35,8 +33,8 @@ _HEIGHT = 420
 _LOWEST = -1.0
 
 
-def document(board: Leaderboard, made: Origin) -> doc.Document:
-    """The submissions to each problem, by true error."""
+def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Document:
+    """The submissions to each problem, by true error; for `made` see `wording.origin`."""
     count = sum(map(len, board.entries.values()))
     problems = (
         doc.Chapter(
@@ -57,7 +55,7 @@ def document(board: Leaderboard, made: Origin) -> doc.Document:
             doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
             doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
         ),
-        origin_words(made, "benchmark bicycle", board.dataset_version),
+        [*made, *reference_words("benchmark bicycle", board.dataset_version)],
     )  # fmt: skip
 
 
@@ -112,7 +110,7 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
         same = sorted((x, y) for (_, e), x, y in found if e.submission.said["program"] == program)
         guides += [Guide((a[0], b[0]), (a[1], b[1]), "") for a, b in pairwise(same)]
     drawn = chart(
-        axis.spread(min(times), max(times)), axis.values(min(digits) - 0.5, max(digits)), (),
+        spread(min(times), max(times)), linear(min(digits) - 0.5, max(digits)), (),
         about=f"Correct digits of the submissions to {problem} over their processor times",
         title="correct digits", x_title="processor time [s]", height=_HEIGHT, guides=guides,
         marks=marks,

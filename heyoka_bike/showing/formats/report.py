@@ -1,18 +1,22 @@
-"""The report of a file as blocks of a document."""
+"""The report of a file, of runs of one program, or of several programs, as a document.
 
-from collections.abc import Iterator, Sequence
+Correct digits of every column in every maneuver come first.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement, Series
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series, open_words
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
-from heyoka_bike.showing.charts.definitions import definitions
-from heyoka_bike.showing.charts.maneuver import all_errors, every_column, explained
+from heyoka_bike.showing.charts import results as charts
 from heyoka_bike.showing.document.html import capital
-from heyoka_bike.showing.formats import matrix
-from heyoka_bike.showing.grades import SIGNS, file_grade, style_of
+from heyoka_bike.showing.wording import SIGNS, Grade, file_grade, style_of
+
+_MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
 
 _COLUMNS = (
     doc.TableColumn("column", "the quantity, and its unit"),
@@ -54,45 +58,78 @@ _COLUMNS = (
 _LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS[2:] if not c.only)
 
 
-def blocks(report: Report) -> Iterator[doc.Block]:
+def document(
+    scored: Report | Series, made: Sequence[tuple[str, str]] | None = None
+) -> doc.Document:
+    """All that is said of a file or of a series; by default made now, see `wording.origin`."""
+    first = words.reports(scored)[0]
+    if isinstance(scored, Report):
+        title = heading = printable(Path(scored.file.path).name or scored.file.path)
+        blocks = _of_file(scored)
+    else:
+        names = ", ".join(words.run_name(scored, run) for run in scored.runs)
+        is_one, count = scored.is_one_program, len(scored.runs)
+        heading = f"{count} {'runs of one program' if is_one else 'programs side by side'}"
+        title = f"{count} {'runs' if is_one else 'programs'}: {names}"
+        blocks = _of_series(scored)
+    made = words.origin() if made is None else made
+    by = words.reference_words(first.bicycle, first.dataset_version, first.reference_sha256)
+    window, kind = f"{title} – uncontrolled bicycle", "Uncontrolled bicycle: score of"
+    return doc.Document(window, heading, kind, tuple(blocks), [*made, *by])
+
+
+def _of_file(report: Report) -> Iterator[doc.Block]:
     """All that is said of a file; in a notebook what follows the digits is folded."""
-    yield from verdict_of(report)
-    yield doc.Paragraph(words.verdict(report), f"verdict {style_of(report)}", only=doc.TEXT)
-    held = filter(None, (words.contents(report), words.warnings_words(report)))
-    yield doc.Paragraph(f"  {'; '.join(held)}", only=doc.TEXT)
-    yield folded("Why it differs", findings(report.diagnosis), is_open=True, only=doc.NOTEBOOK)
-    yield matrix.of_report(report)
-    yield remark(report)
-    yield folded("Findings", findings(report.said), only=doc.HTML)
+    text = capital("; ".join([words.graded(report), *words.caveats(report)]))
+    sign, style = SIGNS.get(file_grade(report), ""), f"verdict {style_of(report)}"
+    yield doc.Paragraph(f"{text}.", style, sign=sign, only=doc.HTML)
+    if worst_error := words.worst_error_words(report):
+        yield doc.Paragraph(f"{capital(worst_error)}.", "worst", only=doc.HTML)
+    yield _asked(report)
+    warnings, held = words.warnings_words(report), words.contents(report)
+    link, path = (warnings, "findings") if warnings else None, printable(report.file.path)
+    yield doc.Paragraph(held, "facts", link=link, note=path, only=doc.HTML)
+    yield doc.Paragraph(words.verdict(report), style, only=doc.TEXT)
+    yield doc.Paragraph(f"  {'; '.join(filter(None, (held, warnings)))}", only=doc.TEXT)
+    yield _folded("Why it differs", _findings(report.diagnosis), is_open=True, only=doc.NOTEBOOK)
+    yield _digits_of_file(report)
+    remark = words.performance_remark(report)
+    yield doc.Paragraph(f"{remark}." if remark else "", "remark", lead="remark")
+    yield _folded("Findings", _findings(report.said), only=doc.HTML)
     for name, severity in (("Warnings", Severity.WARNING), ("Information", Severity.INFO)):
-        some = findings([f for f in report.said if f.severity == severity])
-        yield folded(name, some, is_open=severity == Severity.WARNING, only=doc.TEXT)
-    yield folded("Requirements", requirements(report.requirements), is_open=True)
+        some = _findings([f for f in report.said if f.severity == severity])
+        yield _folded(name, some, is_open=severity == Severity.WARNING, only=doc.TEXT)
+    yield _folded("Requirements", _requirements(report), is_open=True)
     if e := report.explanation:
         said = doc.Paragraph(f"{capital(words.sentence(e.says))}.", "said")
-        title, charts = "What explains it", doc.Chart(partial(explained, e))
-        yield doc.Chapter(title, (said, charts), "explanation", title, only=doc.PAGE)
+        title, curves = "What explains it", doc.Chart(partial(charts.explained, e))
+        yield doc.Chapter(title, (said, curves), "explanation", title, only=doc.PAGE)
     for m in report.maneuvers:
-        yield maneuver(m, is_explained=m is report.maneuvers[0])
+        yield _maneuver(m, is_explained=m is report.maneuvers[0])
     legend = (doc.Paragraph(_LEGEND if report.maneuvers else "", "facts"),)
     yield doc.Chapter("columns of these tables", legend, is_folded=True, only=doc.TEXT)
 
 
-def verdict_of(report: Report) -> Iterator[doc.Block]:
-    """Yield the verdict by true error, then rows, times and digits; for a page."""
-    text = capital("; ".join([words.graded(report), *words.caveats(report)]))
-    sign = SIGNS.get(file_grade(report), "")
-    yield doc.Paragraph(f"{text}.", f"verdict {style_of(report)}", sign=sign, only=doc.HTML)
-    if worst_error := words.worst_error_words(report):
-        yield doc.Paragraph(f"{capital(worst_error)}.", "worst", only=doc.HTML)
-    yield asked(report)
-    warnings = words.warnings_words(report)
-    link = (warnings, "findings") if warnings else None
-    path, held = printable(report.file.path), words.contents(report)
-    yield doc.Paragraph(held, "facts", link=link, note=path, only=doc.HTML)
+def _of_series(series: Series) -> Iterator[doc.Block]:
+    """All that is said of a series; a notebook has each run folded."""
+    verdict = words.series_verdict(series)
+    yield doc.Paragraph(verdict, "head", only=doc.TEXT)
+    style = f" {style_of(words.chosen(series)[1].report)}" if series.is_one_program else ""
+    yield doc.Paragraph(f"{capital(verdict)}.", f"verdict{style}", only=doc.HTML)
+    yield _asked(series)
+    yield _digits_of_runs(series)
+    if series.is_one_program:
+        for run in series.runs:
+            yield doc.Paragraph(f"  {words.verdict(run.report)}", only=doc.TEXT)
+    found = _findings(series.findings)
+    yield _folded("Findings", found, only=doc.HTML)
+    for n in sorted({c.maneuver for c in series.convergence}):
+        yield _all_runs(series, n)
+    yield _folded("Findings", found, is_open=True, only=doc.TEXT)
+    yield from _each_run(series)
 
 
-def asked(scored: Report | Series) -> doc.Paragraph:
+def _asked(scored: Report | Series) -> doc.Paragraph:
     """Return the number of requirements that are met, for a page."""
     said = words.requirement_words(scored)
     style, sign = ("right", "✓") if scored.passed else ("wrong", "✗")
@@ -100,41 +137,33 @@ def asked(scored: Report | Series) -> doc.Paragraph:
     return doc.Paragraph(text, f"asked {style}", sign=sign, only=doc.HTML)
 
 
-def remark(report: Report) -> doc.Paragraph:
-    """Return the value of eq. (1), and what it sees."""
-    said = words.performance_remark(report)
-    return doc.Paragraph(f"{said}." if said else "", "remark", lead="remark")
-
-
-def folded(name: str, content: doc.Block, *, is_open: bool = False, only: str = "") -> doc.Chapter:
+def _folded(name: str, content: doc.Block, *, is_open: bool = False, only: str = "") -> doc.Chapter:
     """A chapter that a notebook folds, and that the contents of a page name."""
     place = name.lower()
     return doc.Chapter(doc.Words(name, place), (content,), place, name, True, is_open, only)
 
 
-def findings(found: Sequence[Finding]) -> doc.Listing:
+def _findings(found: Sequence[Finding]) -> doc.Listing:
     """Each finding with its severity, warnings first."""
-    return doc.Listing(tuple(map(_finding, words.by_severity(tuple(found)))))
+    items = []
+    for f in words.by_severity(found):
+        said = words.sentence(f.message)
+        mark = doc.Words(f.severity, "WARNING" if f.severity == Severity.WARNING else "info")
+        items.append(doc.Item(doc.Words(capital(said), said), f.severity, mark))
+    return doc.Listing(tuple(items))
 
 
-def _finding(f: Finding) -> doc.Item:
-    said = words.sentence(f.message)
-    mark = doc.Words(f.severity, "WARNING" if f.severity == Severity.WARNING else "info")
-    return doc.Item(doc.Words(capital(said), said), f.severity, mark)
-
-
-def requirements(found: Sequence[Requirement]) -> doc.Listing:
+def _requirements(report: Report) -> doc.Listing:
     """Each requirement with what came of it."""
-    return doc.Listing(tuple(map(_requirement, found)))
+    items = []
+    for r in report.requirements:
+        mark = doc.Words("✓ met", "ok") if r.met else doc.Words("✗ FAILED", "FAILED")
+        said, style = f"found {words.sentence(r.message)}", "passed" if r.met else "failed"
+        items.append(doc.Item(said, style, mark, printable(r.text)))
+    return doc.Listing(tuple(items))
 
 
-def _requirement(r: Requirement) -> doc.Item:
-    mark = doc.Words("✓ met", "ok") if r.met else doc.Words("✗ FAILED", "FAILED")
-    style = "passed" if r.met else "failed"
-    return doc.Item(f"found {words.sentence(r.message)}", style, mark, printable(r.text))
-
-
-def maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
+def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
     """All that is known of a maneuver: scores, charts, definitions.
 
     Parameters
@@ -142,13 +171,21 @@ def maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
     is_explained
         True if a page says what the columns of its scores mean.
     """
+    said = (
+        "Above, the result on top of the reference; below, their distance on a logarithmic scale, "
+        "where each thin line is a factor of ten. The dotted line is the floor: so far off exact "
+        "values may be, once rounded to the digits of the file."
+    )
+    each = doc.Paragraph(said, "said"), doc.Chart(partial(charts.every_column, m))
     blocks = (
         doc.Paragraph(f"{_covered(m)}.", "facts", only=doc.HTML),
         *scores(m, is_explained),
         _consistency(m),
-        doc.Chapter("Error over time", (over_time(m),)),
-        doc.Chapter("Which definition", (doc.Chart(partial(definitions, m)),), only=doc.PAGE),
-        doc.Chapter("Column by column", _column_by_column(m), only=doc.PAGE),
+        doc.Chapter("Error over time", (doc.Chart(partial(charts.all_errors, m)),)),
+        doc.Chapter(
+            "Which definition", (doc.Chart(partial(charts.definitions, m)),), only=doc.PAGE
+        ),
+        doc.Chapter("Column by column", each if m.columns else (), only=doc.PAGE),
     )
     anchor, link = f"maneuver-{m.maneuver}", f"Maneuver {m.maneuver}"
     return doc.Chapter(title(m), blocks, anchor, link, is_folded=True)
@@ -167,11 +204,6 @@ def _covered(m: ManeuverScore) -> str:
     return f"{m.rows} rows, {times}{step}, {words.percent(m.coverage)} of the reference"
 
 
-def over_time(m: ManeuverScore) -> doc.Chart:
-    """Errors of all columns of a maneuver."""
-    return doc.Chart(partial(all_errors, m))
-
-
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:
     """Scores of a maneuver's columns, and what their marks mean."""
     if not m.columns:
@@ -184,19 +216,18 @@ def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...
 
 def _score(c: ColumnScore) -> list[str | doc.Cell]:
     """Cells of `_COLUMNS`."""
-    r, notes, mark = c.as_understood.measures, words.notes(c), words.mark(c)
-    name = printable(c.as_understood.definition)
+    name, (mark, notes) = printable(c.definition), (words.mark(c), words.notes(c))
     return [
         doc.Cell(doc.Words(words.label(c.key), printable(c.key)), words.unit_text(c.unit)),
         doc.Words(
             ", ".join((name.replace("_", " ") + mark, *notes)), "\n  ".join((name + mark, *notes))
         ),
-        error(r.max_abs_error),
-        words.plain(r.time_of_max),
-        error(r.rms_error),
-        words.number(r.max_rel_error),
-        words.one_decimal(r.scd),
-        words.one_decimal(r.mescd),
+        _error(c.max_abs_error),
+        words.plain(c.time_of_max),
+        _error(c.rms_error),
+        words.number(c.max_rel_error),
+        words.one_decimal(c.scd),
+        words.one_decimal(c.mescd),
         words.number(c.floor),
         words.first_above(c),
         words.number(c.as_written.measures.max_abs_error),
@@ -204,20 +235,9 @@ def _score(c: ColumnScore) -> list[str | doc.Cell]:
     ]
 
 
-def error(x: float | None) -> doc.Words:
+def _error(x: float | None) -> doc.Words:
     """An error, on a page with a digit more."""
     return doc.Words(words.number(x, 3), words.number(x))
-
-
-def _column_by_column(m: ManeuverScore) -> tuple[doc.Block, ...]:
-    if not m.columns:
-        return ()
-    said = (
-        "Above, the result on top of the reference; below, their distance on a logarithmic scale, "
-        "where each thin line is a factor of ten. The dotted line is the floor: so far off exact "
-        "values may be, once rounded to the digits of the file."
-    )
-    return doc.Paragraph(said, "said"), doc.Chart(partial(every_column, m))
 
 
 def _consistency(m: ManeuverScore) -> doc.Facts:
@@ -238,3 +258,268 @@ def _consistency(m: ManeuverScore) -> doc.Facts:
             said = "against the derivative of the file's own angle"
             found.append((name, f"{words.number(x)} rad/s", said))
     return doc.Facts(tuple(found))
+
+
+def _digits_of_file(report: Report) -> doc.TableBlock:
+    """Columns by maneuvers of a file, and how each column was taken.
+
+    Of a file with very many columns those with the fewest digits.
+    """
+    columns = _by_key(report)
+    fewest = {
+        key: min((c.scd for c in found if c.scd is not None), default=0.0)
+        for key, found in columns.items()
+    }
+    worst = sorted(columns, key=fewest.__getitem__)[:_MOST_ROWS]
+    rows: list[doc.Row] = [
+        [
+            doc.Words(words.label(key), printable(key)),
+            *(_digits(m.columns, key) for m in report.maneuvers),
+            _taken(found),
+        ]
+        for key, found in columns.items()
+        if key in worst
+    ]
+    left_out = len(columns) - len(rows)
+    more = f" {left_out} more columns have no fewer digits." if left_out else ""
+    return doc.TableBlock(
+        [
+            doc.Words("Correct digits", "correct digits"),
+            *_maneuvers(report),
+            doc.TableColumn("taken as", is_prose=True, leave_out=1, style="taken"),
+        ],
+        rows,
+        about="Correct digits",
+        style="matrix",
+        note=doc.Words(
+            "Correct digits of the worst value of a column, -log10 of its error relative to the "
+            f"column's largest value.{more} Taken as: the definition, sign, unit and zero that the "
+            "values follow; none of it is an error.",
+            f"and {left_out} more columns, none with fewer digits" if left_out else "",
+        ),
+    )
+
+
+def _digits_of_runs(series: Series) -> doc.TableBlock:
+    """The worst columns of runs or programs by maneuvers, with eq. (1) as a remark."""
+    numbers = sorted({n for run in series.runs for n in run.report})
+    rows: list[doc.Row] = []
+    for run in series.runs:
+        held, name, worst = run.report, words.run_name(series, run), run.report.worst
+        cells = (_digits(held[n].columns if n in held else ()) for n in numbers)
+        place = f"{words.label(worst.column)} of maneuver {worst.maneuver}" if worst else ""
+        drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
+        short = doc.Words(name, words.short_name(name))
+        rows.append([short, *cells, *drifts, place or "nothing compared"])
+    what = "Run" if series.is_one_program else "Program"
+    return doc.TableBlock(
+        [
+            doc.Words(what, "digits of\nworst column"),
+            *_maneuvers(numbers),
+            *(doc.TableColumn(f"eq. (1) [%]\n{n}", leave_out=1) for n in numbers),
+            doc.TableColumn("worst column", is_prose=True, style="taken", only=doc.HTML),
+        ],
+        rows,
+        about=what,
+        style="matrix",
+        only=doc.HTML if series.is_one_program else "",
+        note=doc.Words(
+            "Correct digits of the worst value of the worst column. Eq. (1), the benchmark's own "
+            "measure, sees only whether a program's own energy stays constant, and judges none of "
+            "these digits.",
+            "eq. (1) sees the energy only: it judges no digits.",
+        ),
+    )
+
+
+def _digits_side_by_side(series: Series, maneuver: int) -> doc.TableBlock:
+    """Columns by programs in one maneuver."""
+    keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
+    held = [[m for m in run.report.maneuvers if m.maneuver == maneuver] for run in series.runs]
+    names = (words.run_name(series, run) for run in series.runs)
+    return doc.TableBlock(
+        [
+            doc.Words("Correct digits", ""),
+            *(doc.Words(name, words.short_name(name)) for name in names),
+        ],
+        [
+            [words.label(key), *(_digits([c for m in ms for c in m.columns], key) for ms in held)]
+            for key in keys
+        ],
+        about="Correct digits",
+        style="matrix",
+        in_parts=True,
+    )
+
+
+def _maneuvers(numbers: Iterable[int]) -> list[doc.Words]:
+    return [doc.Words(f"maneuver {n}", f"maneuver\n{n}") for n in numbers]
+
+
+def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
+    """The fewest digits and the worst grade of columns, of a key if told; ``-`` without any."""
+    known = [c for c in columns if c.scd is not None and key in ("", c.key)]
+    if not known:
+        return doc.Cell("-", grade=Grade.UNKNOWN)
+    fewest = min(c.scd for c in known if c.scd is not None)
+    return doc.Cell(words.one_decimal(fewest), grade=max(c.grade for c in known))
+
+
+def _taken(columns: Sequence[ColumnScore]) -> str:
+    """Return the definition of a column where there is a choice, and `_unusual`."""
+    c = _compared(columns)[0]
+    said = [printable(c.definition)] if c.alternatives else []
+    return ", ".join([*said, *_unusual(columns)])
+
+
+def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
+    """In what a column, over all maneuvers, is not taken as by default, and what is left open."""
+    found = _compared(columns)
+    c = found[0]
+    r = c.as_understood
+    said = []
+    others, default = printable(open_words(found)), printable(c.as_written.definition)
+    if not c.is_known:
+        said.append("the nearest, but its definition is unknown")
+    elif not words.is_default(c) and default not in others.split():
+        said.append(f"not the default {default}")
+    if others:
+        said.append(others)
+    if r.sign != c.as_written.sign:
+        said.append("other sign")
+    if r.unit != c.as_written.unit:
+        said.append(f"in {words.unit_text(r.unit)}")
+    if r.offset != c.as_written.offset:
+        said.append(f"zero at {words.plain(r.offset, 5)} {words.unit_text(c.unit)}")
+    return said
+
+
+def conventions(report: Report) -> str:
+    """Return the conventions of a file that are not the default, in one line; none is an error."""
+    said = [
+        f"{printable(key)} {_taken(columns)}"
+        for key, columns in _by_key(report).items()
+        if _unusual(columns)
+    ]
+    return "; ".join(said) or "all columns as by default"
+
+
+def _by_key(report: Report) -> dict[str, list[ColumnScore]]:
+    """Each column of a file, in all maneuvers."""
+    found: dict[str, list[ColumnScore]] = {}
+    for m in report.maneuvers:
+        for c in m.columns:
+            found.setdefault(c.key, []).append(c)
+    return found
+
+
+def _compared(columns: Sequence[ColumnScore]) -> Sequence[ColumnScore]:
+    return [c for c in columns if c.values] or columns
+
+
+def _all_runs(series: Series, n: int) -> doc.Chapter:
+    """Errors of all runs in a maneuver that they have in common."""
+    title, errors = f"Maneuver {n}", _convergence(series, n)
+    content: tuple[doc.Block, ...]
+    if series.is_one_program:
+        has_steps = any(run.step is not None for run in series.runs)
+        between = ", and observed orders between them" if _has_orders(series, n) else ""
+        brief = f"maneuver {n}: largest errors{between}"
+        title = f"{'Convergence' if has_steps else 'Errors of the runs'}, maneuver {n}"
+        drawn = (charts.convergence, charts.work_precision)
+        content = (*(doc.Chart(partial(f, series, n)) for f in drawn), errors)
+    else:
+        brief = f"maneuver {n}: correct digits"
+        over_time = doc.Chart(partial(charts.side_by_side, series, n))
+        content = (
+            _digits_side_by_side(series, n),
+            doc.Chapter("Error over time", (over_time,)),
+            doc.Chapter("Largest errors", (errors,), only=doc.HTML),
+        )
+    return doc.Chapter(doc.Words(title, brief), content, f"all-{n}", title, True, is_open=True)
+
+
+def _each_run(series: Series) -> Iterator[doc.Block]:
+    """A chapter for each run; of one program a page shows the chosen one in full."""
+    kind, best = words.chosen(series)
+    for i, run in enumerate(series.runs):
+        is_best = run is best
+        name, held = words.run_name(series, run), run.report
+        called = words.run_words(run) + (f" ({kind})" if is_best else "")
+        asked = _requirements(held)
+        is_full = is_best and series.is_one_program
+        scored: Callable[[ManeuverScore, bool], doc.Chapter] = _maneuver if is_full else _scores
+        content: tuple[doc.Block, ...] = (
+            doc.Paragraph(called, "facts"),
+            doc.Paragraph(f"{capital(words.graded(held))}.", "said"),
+            asked,
+            _findings(held.findings),
+            *(scored(m, i == j == 0) for j, m in enumerate(held.maneuvers)),
+        )
+        yield doc.Chapter(name, content, f"run-{i + 1}", name, only=doc.PAGE)
+        found = held.findings
+        if series.is_one_program and not is_best:
+            # What is found about one run is mostly found about all of them.
+            known = {f.message for f in best.report.findings}
+            new = (f for f in found if f.message not in known)
+            found = tuple(f for f in new if f.severity == Severity.WARNING)
+        yield doc.Chapter(called, (_findings(found), asked), only=doc.TEXT)
+        yield doc.Chapter(name, tuple(_of_file(held)), is_folded=True, only=doc.NOTEBOOK)
+
+
+def _scores(m: ManeuverScore, is_explained: bool) -> doc.Chapter:
+    return doc.Chapter(capital(words.heading(m)), scores(m, is_explained))
+
+
+def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
+    """Errors of a maneuver for each run, the observed order between neighbours."""
+    columns = [c for c in series.convergence if c.maneuver == maneuver]
+    has_cpu = any(run.cpu is not None for run in series.runs)
+    has_orders = _has_orders(series, maneuver)
+    size = words.size_heading(series)
+    what = doc.Words(size.removesuffix(" [s]") or "run", size)
+    blank = [""] * has_cpu
+    rows: list[list[str | doc.Cell]] = []
+    for i, run in enumerate(series.runs):
+        if i and has_orders:
+            orders = (doc.Cell(words.one_decimal(c.orders[i - 1]), style="aside") for c in columns)
+            name = doc.Cell(doc.Words("observed order", "  order"), style="aside")
+            rows.append([name, *blank, *orders])
+        full = f"{words.plain(run.step)} s" if run.step is not None else words.run_name(series, run)
+        step = doc.Words(full, words.size_text(run) or f"run {i + 1}")
+        cpu = [words.plain(run.cpu, 3)] * has_cpu
+        rows.append([step, *cpu, *(_error(c.errors[i]) for c in columns)])
+    said = "Largest errors."
+    if has_orders:
+        left = (words.number(c.richardson_error) for c in columns)
+        rows.append([doc.Words("extrapolated", "extrapol."), *blank, *left])
+        said = (
+            "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
+            "error that is left by Richardson's extrapolation of the two finest runs, which "
+            "cancels the leading term."
+        )
+    if series.is_one_program:
+        rows.append(["floor", *blank, *(words.number(c.floor) for c in columns)])
+        said += " Floor: what the digits written allow."
+    if has_cpu:
+        said += " CPU: processor time of the whole run."
+    heads = []
+    for c in columns:
+        quantity = words.label(c.key)
+        folded = doc.Words(quantity, quantity.replace(" ", "\n", 1) + "\n")
+        heads.append(doc.Cell(folded, words.unit_text(c.unit)))
+    first = what if series.is_one_program else "program"
+    return doc.TableBlock(
+        [first, *["CPU [s]"] * has_cpu, *heads],
+        rows,
+        f"Convergence of maneuver {maneuver}",
+        "numbers",
+        left=1 + has_cpu,
+        in_parts=True,
+        note=doc.Words(said, ""),
+    )
+
+
+def _has_orders(series: Series, maneuver: int) -> bool:
+    columns = (c for c in series.convergence if c.maneuver == maneuver)
+    return any(p is not None for c in columns for p in c.orders)

@@ -1,8 +1,12 @@
-"""The report in ten lines at most, for a terminal: what a file is worth, and what to do next."""
+"""The report in ten lines at most, for a terminal, and a diagnosis in words.
+
+The lines say what a file is worth, and what to do next.
+"""
 
 import json
 import math
 import shlex
+import textwrap
 from collections.abc import Iterator
 
 from heyoka_bike.errors import printable
@@ -11,12 +15,14 @@ from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import Paragraph, text
-from heyoka_bike.showing.formats.matrix import conventions
-from heyoka_bike.showing.grades import Grade, file_grade, text_color
+from heyoka_bike.showing.formats.report import conventions
+from heyoka_bike.showing.wording import Grade, file_grade
 
 _RUNS = 4  # of a series, each on a line
 _NAMES = 14  # letters at the start of a line
 _MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with some to spare
+_WIDTH = 96  # of a diagnosis
+
 
 _Entry = tuple[str, str, int]
 """Name, text, and how many lines it may have."""
@@ -36,10 +42,10 @@ def render(
     """
     page = text.TextPage(width, has_colors)
     if isinstance(scored, Report):
-        page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
+        page.brief("", _verdict(scored), 2, f"verdict {file_grade(scored).style}")
         entries = [*_report(scored), ("next", _next(scored, in_python), 1)]
     else:
-        page.brief("", words.series_verdict(scored), 2, "bold")
+        page.brief("", words.series_verdict(scored), 2, "verdict")
         entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
     for name, said, lines in entries:
         if said:
@@ -55,9 +61,25 @@ def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str
     return "\n" + text.render(blocks, width, has_colors)
 
 
+def diagnosis(report: Report) -> str:
+    """Return the verdict, the conventions, and why the results differ, the likeliest first."""
+    from heyoka_bike.scoring.judge.columns import DEFAULT, ODD_SIGNS, UNITS_BESIDE
+
+    # Findings of the score that the diagnosis leaves out are said before it.
+    beside = ("definition_unknown", "never_filled", *ODD_SIGNS)
+    said = {f.code: f.message for f in report.findings}
+    is_usual = not any(code in said for code in ODD_SIGNS)
+    is_usual &= not any(f.code == UNITS_BESIDE for f in report.diagnosis)
+    default = DEFAULT if is_usual else ""
+    paragraphs = [p for p in (words.verdict(report), said.get("conventions", default)) if p]
+    paragraphs += [f.message for f in report.findings if f.code in beside]
+    paragraphs += [f.message for f in report.diagnosis]
+    return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
+
+
 def _report(report: Report) -> Iterator[_Entry]:
     digits = (
-        f"maneuver {m.maneuver}: {words.one_decimal(words.fewest_digits(m))}"
+        f"maneuver {m.maneuver}: {words.one_decimal(m.worst and m.worst.scd)}"
         for m in report.maneuvers
     )
     judged = (

@@ -1,8 +1,15 @@
-"""The replay as one HTML page that needs nothing else: a scene, its controls, and charts."""
+"""The replay as one HTML page that needs nothing else: a scene, its controls, and charts.
+
+`animate` makes it in Python and for the command of that name: to look at, or as a file.
+"""
+
+from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
+from os import PathLike
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -10,17 +17,18 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.errors import printable
+from heyoka_bike.errors import InputError, printable, quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Line, chart
-from heyoka_bike.showing.charts.maneuver import legend
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring.reading.source import ARRAY, results_of
+from heyoka_bike.showing.charts.chart import ChartAxis, Line, chart, linear, times
+from heyoka_bike.showing.charts.results import legend
 from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose
-from heyoka_bike.showing.formats.origin import reference_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
-from heyoka_bike.showing.replay.scenes import Replay, Scene
+from heyoka_bike.showing.replay.scenes import Replay, Scene, replay
 from heyoka_bike.showing.replay.shapes import shape
-from heyoka_bike.showing.wording import sentence, worst_words
+from heyoka_bike.showing.wording import reference_words, sentence, worst_words
+from heyoka_bike.system.files import refuse_overwriting, write_output
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
@@ -52,6 +60,100 @@ _COUNTED = ("rear_wheel", "front_wheel", "track")
 _PLACES = 6
 # Digits of a difference, which may be drawn a million times larger.
 _DIGITS = 5
+
+
+_SUFFIXES = (".html", ".htm")
+_FILMS = (".gif", ".mp4")
+_FRAME = 720  # height of the page in a notebook [px]
+
+
+@dataclass(frozen=True, repr=False, slots=True)
+class Page:
+    """A replay that a notebook shows; ``page.save("replay.html")`` writes it.
+
+    Attributes
+    ----------
+    html
+        The whole page.
+    """
+
+    html: str
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the page to a file, whole or not at all."""
+        write_output(Path(path), self.html.encode())
+        return Path(path)
+
+    def __repr__(self) -> str:
+        return f"<replay of {len(self.html) / 1e6:.1f} MB, for a notebook or .save(...)>"
+
+    def _repr_html_(self) -> str:
+        # In a frame of its own, where its script sees nothing of the notebook.
+        return (
+            f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" title="replay" '
+            f'style="width: 100%; height: {_FRAME}px; border: 0"></iframe>'
+        )
+
+
+def animate(
+    results: Any = None,
+    path: str | PathLike[str] | None = None,
+    *,
+    maneuver: int | None = None,
+    reference: Reference | str | PathLike[str] | None = None,
+    **named: Any,
+) -> Page | Path:
+    """Replay the maneuvers in 3D, results beside the reference.
+
+    Parameters
+    ----------
+    results
+        Results as `score` takes them; without any the reference is shown alone.
+    path
+        The file to write, .html; by default nothing is written.
+    maneuver
+        Show this one, which results of one maneuver then hold; by default all.
+    reference
+        From `load_reference`, or the folder of a set; the published one by default.
+    named
+        Columns by name, as in `score`.
+
+    Returns
+    -------
+    Page or Path
+        The page for a notebook, or the file that is written.
+
+    Raises
+    ------
+    InputError, NothingScoredError
+        See `score`; or a path of another format, or that cannot be written.
+    """
+    known = load_reference(reference)
+    if path is not None:
+        check_suffix(Path(path))
+    if maneuver is not None and maneuver not in known:
+        raise InputError(f"found maneuver {maneuver!r:.40}, expected 1 to {len(known)}")
+    given = None
+    if results is not None or named:
+        given = results_of(results, len(known), maneuver=maneuver, named=named, is_only=False)
+    if path is not None:
+        refuse_overwriting([r.path for r in given or ()], [Path(path)])
+    found = replay(known, given, maneuver)
+    name = found.report.file.path if found.report else ""
+    shown = Page(render(found, "results" if name == ARRAY else name))
+    return shown if path is None else shown.save(path)
+
+
+def check_suffix(path: Path, option: str = "path") -> None:
+    """Raise `InputError` if a file is none of a page, of which `option` says the name."""
+    suffix = path.suffix.lower()
+    if suffix in _SUFFIXES:
+        return
+    more = ": a page, from which a browser's screen recorder makes a film" * (suffix in _FILMS)
+    raise InputError(
+        f"{option}: found {quoted(path.name)}, expected a name ending in "
+        f"{' or '.join(_SUFFIXES)}{more}"
+    )
 
 
 def render(replay: Replay, name: str = "") -> str:
@@ -134,7 +236,7 @@ def _plots(scenes: Sequence[Scene]) -> str:
 
 def _charts(scene: Scene) -> list[str]:
     exact, result = scene.reference, scene.result
-    time = axis.times(0.0, float(exact.motion.time[-1]))
+    time = times(0.0, float(exact.motion.time[-1]))
     found = []
     for name, title, unit in _PANELS:
         lines = [Line("reference", "mine", exact.motion.time, exact.columns[name])]
@@ -156,7 +258,7 @@ def _charts(scene: Scene) -> list[str]:
     return [f"<figure>{one}</figure>" for one in found]
 
 
-def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
+def _chart(scene: Scene, time: ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
     # A result that leaves the picture does not flatten the reference.
@@ -164,7 +266,7 @@ def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str
     for line in lines:
         low = min(low, max(float(line.y.min()), low - room))
         high = max(high, min(float(line.y.max()), high + room))
-    y = axis.values(low, high)
+    y = linear(low, high)
     return chart(
         time, y, lines, about=f"{title.capitalize()} over time, maneuver {scene.number}",
         title=f"{title}{y.offset_text} [{unit}]", x_title="", height=_HEIGHT,

@@ -53,9 +53,8 @@ from heyoka_bike.numbers.ball_matrices import (
     value,
 )
 from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.reference.proof.cauchy import Circle, refused
-from heyoka_bike.reference.proof.enclose import Progress, Prover, enclose
-from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Flow, Frame
+from heyoka_bike.reference.proof.cauchy import SIZE, Circle, refused
+from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Progress, Prover, enclose
 
 _LENGTH = 96
 """Order of Y, whose defect is then below the bits of the matrices."""

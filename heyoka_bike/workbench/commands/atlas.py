@@ -48,23 +48,19 @@ def add_parser(subparsers: Any) -> None:
     where = {
         "--speed FROM:TO:N": f"initial speed [m/s], {said.format(_DEFAULTS['speed'])}",
         "--roll-rate FROM:TO:N": f"initial roll rate, {said.format(_DEFAULTS['roll_rate'])}",
-        "--axis NAME=FROM:TO:N": "another axis; of one the other is the speed, of two these are "
+        "--axis NAME=FROM:TO:N...": "another axis; of one the other is the speed, of two these are "
         "the axes",
-        "--start NAME=VALUE": "what the start is where no axis says it (default 0); may be "
+        "--start NAME=VALUE...": "what the start is where no axis says it (default 0); may be "
         "repeated",
-    }
-    several = {"action": "append", "default": []}
-    options.add_options(p, where, axis=several, start=several)
-    options.add_bicycle(p)
-    said = "how long a motion is followed that does not come to anything sooner (default 200)"
-    options.add_options(p, {"--longest SECONDS": said}, longest={"default": "200"})
-    options.add_output(p, "the Zarr store", metavar="FOLDER", required=True)
-    how = {
+        **options.BICYCLE,
+        "--longest SECONDS 200": "how long a motion is followed that does not come to anything "
+        "sooner (default 200)",
+        "-o --output FOLDER": "the Zarr store",
         "--force": "replace another atlas that is there",
-        "--prove X,Y": "prove of this point of the two axes when a wheel leaves the floor, or that "
-        "none does in 10 s (half a minute to minutes each); may be repeated",
+        "--prove X,Y...": "prove of this point of the two axes when a wheel leaves the floor, or "
+        "that none does in 10 s (half a minute to minutes each); may be repeated",
     }
-    options.add_options(p, how, prove=several)
+    options.add_arguments(p, where, output={"required": True})
     options.add_workers(p)
 
 

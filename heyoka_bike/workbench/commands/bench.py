@@ -28,19 +28,20 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
     said = f"timed runs of each code, fewer of a slow one (default {_RUNS})"
-    options.add_options(p, {"--runs N": said}, runs={"type": int})
+    options.add_arguments(p, {"--runs N": said}, runs={"type": int})
     p.add_argument("--format", choices=("table", "json"), default="table", help="default: table")
-    options.add_output(p, "write to a file; a figure if it ends so")
     what = {
+        "-o --output FILE": "write to a file; a figure if it ends so",
         "--all": "all three maneuvers as well; ensembles, the first result of a new process, and "
         "at 34 and 70 digits mpmath, a Taylor method in ball arithmetic and C with libquadmath "
         "(about ten minutes)",
         "--costs": "how the time grows with the digits, up to 1000, and with the duration, up to "
         "10,000 s (about ten minutes)",
         "--quick": f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
+        "--reference DIR": "folder of a reference set of the benchmark (default: the published "
+        "one)",
     }
-    options.add_options(p, what)
-    options.add_reference(p, " of the benchmark")
+    options.add_arguments(p, what)
 
 
 def run(args: argparse.Namespace) -> int:

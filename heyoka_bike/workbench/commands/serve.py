@@ -35,10 +35,10 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
     said = {
-        "--host ADDRESS": "address to listen on (default 127.0.0.1: this machine only)",
+        "--host ADDRESS 127.0.0.1": "address to listen on (default 127.0.0.1: this machine only)",
         "--port N": "port (default 8000; 0: a free one)",
-        "--name HOST": "name by which browsers ask for it, where it is not this machine's; may be "
-        "repeated",
+        "--name HOST...": "name by which browsers ask for it, where it is not this machine's; may "
+        "be repeated",
         "--root-path PATH": "path below which another server hosts it, such as /bicycle; that may "
         "take the path away from requests or leave it",
         "--open": "open it in the browser",
@@ -50,9 +50,8 @@ def add_parser(subparsers: Any) -> None:
         "--no-diagnose": "do not offer the diagnosis",
         "--leaderboard DIR": "folder of submissions to show, see 'leaderboard'",
     }
-    options.add_options(
-        p, said, host={"default": "127.0.0.1"}, port={"type": int, "default": 8000},
-        name={"action": "append", "default": []}, root_path={"default": ""},
+    options.add_arguments(
+        p, said, port={"type": int, "default": 8000}, root_path={"default": ""},
         max_size={"type": float, "default": 100}, keep={"type": float, "default": 1440},
         workers={"type": int}, queue={"type": int, "default": 100},
         memory={"type": float, "default": 2000},
@@ -113,7 +112,7 @@ def _board(args: argparse.Namespace) -> str | None:
     from heyoka_bike.scoring.leaderboard import leaderboard
     from heyoka_bike.showing.document import html
     from heyoka_bike.showing.formats.leaderboard import document
-    from heyoka_bike.showing.formats.origin import origin
+    from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.console import progress_bar
 
     with progress_bar("scoring") as progress:

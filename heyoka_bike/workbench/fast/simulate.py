@@ -159,8 +159,8 @@ class Simulation:
     def _repr_html_(self) -> str:
         """For notebooks: the first and last rows of each maneuver; of several they unfold."""
         from heyoka_bike.reference.values import Values
-        from heyoka_bike.showing.document import Block, Chapter
-        from heyoka_bike.showing.document.notebook import head, render
+        from heyoka_bike.showing.document import Block, Chapter, head
+        from heyoka_bike.showing.document.html import piece
         from heyoka_bike.showing.views import table
 
         shown: list[Block] = list(head(repr(self).strip("<>")))
@@ -169,7 +169,7 @@ class Simulation:
             rows = table(values, len(BENCHMARK_COLUMNS), "Rows")
             is_one = len(self.values) == 1
             shown.append(rows if is_one else Chapter(f"Maneuver {i}", (rows,), is_folded=True))
-        return render(shown)
+        return piece(shown)
 
     def __getitem__(self, name: str) -> Array:
         """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""

@@ -12,7 +12,7 @@ from typing import Literal
 
 from starlette.exceptions import HTTPException
 
-from heyoka_bike.system.executors import ProcessExecutor, ProgressFuture, RemoteError
+from heyoka_bike.system.jobs import ProcessExecutor, ProgressFuture, RemoteError
 from heyoka_bike.system.log import fault
 from heyoka_bike.workbench.serving.tasks import Kind, Limits, Task, TaskEnding, is_long, work
 

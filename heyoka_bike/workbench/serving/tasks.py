@@ -16,10 +16,9 @@ from heyoka_bike.scoring.reading.source import results_of
 from heyoka_bike.scoring.report import Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import output
-from heyoka_bike.showing.formats.origin import origin
-from heyoka_bike.system.executors import ProcessLimits
+from heyoka_bike.showing.wording import origin
 from heyoka_bike.system.files import write_output
-from heyoka_bike.system.jobs import reporting
+from heyoka_bike.system.jobs import ProcessLimits, reporting
 
 _MB = 1_000_000
 

@@ -12,7 +12,7 @@ import pytest
 from support.clusters import wait_for
 
 from heyoka_bike.system import files
-from heyoka_bike.system.executors import ProgressFuture
+from heyoka_bike.system.jobs import ProgressFuture
 from heyoka_bike.workbench.serving import store, tasks, uploads
 from heyoka_bike.workbench.serving.app import _status
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue

@@ -1,9 +1,25 @@
-"""Making reference sets: from bicycles and their maneuvers to the files in folders."""
+"""Making reference sets: from bicycles and their maneuvers to the files in folders.
 
+- ``uncontrolled-bicycle.h5``: rows and dense output, hi + lo, as HDF5 that netCDF readers open
+- ``uncontrolled-bicycle.txt``: the 25 columns of the benchmark
+- ``uncontrolled-bicycle-50digits.txt``: the same with 50 significant digits
+- ``candidate.h5``: the trajectories themselves, as exact integers
+- ``certificate.json``: what is proved
+- ``sensitivities.h5``: derivatives of every column with respect to parameters and start
+- ``motion.h5``: the whole configuration and all forces, hi + lo
+- ``states.csv``, ``states.h5``: all quantities of the known states of the benchmark's bicycle
+- ``after-ten-seconds/``: of the published set, what is proved of its motions later
+- ``README.md``, ``ro-crate-metadata.json``: what the published set is, for people and machines
+- ``manifest.json``
+"""
+
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from heyoka_bike.bicycle.parameters import (
     Bicycle,
@@ -13,19 +29,44 @@ from heyoka_bike.bicycle.parameters import (
     describe_inputs,
     read_inputs,
 )
-from heyoka_bike.errors import BicycleError, InputError, UndecidedError
+from heyoka_bike.errors import (
+    BicycleError,
+    DatasetError,
+    InputError,
+    SingularMotionError,
+    UndecidedError,
+)
 from heyoka_bike.motion.events import Ending, ending
-from heyoka_bike.motion.integrate import require_heyoka
-from heyoka_bike.reference.making.dataset import check_overwrite, write_dataset
-from heyoka_bike.reference.making.tabulate import KEPT, STAGES, Table, tabulated, tabulating
+from heyoka_bike.motion.integrate import integrate, require_heyoka
+from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.reference import layout
+from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.description import about, describe
+from heyoka_bike.reference.hdf5 import by_maneuver, render
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
+from heyoka_bike.reference.proof import candidate, certificate
+from heyoka_bike.reference.proof.instants import render_states
+from heyoka_bike.reference.proof.rows import render_texts
+from heyoka_bike.reference.structure import of_file
+from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
 from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.parallel import Progress, carry_out
+from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.system.unfinished import Unfinished, unfinished
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
+_STAGES = ("integrate", *certificate.STAGES)
+
+# Classes in the results of the jobs, see `unfinished`.
+_KEPT = (
+    Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
+    Drift,
+)  # fmt: skip
 
 Fail = Callable[[Path, Exception], None]
 
@@ -51,7 +92,7 @@ class Generated:
     dataset_version: str
     changed: tuple[str, ...]
     endings: tuple[Ending, ...]
-    tables: tuple[Table, ...]
+    tables: tuple[certificate.Table, ...]
 
 
 def generate(
@@ -162,20 +203,20 @@ def generate_sets(
                 say(line)
             name = f"{bicycle.name}, " if len(sets) > 1 else ""
             try:
-                one = _SetInMaking(folder, bicycle, ends, name)
+                one = _SetInMaking(folder, bicycle, ends, name, digits)
                 check_overwrite(folder, one.version, one.inputs, force=force)
-                one.kept = locks.enter_context(unfinished(folder, KEPT))
+                one.kept = locks.enter_context(unfinished(folder, _KEPT))
                 making.append(one)
             except BicycleError as e:
                 fail(folder, e)
-        owners = {job: one for one in making for job in one.begin(digits)}
+        owners = {job: one for one in making for job in one.begin()}
 
         def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
             one = owners.pop(job)
             try:
                 more = one.ended(job, outcome)
                 if one.is_done:
-                    made(one.write(digits))
+                    made(one.write())
             except Exception as e:
                 fail(one.folder, e)
                 return ()
@@ -225,6 +266,19 @@ def _end_of_each(
     return tuple(ending(bicycle, m, until) for m in maneuvers)
 
 
+def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Trajectory:
+    try:
+        return integrate(
+            bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)
+        )
+    except SingularMotionError as e:
+        raise SingularMotionError(
+            f"{maneuver.name}: {e}; its duration is {float(maneuver.duration):g} s, nothing "
+            "was written, expected a shorter duration",
+            e.time,
+        ) from None
+
+
 def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -> Iterable[str]:
     for warning in bicycle.warnings:
         yield f"warning: {bicycle.name}: {warning}"
@@ -241,10 +295,12 @@ class _SetInMaking:
     """A set that is being made."""
 
     kept: Unfinished
-    digits: int
 
-    def __init__(self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str) -> None:
+    def __init__(
+        self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str, digits: int
+    ) -> None:
         self.folder, self.bicycle, self.ends, self.name = folder, bicycle, ends, name
+        self.digits = digits
         self.maneuvers = [end.maneuver for end in ends]
         self.inputs = describe_inputs(bicycle, self.maneuvers)
         is_published = self.inputs == describe_inputs(*benchmark())
@@ -253,15 +309,20 @@ class _SetInMaking:
         self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
         self.places: dict[Job, tuple[int, str]] = {}
 
-    def begin(self, digits: int) -> list[Job]:
+    def begin(self) -> list[Job]:
         """The jobs of all maneuvers, what others wait for first."""
-        self.digits = digits
         found = [self._jobs(i) for i in range(len(self.maneuvers))]
-        return [jobs[stage] for stage in STAGES for jobs in found]
+        return [jobs[stage] for stage in _STAGES for jobs in found]
 
     def _jobs(self, i: int) -> dict[str, Job]:
         m, digits = self.maneuvers[i], self.digits + _MORE_DIGITS * (self.attempts[i] - 1)
-        jobs = tabulating(self.bicycle, m, digits, self.name + m.name, self.kept)
+        inputs, named = describe_inputs(self.bicycle, [m]), (self.name + m.name, float(m.duration))
+
+        def job(work: Callable[..., Any], of: tuple[Any, ...], stages: tuple[str, ...]) -> Job:
+            return Job(work, of, *named, stages, self.kept.at(stages, inputs, digits))
+
+        run = job(_integrated, (self.bicycle, m, digits), stages=("integrate",))
+        jobs = {"integrate": run, **certificate.tabulating(run, job, {})}
         self.places |= {job: (i, stage) for stage, job in jobs.items()}
         return jobs
 
@@ -285,12 +346,107 @@ class _SetInMaking:
 
     @property
     def is_done(self) -> bool:
-        return not self.places and all(len(parts) == len(STAGES) for parts in self.parts)
+        return not self.places and all(len(parts) == len(_STAGES) for parts in self.parts)
 
-    def write(self, digits: int) -> Generated:
+    def write(self) -> Generated:
         """The files, in place of the finished parts."""
-        tables = [tabulated(parts) for parts in self.parts]
+        tables = [certificate.tabulated(parts["integrate"].get(), parts) for parts in self.parts]
         self.parts = []
-        changed = write_dataset(self.folder, self.bicycle, tables, digits, self.version)
+        changed = write_dataset(self.folder, self.bicycle, tables, self.digits, self.version)
         self.kept.clear()
         return Generated(self.folder, self.version, tuple(changed), tuple(self.ends), tuple(tables))
+
+
+def write_dataset(
+    folder: str | Path, bicycle: Bicycle, tables: Sequence[certificate.Table], digits: int,
+    dataset_version: str,
+) -> list[str]:  # fmt: skip
+    """Write the set into a folder; returns the names of the files that changed.
+
+    Raises
+    ------
+    DatasetError
+        The folder cannot be written.
+    """
+    inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
+    hdf5_version = manifest_file.hdf5_version(dataset_version)
+    numbers = {
+        layout.HDF5: [
+            certificate.numbers_of_table(t.time, t.time_lo, t.rows, t.dense) for t in tables
+        ],
+        layout.SENSITIVITIES: [certificate.numbers_of_derivatives(t.sensitivity) for t in tables],
+        layout.MOTION: [
+            certificate.numbers_of_table(t.time, t.time_lo, t.motion_rows, t.motion_dense)
+            for t in tables
+        ],
+    }
+    hashes = {name: layout.content_sha256(by_maneuver(x)) for name, x in numbers.items()}
+    files = {
+        name: render(
+            of_file(name, about(name, inputs, hdf5_version, hashes[name]), inputs, x),
+            by_maneuver(x),
+        )
+        for name, x in numbers.items()
+    }
+    files |= {
+        layout.CANDIDATE: candidate.render([t.trajectory for t in tables], inputs, hdf5_version),
+        **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
+    }
+    if bicycle.values == benchmark()[0].values:
+        files |= render_states(bicycle, inputs, hdf5_version)
+    entries = [certificate.entry(certificate.summarise(t)) for t in tables]
+    files[layout.CERTIFICATE] = layout.as_json(certificate.document(inputs, files, entries))
+    if dataset_version != manifest_file.CUSTOM:
+        files |= _after(Path(folder))
+    packages = {name: installed(name) or "unknown" for name in ("heyoka_bike", *PACKAGES)}
+    manifest_of = partial(
+        manifest_file.render,
+        dataset_version=dataset_version,
+        content_sha256=hashes[layout.HDF5],
+        inputs=inputs,
+        made_by={"digits": digits, "packages": packages},
+    )
+    files |= describe(manifest_file.parse(manifest_of(files=files)))
+    return manifest_file.write_set(folder, files, manifest_of(files=files))
+
+
+def _after(folder: Path) -> dict[str, bytes]:
+    """Read the files after ten seconds, from the folder or else from the package."""
+    found = {}
+    for name in layout.AFTER_FILES:
+        for path in (folder / name, reference_folder() / name):
+            if path.is_file():
+                found[name] = path.read_bytes()
+                break
+    return found
+
+
+def check_overwrite(
+    folder: str | Path, dataset_version: str, inputs: Mapping[str, Any], *, force: bool
+) -> None:
+    """Refuse to replace a set of another version or of other inputs.
+
+    Raises
+    ------
+    InputError
+        The folder holds such a set and `force` is not given, or it cannot be written.
+    """
+    there = next(p for p in (Path(folder), *Path(folder).absolute().parents) if p.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot be written, {there} is not a writable folder")
+    if force or not (Path(folder) / manifest_file.MANIFEST).exists():
+        return
+    try:
+        present = manifest_file.read_manifest(folder)
+    except DatasetError as e:
+        raise InputError(f"{e}; use --force to replace it") from None
+    if present.dataset_version != dataset_version:
+        raise InputError(
+            f"{folder}: holds dataset version {present.dataset_version}, this run makes "
+            f"{dataset_version}; use --force to replace it, or another --out"
+        )
+    if present.inputs != inputs:
+        raise InputError(
+            f"{folder}: holds a set of another bicycle or other maneuvers; "
+            "use --force to replace it, or another --out"
+        )

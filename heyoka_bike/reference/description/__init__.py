@@ -1,1 +1,0 @@
-"""Metadata of a set, for people and for machines: attributes, a card, an RO-Crate."""

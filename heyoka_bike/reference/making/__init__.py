@@ -1,1 +1,0 @@
-"""Making of a set: the numbers of each maneuver, and the bytes of each file."""

@@ -1,0 +1,690 @@
+"""certificate.json: what is proved about a set, and what is trusted; and proving it again.
+
+Making the numbers of a maneuver from its candidate and proving them again are the same jobs. Where
+there are published numbers, their dense output is taken in place of a new one, and every number
+that is proved is compared with theirs. Proving again needs the folder and python-flint only:
+candidate.h5 holds the trajectories, and everything else follows from them and from the inputs
+written beside them.
+"""
+
+import json
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import flint
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, QUANTITIES, Column
+from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver, describe_inputs
+from heyoka_bike.errors import DatasetError, NotCertifiedError
+from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.rounding import decimal_above
+from heyoka_bike.reference import hdf5, layout, structure
+from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.description import about, describe
+from heyoka_bike.reference.layout import STATES, STATES_HDF5, TEXT, TEXT_50
+from heyoka_bike.reference.load import ReferenceManeuver, load_reference
+from heyoka_bike.reference.proof.candidate import read_candidate
+from heyoka_bike.reference.proof.dense import bound_dense, interpolate, tabulate_motion
+from heyoka_bike.reference.proof.enclose import enclosed
+from heyoka_bike.reference.proof.instants import states_differ
+from heyoka_bike.reference.proof.rows import (
+    EVALUATION_BITS,
+    constant_columns,
+    render_texts,
+    round_rows,
+    rounded_times,
+)
+from heyoka_bike.reference.proof.sensitivity_rows import differentiate
+from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
+from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.parallel import Progress, all_of
+from heyoka_bike.system.resources import reference_folder
+
+
+@dataclass(frozen=True)
+class Table:
+    """All published numbers of a maneuver.
+
+    Attributes
+    ----------
+    trajectory : Trajectory
+        The candidate.
+    certificate : Certificate
+        Bounds on the distance of the exact motion from it.
+    drift : Drift
+    time, time_lo : ndarray, shape (rows,)
+        Time of the rows [s] as hi + lo.
+    rows : RoundedRows
+    dense : Dense
+    motion_rows : Values
+    motion_dense : Dense
+        The whole motion.
+    sensitivity : Sensitivity
+    seconds : mapping
+        Processor time that each job took [s], by its first stage.
+    """
+
+    trajectory: Trajectory
+    certificate: Certificate
+    drift: Drift
+    time: Array
+    time_lo: Array
+    rows: RoundedRows
+    dense: Dense
+    motion_rows: Values
+    motion_dense: Dense
+    sensitivity: Sensitivity
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def maneuver(self) -> Maneuver:
+        return self.trajectory.maneuver
+
+    @property
+    def cpu(self) -> float:
+        """Processor time that all of it took [s]."""
+        return sum(self.seconds.values())
+
+
+STAGES = ("certify", "vary", "motion", "rows")
+"""Jobs in the order in which they are best begun: what others wait for, then the longest ones."""
+
+
+def tabulating(
+    run: Trajectory | Job, job: Callable[..., Job], published: Mapping[str, Any]
+) -> dict[str, Job]:
+    """The jobs that make a table of a candidate, by the stage that each begins with, see `STAGES`.
+
+    Parameters
+    ----------
+    job
+        Makes a job of its work, its arguments and its stages.
+    published
+        By stage, what the numbers have to be; new ones are made if nothing is.
+    """
+    bound = job(enclosed, (run,), stages=("certify",))
+    works = ((varied, ("vary",)), (moved, ("motion",)), (rounded, ("rows", "dense")))
+    return {"certify": bound} | {
+        stages[0]: job(work, (run, bound, published.get(stages[0])), stages=stages)
+        for work, stages in works
+    }
+
+
+def tabulated(run: Trajectory, outcomes: Mapping[str, Outcome]) -> Table:
+    """The table, from what the jobs of `tabulating` gave, and others whose time counts."""
+    rows, dense, drift = outcomes["rows"].get()
+    motion_rows, motion_dense = outcomes["motion"].get()
+    time, time_lo = rounded_times(run.maneuver)
+    return Table(
+        trajectory=run,
+        certificate=outcomes["certify"].get(),
+        drift=drift,
+        time=time,
+        time_lo=time_lo,
+        rows=rows,
+        dense=dense,
+        motion_rows=motion_rows,
+        motion_dense=motion_dense,
+        sensitivity=outcomes["vary"].get(),
+        seconds={stage: x.seconds for stage, x in outcomes.items()},
+    )
+
+
+def rounded(
+    run: Trajectory, certificate: Certificate, published: ReferenceManeuver | None, report: Report
+) -> tuple[RoundedRows, Dense, Drift]:
+    """Every number of the columns, and what the run itself keeps."""
+    rows = round_rows(run, certificate, partial(report, "rows"))
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    constant = constant_columns(run)
+    if published is None:
+        scales = {name: rows.scale(name) for name in rows.hi}
+        progress = partial(report, "dense")
+        dense = interpolate(at.near, at.end, at.balls, scales, constant, progress)
+    else:
+        dense = published.dense
+    dense = bound_dense(run, certificate, dense, constant)
+    _compare_tables(run, rows, dense, published)
+    return rows, dense, at.drift()
+
+
+def moved(
+    run: Trajectory, certificate: Certificate, published: ReferenceManeuver | None, report: Report
+) -> tuple[Values, Dense]:
+    """Every number of the whole motion."""
+    dense = None if published is None else published.dense
+    found = tabulate_motion(run, certificate, dense, partial(report, "motion"))
+    _compare_tables(run, *found, published)
+    return found
+
+
+def varied(
+    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: Report
+) -> Sensitivity:
+    """Every number of the derivatives."""
+    found = differentiate(run, certificate, partial(report, "vary"))
+    if published is not None:
+        stored = numbers_of_derivatives(published)
+        _compare(run, numbers_of_derivatives(found), stored, "derivatives")
+    return found
+
+
+def numbers_of_table(time: Array, time_lo: Array, rows: Values, dense: Dense) -> dict[str, Any]:
+    """The arrays of a group of rows and dense output."""
+    return {
+        "time": time,
+        "time_lo": time_lo,
+        **_tagged(rows.hi, rows.lo, rows.bound),
+        "dense": {"breaks": dense.breaks, **_tagged(dense.hi, dense.lo, dense.bound)},
+    }
+
+
+def numbers_of_derivatives(x: Sensitivity) -> dict[str, Any]:
+    """The arrays of a group of derivatives."""
+    return {
+        "breaks": x.breaks,
+        **_tagged(x.coefficients, {}, x.bound),
+        "rows": {"time": x.time, **_tagged(x.values, {}, x.values_bound)},
+    }
+
+
+def _tagged(*parts: Mapping[str, Array]) -> dict[str, Any]:
+    """Values, low parts and bounds by the names of their datasets."""
+    pairs = zip(("", hdf5.LOW, hdf5.BOUND), parts, strict=True)
+    return {name + tag: x for tag, part in pairs for name, x in part.items()}
+
+
+def _compare_tables(
+    run: Trajectory, rows: Values, dense: Dense, x: ReferenceManeuver | None
+) -> None:
+    """Compare rows and dense output with those that are published, if there are any."""
+    if x is not None:
+        stored = numbers_of_table(x.time, x.time_lo, x.rows, x.dense)
+        _compare(run, numbers_of_table(*rounded_times(run.maneuver), rows, dense), stored)
+
+
+def _compare(
+    run: Trajectory, proved: Mapping[str, Any], published: Mapping[str, Any], inside: str = ""
+) -> None:
+    """Every published number to the bit, but NaN; no bound smaller than proved or infinite.
+
+    Both are arrays by the names of their datasets, in groups by name; `inside` says of what.
+    """
+    for name, right in proved.items():
+        if isinstance(right, dict):
+            _compare(run, right, published[name], f"{name} of {inside}" if inside else name)
+            continue
+        where, found = f"{run.maneuver.name}: {_in_words(name, inside)}", published.get(name)
+        if found is None:
+            raise NotCertifiedError(f"{where}: not in the file")
+        if found.dtype != np.float64 or found.shape != right.shape:
+            raise NotCertifiedError(
+                f"{where}: found {found.shape} of {found.dtype}, expected {right.shape} of float64"
+            )
+        found, right = np.ascontiguousarray(found), np.ascontiguousarray(right)
+        kept = found.view("i8") == right.view("i8")
+        if name.endswith(hdf5.BOUND):
+            kept = (found >= right) & np.isfinite(found)
+        kept |= np.isnan(found) & np.isnan(right)
+        if not kept.all():
+            place = np.unravel_index(int(np.argmin(kept)), kept.shape)
+            # Pieces are counted from 1.
+            at = ", ".join(str(i + (inside == "dense")) for i in place)
+            raise NotCertifiedError(
+                f"{where} {at}: published {float(found[place])!r}, proved {float(right[place])!r}"
+            )
+
+
+def _in_words(name: str, inside: str) -> str:
+    """Return the name of a dataset in words, up to the index in it."""
+    stem = name.removesuffix(hdf5.LOW).removesuffix(hdf5.BOUND)
+    if inside == "dense":
+        return f"{inside} {stem}, piece"
+    if not inside:
+        return f"{name}, row"
+    if name in ("breaks", "time"):
+        return f"{name} of the derivatives, row"
+    bound = "bound of the " if name.endswith(hdf5.BOUND) else ""
+    return f"{bound}{inside} of {stem}, row"
+
+
+STATEMENT_1_5_0 = (
+    "For every maneuver, at every time of the interval, each state variable of the exact motion "
+    "differs from the polynomial in candidate.h5 by at most the bound given. Every value of the "
+    "rows is the binary64 nearest to the exact one, its _lo the binary64 nearest to the rest, and "
+    "the 50-digit text is correctly rounded. The dense output differs from the exact columns by at "
+    "most the bounds given, relative to the largest absolute value of the column's rows. The same "
+    "holds of motion.h5, where a value is zero if an enclosure as narrow as its bound holds zero, "
+    "and where the friction demands have rows only. In sensitivities.h5 each piece differs from "
+    "the exact derivatives by at most its bound, by column and unknown; the rows there are the "
+    "exact derivatives, each rounded to the nearest binary64 but for the number of ambiguous "
+    "roundings, and zero where an enclosure as narrow as its bound holds zero; of NaN nothing is "
+    "said. Nothing is proved of what is only computed."
+)
+"""Of the sets 1.4.0 and 1.5.0."""
+
+STATEMENT = (
+    f"{STATEMENT_1_5_0} Of the integration it is proved, from the state of candidate.h5 at the "
+    "rows alone, how large the benchmark's eq. (1) is at most [%], how far the mechanical energy "
+    "is at most from its first value, over that, and the front wheel from the floor [m]. Where "
+    "there are states.csv and states.h5, every value there is the binary64 nearest to the exact "
+    "one, in the state whose coordinates are the decimals written there; it is zero where a ball "
+    "narrower than 2^-160 holds zero."
+)
+
+
+def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
+    """Columns that are proved, by file; a text may be several, one for each maneuver.
+
+    Parameters
+    ----------
+    files
+        Those of the set.
+    columns
+        Those of each HDF5 file of the maneuvers.
+    """
+    found = {name: [c.name for c in of_file] for name, of_file in columns.items()}
+    found |= {TEXT: list(BENCHMARK_COLUMNS), TEXT_50: list(BENCHMARK_COLUMNS)}
+    return found | {name: list(QUANTITIES) for name in (STATES, STATES_HDF5) if name in files}
+
+
+COMPUTED: Mapping[str, str] = {}
+"""Files that are published without a proof, and the way they are made."""
+
+TRUSTED = (
+    "that the equations of motion in heyoka_bike (modules constants, kinematics, model, outputs) "
+    "are those of the Carvallo-Whipple bicycle; that they are identically those of an independent "
+    "Newton-Euler model is shown in the tests, at random points of a random prime field, where a "
+    "false equation passes with a probability below 1e-140",
+    "that they conserve the mechanical energy, which is published as its initial value, and that "
+    "straight running is a solution: identities, shown in the tests in the same way, not by "
+    "'certify'",
+    "that with an initial steer angle the pitch is the root followed from zero steer (the root "
+    "itself is enclosed)",
+    "the ball arithmetic of FLINT/Arb, through python-flint",
+    "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them; "
+    "NumPy, h5py and HDF5, which read the files",
+)
+"""Assumptions of the proof. heyoka, its tolerance and its rounding are not among them."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Proved facts about a maneuver.
+
+    Attributes
+    ----------
+    name : str
+    steps, entries, motion_entries, ambiguous : int
+        Pieces of the candidate; rounded entries of the rows of the one HDF5 file and of the other;
+        those that were not decided.
+    states : mapping of str to (Fraction, Fraction)
+        Bound over the interval and at its end, by state variable [rad, rad/s].
+    dense, motion_dense : mapping of str to Fraction
+        Bound of the dense output over the column's scale, in either HDF5 file.
+    derivatives : mapping of str to Fraction
+        Bound of the derivatives of each column over the largest one, the worst of the unknowns.
+    drift : Drift
+        Drift of the candidate in energy and contact, which the exact motion keeps.
+    bits : int
+        Of the significand of the run.
+    derivative_entries, derivatives_ambiguous : int
+        Rounded entries of the rows of derivatives; roundings among them and among the coefficients
+        that were not decided.
+    cpu : float
+        Processor time [s].
+    """
+
+    name: str
+    steps: int
+    entries: int
+    motion_entries: int
+    ambiguous: int
+    states: Mapping[str, tuple[Fraction, Fraction]]
+    dense: Mapping[str, Fraction]
+    motion_dense: Mapping[str, Fraction]
+    derivatives: Mapping[str, Fraction]
+    drift: Drift
+    bits: int
+    derivative_entries: int
+    derivatives_ambiguous: int
+    cpu: float = 0.0
+
+    @property
+    def bound(self) -> Fraction:
+        """Largest bound over the interval."""
+        return max(x for x, _ in self.states.values())
+
+    @property
+    def bound_end(self) -> Fraction:
+        """Largest bound at the end."""
+        return max(x for _, x in self.states.values())
+
+
+def summarise(x: Table) -> Proof:
+    """Gather what was proved."""
+    worst = [max(column) for column in zip(*x.certificate.pieces, strict=True)]
+    pairs = zip(worst, x.certificate.end, strict=True)
+    return Proof(
+        name=x.maneuver.name,
+        steps=x.trajectory.steps,
+        entries=_count(x.rows),
+        motion_entries=_count(x.motion_rows),
+        ambiguous=0,
+        states=dict(zip(x.certificate.states, pairs, strict=True)),
+        dense=_relative(x.dense, x.rows),
+        motion_dense=_relative(x.motion_dense, x.motion_rows),
+        derivatives={name: _of_largest(x.sensitivity, name) for name in x.sensitivity.bound},
+        drift=x.drift,
+        bits=x.trajectory.bits,
+        derivative_entries=sum(values.size for values in x.sensitivity.values.values()),
+        derivatives_ambiguous=x.sensitivity.ambiguous,
+        cpu=x.cpu,
+    )
+
+
+def _count(rows: Values) -> int:
+    return sum(x.size for x in rows.hi.values())
+
+
+def _relative(dense: Dense, rows: Values) -> Mapping[str, Fraction]:
+    return {
+        name: Fraction(float(x.max())) / Fraction(rows.scale(name) or 1.0)
+        for name, x in dense.bound.items()
+    }
+
+
+def relative_bounds(m: ReferenceManeuver) -> dict[str, str]:
+    """Return the entry on the bounds of the dense output of a maneuver."""
+    return _above(_relative(m.dense, m.rows))
+
+
+def _of_largest(sensitivity: Sensitivity, name: str) -> Fraction:
+    """The largest bound of a column over the largest coefficient, by unknown, then the worst."""
+    sizes = np.fmax.reduce(np.abs(sensitivity.coefficients[name]), axis=(0, 1))
+    bounds = np.fmax.reduce(sensitivity.bound[name], axis=0)
+    pairs = zip(bounds, sizes, strict=True)
+    return max(
+        (Fraction(float(b)) / Fraction(float(x)) for b, x in pairs if x > 0), default=Fraction(0)
+    )
+
+
+def document(
+    inputs: Mapping[str, Any], files: Container[str], maneuvers: Sequence[Any],
+    columns: Mapping[str, Sequence[Column]] = structure.COLUMNS_OF, statement: str = STATEMENT,
+) -> dict[str, Any]:  # fmt: skip
+    """Return certificate.json of a set with these files; for the parameters see `proved`."""
+    return {
+        "schema_version": 1,
+        "statement": statement,
+        "inputs": inputs,
+        "proved": proved(files, columns),
+        "computed": dict(COMPUTED),
+        "maneuvers": maneuvers,
+        "trusted": list(TRUSTED),
+        "software": {"flint": flint.__FLINT_VERSION__, "python-flint": flint.__version__},
+    }
+
+
+def entry(proof: Proof) -> dict[str, Any]:
+    """Return the entry of a maneuver; decimals are bounds."""
+    return {
+        "maneuver": proof.name,
+        "steps": proof.steps,
+        "entries": proof.entries,
+        "ambiguous": proof.ambiguous,
+        "bound": decimal_above(proof.bound),
+        "bound_end": decimal_above(proof.bound_end),
+        "state_bounds": {
+            state: {"interval": decimal_above(x), "end": decimal_above(y)}
+            for state, (x, y) in proof.states.items()
+        },
+        "dense_relative_bounds": _above(proof.dense),
+        "motion": {
+            "entries": proof.motion_entries,
+            "dense_relative_bounds": _above(proof.motion_dense),
+        },
+        "sensitivities": {
+            "entries": proof.derivative_entries,
+            "ambiguous": proof.derivatives_ambiguous,
+            "relative_bounds": _above(proof.derivatives),
+        },
+        "integration": kept(proof.drift, proof.bits),
+    }
+
+
+def kept(drift: Drift, bits: int) -> dict[str, str]:
+    """Return the entry on energy and contact of a run of so many bits."""
+    return {
+        "performance_percent": decimal_above(Fraction(drift.performance)),
+        "energy": decimal_above(Fraction(drift.energy) / 2**bits),
+        "contact": decimal_above(Fraction(drift.contact)),
+    }
+
+
+def _above(bounds: Mapping[str, Fraction]) -> dict[str, str]:
+    return {name: decimal_above(x) for name, x in bounds.items()}
+
+
+def certify(
+    folder: str | Path | None = None, *, progress: Progress | None = None
+) -> tuple[Proof, ...]:
+    """Prove a reference set again, from its candidate trajectories: all that its certificate names.
+
+    As ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. A script that calls
+    it has to guard itself by ``if __name__ == "__main__"``: parts of the proof get processes of
+    their own, or what `using` says.
+
+    Parameters
+    ----------
+    folder
+        The set; by default the published one that comes with the package.
+    progress
+        Called with the name of a maneuver, the stage of the proof (``waiting``, ``certify``,
+        ``rows``, ``dense``, ``motion``) and the share of that stage that is done, 0 to 1.
+
+    Returns
+    -------
+    tuple of Proof
+        Proved facts by maneuver.
+
+    Raises
+    ------
+    NotCertifiedError
+        A candidate is not certified, something published is not what was proved, or there is
+        something that nothing proves.
+    UndecidedError
+        The candidate does not decide how a value is rounded.
+    DatasetError
+        A file is missing, damaged, or not that of a reference set.
+    """
+    where = reference_folder() if folder is None else folder
+    if folder is None:
+        manifest_file.check_published(where)
+    runs = read_whole(where)
+    jobs = list(_jobs(where, runs))
+    found = all_of([of_run[stage] for stage in STAGES for of_run in jobs], progress)
+    tables = [
+        tabulated(run, {stage: found[job] for stage, job in of_run.items()})
+        for run, of_run in zip(runs, jobs, strict=True)
+    ]
+    proofs = tuple(map(summarise, tables))
+    manifest = manifest_file.read_manifest(where)
+    _compare_certificate(manifest_file.read_file(where, layout.CERTIFICATE, manifest), proofs)
+    for name in (layout.STATES, layout.STATES_HDF5):
+        if name in manifest.files:
+            raw = manifest_file.read_file(where, name, manifest)
+            for problem in states_differ(name, raw, runs[0].bicycle):
+                raise NotCertifiedError(f"{where}/{name}: {problem}")
+    for name, data in render_texts([t.maneuver for t in tables], [t.rows for t in tables]).items():
+        if manifest_file.read_file(where, name, manifest) != data:
+            raise NotCertifiedError(f"{where}/{name}: differs from the proved values")
+    return proofs
+
+
+def _jobs(folder: str | Path, runs: Sequence[Trajectory]) -> Iterator[dict[str, Job]]:
+    """Of each maneuver the proof of its bound, and of all that follows from it."""
+    x = load_reference(folder)
+    parts = x.sensitivities.values(), x.motion.values(), x.values()
+    for run, *numbers in zip(runs, *parts, strict=True):
+        m = run.maneuver
+        job = partial(Job, name=m.name, duration=float(m.duration))
+        yield tabulating(run, job, dict(zip(STAGES[1:], numbers, strict=True)))
+
+
+def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
+    """Trajectories of a set whose files are all whole and speak of the same inputs.
+
+    Raises
+    ------
+    DatasetError
+        A file is missing or does not match the manifest.
+    NotCertifiedError
+        The files do not agree on the bicycle or the maneuvers.
+    """
+    manifest = manifest_file.read_manifest(folder)
+    raw = {name: manifest_file.read_file(folder, name, manifest) for name in manifest.files}
+    runs = read_candidate(folder)
+    if not runs:
+        raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
+    maneuvers = [run.maneuver for run in runs]
+    inputs = describe_inputs(runs[0].bicycle, maneuvers)
+    texts = [text.name for text in layout.text_files(maneuvers)]
+    others = {STATES, layout.CERTIFICATE, *COMPUTED, *describe(manifest), *texts}
+    if manifest.dataset_version != manifest_file.CUSTOM:
+        # Proved by `certify_after`.
+        others |= {*layout.AFTER_FILES}
+    # Lengths and texts do not count.
+    nothing = [dict.fromkeys(structure.STATED, 0)] * len(runs)
+    layouts = {
+        name: structure.of_file(
+            name, about(name, inputs, "", None if name == layout.CANDIDATE else ""), inputs, nothing
+        )
+        for name in (*structure.COLUMNS_OF, layout.CANDIDATE)
+    }
+    if STATES_HDF5 in raw:
+        layouts[STATES_HDF5] = structure.states(about(STATES_HDF5, inputs, ""), 0)
+    for name in raw.keys() - layouts.keys() - others:
+        raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
+    stated = {manifest_file.MANIFEST: manifest.inputs}
+    try:
+        # First: of an older set it says so.
+        stated[layout.CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
+        for name, built in layouts.items():
+            if name not in raw:
+                raise NotCertifiedError(
+                    f"{name}: not in the manifest, expected what {layout.CERTIFICATE} names"
+                )
+            with hdf5.opened(raw[name]) as f:
+                for extra in sorted(_unknown(f, built)):
+                    raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
+                stated[name] = _inputs(f, name, built.groups)
+        with hdf5.opened(raw[layout.HDF5]) as f:
+            content = layout.content_sha256(f)
+    except (OSError, KeyError, ValueError, TypeError) as e:
+        raise DatasetError(f"{folder}: a file of the set cannot be read ({e})") from None
+    for name, other in stated.items():
+        # That of the states has no maneuvers.
+        if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
+            raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
+    if content != manifest.content_sha256:
+        raise NotCertifiedError(
+            f"{folder}: content_sha256 is not that of the numbers in {layout.HDF5}"
+        )
+    return runs
+
+
+def _unknown(item: Any, declared: hdf5.Group, where: str = "") -> Iterator[str]:
+    """Paths of what a group has and is not declared, attributes included."""
+    yield from (f"{where}{name}" for name in item if name not in declared.members)
+    yield from (
+        f"attribute {where}{name}" for name in item.attrs if name not in declared.attributes
+    )
+    for dataset in declared.datasets:
+        known = dataset.attributes.keys() | hdf5.SCALE_ATTRIBUTES
+        attributes = item[dataset.name].attrs if dataset.name in item else ()
+        yield from (f"attribute {where}{dataset.name}/{x}" for x in attributes if x not in known)
+    for name, inner in declared.groups.items():
+        if name in item:
+            yield from _unknown(item[name], inner, f"{where}{name}/")
+
+
+def _inputs(f: Any, name: str, groups: Mapping[str, hdf5.Group]) -> dict[str, Any]:
+    """Read the inputs that a file states; a file without groups has no maneuvers."""
+    parameters = _json(f.attrs["parameters"], name)
+    found: dict[str, Any] = {"bicycle": {"name": f.attrs["bicycle"], "parameters": parameters}}
+    if groups:
+        maneuvers = [group.attrs for group in hdf5.of_maneuvers(f, len(f))]
+        found["maneuvers"] = [{k: x[k] for k in ("name", *STATE_INPUTS)} for x in maneuvers]
+    return found
+
+
+def _json(raw: str | bytes, name: str) -> Any:
+    """A document in which no key is there twice: what is read of it depends on the reader."""
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        document = dict(pairs)
+        if len(document) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in keys if keys.count(key) > 1)
+            raise NotCertifiedError(f"{name}: found the key {twice!r:.60} twice")
+        return document
+
+    return json.loads(raw, object_pairs_hook=unique)
+
+
+def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
+    """Read certificate.json, and refuse what is not proved of so many maneuvers."""
+    name = layout.CERTIFICATE
+    found = _json(files[name], name)
+    is_before_2 = found.get("statement") == STATEMENT_1_5_0
+    expected = document({}, files, [], statement=STATEMENT_1_5_0 if is_before_2 else STATEMENT)
+    for key in found.keys() - expected.keys():
+        raise NotCertifiedError(f"{name}: found {key!r:.60}, and nothing proves it")
+    for key in ("statement", "proved", "computed", "trusted"):
+        if found.get(key) != expected[key]:
+            older = "; an older set is certified by the version that made it"
+            raise NotCertifiedError(f"{name}: its {key!r} is not what is proved{older}")
+    if len(found["maneuvers"]) != count:
+        raise NotCertifiedError(
+            f"{name}: found {len(found['maneuvers'])} maneuvers, expected {count}"
+        )
+    return found
+
+
+def _compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
+    """Compare certificate.json with the proofs: no bound smaller than proved, all else equal."""
+    said = json.loads(raw)
+    for published, proof in zip(said["maneuvers"], proofs, strict=True):
+        found = entry(proof)
+        if said["statement"] == STATEMENT_1_5_0:
+            del found["integration"]
+        _covers(published, found, f"{layout.CERTIFICATE}, {proof.name}")
+
+
+def _covers(published: Any, proved: Any, where: str) -> None:
+    """Decimal strings are bounds; everything else must be the same."""
+    if isinstance(proved, dict):
+        if not isinstance(published, dict) or set(published) != set(proved):
+            raise NotCertifiedError(f"{where}: found other entries than {', '.join(proved)}")
+        for key, x in proved.items():
+            _covers(published[key], x, f"{where}, {key}")
+        return
+    bound = _as_bound(proved)
+    if bound is not None and (said := _as_bound(published)) is not None and said >= bound:
+        return
+    if published != proved:
+        raise NotCertifiedError(f"{where}: published {published!r:.80}, proved {proved!r}")
+
+
+def _as_bound(x: Any) -> Fraction | None:
+    try:
+        return Fraction(x) if isinstance(x, str) else None
+    except (ValueError, ZeroDivisionError):
+        return None

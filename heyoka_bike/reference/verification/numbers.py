@@ -1,0 +1,627 @@
+"""Checks that the numbers of a set agree with one another, with the model and with their bounds.
+
+No tolerance is chosen here. A number of the set comes with its certified bound, so it is a ball
+[hi + lo - bound, hi + lo + bound] that holds the exact value. Whatever must be zero, or equal, for
+exact values is evaluated on these balls (FLINT/Arb), and the result must hold zero, or overlap.
+Each function looks at one maneuver and counts in tallies, to be joined over the maneuvers.
+
+A set can be integrated again, too, and the digits counted in which it comes out the same. Every
+column is compared at every row with the finest published number of it: the text of 50 digits,
+or hi + lo where there is no such text, and with the trajectory in candidate.h5, which has some 65.
+How many digits must agree follows from the certificate, which bounds what a run of p bits is off
+by some B. Truncation and roundoff of a Taylor integration are proportional to 2^-p, and what the
+motion makes of them does not depend on p, so a run of q bits is expected within 2^(p - q) B. This
+is no proof, only the published run is certified. States of that uncertainty are evaluated as balls;
+each must overlap the published number and its bound.
+"""
+
+import time
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
+from itertools import groupby, pairwise
+from math import inf, log10
+from typing import Any
+
+import flint
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots, motion_columns
+from heyoka_bike.errors import UndecidedError
+from heyoka_bike.motion.integrate import integrate, require_heyoka
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator, row_times
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+from heyoka_bike.numbers.ball_chebyshev import basis
+from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
+from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
+from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, TEXT_50
+from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.proof.certificate import kept, relative_bounds
+from heyoka_bike.reference.proof.rows import (
+    EVALUATION_BITS,
+    TEXT_DIGITS,
+    constant_columns,
+    distance,
+    enclose_rows,
+    exact_columns,
+    rounded_times,
+)
+from heyoka_bike.reference.values import Dense, Values
+from heyoka_bike.reference.verification.outcome import (
+    Agreement,
+    Check,
+    StoredManeuver,
+    Tally,
+    Verification,
+)
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import Progress, side_by_side
+
+BITS = 256
+"""Of what is evaluated from hi + lo, which have 32 digits (107 bits): roundoff does not count."""
+
+STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed", "yaw")
+"""The columns from which all others follow, in the order of the state of the regular form."""
+
+_ROLLING = INTEGRALS[:3]
+"""The integrals whose rates are columns of the reference, up to a factor."""
+
+
+def row_zero(x: StoredManeuver, tally: Tally) -> None:
+    """The first row and the times, where they are rational numbers: correctly rounded."""
+    rows = x.reference.rows
+    for name, exact in exact_columns(x.bicycle, x.maneuver).items():
+        if name not in rows:
+            continue
+        found, bound = _stored(rows, name, 0), _bound(rows, name, 0)
+        is_near = abs(exact - _exact(rows, name, 0)) <= bound
+        tally.counts(
+            is_near and _same_bits(found, hi_lo(exact, name)),
+            f"{x.at(name, 0)}: found {_pair(*found)}, bound {float(bound):.2g}, "
+            f"expected exactly {exact}",
+        )
+    for i, t in enumerate(row_times(x.maneuver)):
+        found = (float(x.reference.time[i]), float(x.reference.time_lo[i]))
+        said = f"{x.at('time', i)}: found {_pair(*found)}, expected exactly {t}"
+        tally.counts(_same_bits(found, hi_lo(t, "time")), said)
+
+
+def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
+    """Potential and kinetic energy add up to the mechanical energy, which never changes."""
+    names = ("potential_energy", "kinetic_energy", "mechanical_energy")
+    rows = x.reference.rows
+    first, size = _exact(rows, names[2], 0), scale(x.reference, names[2])
+    for i in range(x.maneuver.rows):
+        potential, kinetic, total = (_exact(rows, name, i) for name in names)
+        allowed = sum(_bound(rows, name, i) for name in names)
+        off = abs(potential + kinetic - total)
+        tally.counts(
+            off <= allowed,
+            f"{x.at('energies', i)}: potential + kinetic - mechanical is {float(off):.2g} J, "
+            f"the bounds allow {float(allowed):.2g} J",
+            float(off) / size,
+        )
+        said = f"{x.at(names[2], i)}: differs from row 0 by {float(total - first):.2g} J"
+        tally.counts(total == first, said)
+
+
+def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
+    """Every row from its own roll, pitch, steer, their rates, speed and yaw: contact, columns."""
+    balls = Balls(BITS)
+    equations = Equations.of(x.bicycle, balls)
+    with balls.precision():
+        for i in range(x.maneuver.rows):
+            state = _state(x, i, equations.k.length)
+            height = front_contact_height(equations.k, balls, *state[:3])
+            said = f"{x.at('front wheel', i)}: {_show(height)} m above the floor"
+            contact.counts(holds_zero(height), said, float(height.mid()))
+            made = equations.columns(state)
+            _follow(x, x.reference, i, made, columns, "from what the row's own state gives")
+
+
+def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
+    """Every column of a row follows from the state in the reference's row, and the integrals."""
+    m = x.motion
+    expected = rounded_times(x.maneuver)
+    if any(a.tobytes() != b.tobytes() for a, b in zip(expected, (m.time, m.time_lo), strict=True)):
+        tally.fail(f"{x.maneuver.name}: its times are not the multiples of the spacing")
+    balls = NonnegativeRoots(BITS)
+    equations = Equations.of(x.bicycle, balls)
+    with balls.precision():
+        for i in range(x.maneuver.rows):
+            integrals = (stored_ball(m.rows, name, i) for name in INTEGRALS)
+            state = [*_state(x, i, equations.k.length), *integrals]
+            made = motion_columns(equations, state)
+            _follow(x, m, i, made, tally, f"from what the state in {HDF5} gives")
+
+
+def _state(x: StoredManeuver, row: int, length: flint.arb) -> list[flint.arb]:
+    """The state of the regular form in a row, by its columns."""
+    *angles_and_rates, speed, yaw = (stored_ball(x.reference.rows, name, row) for name in STATE)
+    return [*angles_and_rates, speed / length, yaw]
+
+
+def _follow(
+    x: StoredManeuver, m: ReferenceManeuver, row: int, made: Mapping[str, flint.arb], tally: Tally,
+    what: str,
+) -> None:  # fmt: skip
+    """The columns of a row are those that were made of a state."""
+    for name in m.columns:
+        off = made[name] - stored_ball(m.rows, name, row)
+        said = f"{x.at(name, row)}: differs by {_show(off)} {m.units[name]} {what}"
+        tally.counts(holds_zero(off), said, float(off.mid()) / scale(m, name))
+
+
+def text_17(x: StoredManeuver, tally: Tally) -> None:
+    """The text of 17 digits is what hi reads as."""
+    for name in BENCHMARK_COLUMNS:
+        hi = x.reference.rows.hi[name].tolist()
+        for i, token in enumerate(x.files[TEXT].columns[x.number, name]):
+            said = f"{x.at(name, i)}: found {token}, expected {hi[i]:.17g}"
+            tally.counts(_same_bits((float(token),), (hi[i],)), said)
+
+
+def text_50(x: StoredManeuver, tally: Tally) -> None:
+    """Each hi and lo is the rounding of the text of 50 digits, and within its bound of it."""
+    rows = x.reference.rows
+    for name in BENCHMARK_COLUMNS:
+        for i, token in enumerate(x.files[TEXT_50].columns[x.number, name]):
+            # The exact value is anywhere within half a unit of the last digit.
+            number, half = Fraction(token), half_unit(token)
+            found, bound = _stored(rows, name, i), _bound(rows, name, i)
+            low, high = (hi_lo(number + side * half, name) for side in (-1, 1))
+            is_near = abs(number - _exact(rows, name, i)) <= bound + half
+            tally.counts(
+                low <= found <= high and is_near,
+                f"{x.at(name, i)}: found {token}, which {HDF5} has as {_pair(*found)}, "
+                f"bound {float(bound):.2g}",
+            )
+
+
+def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tally) -> None:
+    """hi, lo, their bounds and the text of 50 digits, if there, against the candidate's enclosures.
+
+    The enclosures are narrower than a unit in the last place of all of them, so each has to be the
+    one that follows, to the last bit.
+    """
+    run, rows, text = x.run, x.reference.rows, x.long_text
+    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+    first = exact_columns(run.bicycle, run.maneuver)
+    for i, row in enumerate(enclose_rows(at, first, constant_columns(run), is_proof=False)):
+        for name in x.reference.columns:
+            value, where, found = row[name], x.at(name, i), _stored(rows, name, i)
+            try:
+                expected = hi_lo(value, where)
+                said = f"{where}: found {_pair(*found)}, expected {_pair(*expected)}"
+                rounding.counts(_same_bits(found, expected), said)
+                if text is not None and name in BENCHMARK_COLUMNS:
+                    written, token = text.columns[x.number, name][i], _digits(value, where)
+                    said = f"{where}: found {written}, expected {token}"
+                    digits.counts(written == token, said)
+            except UndecidedError as e:
+                rounding.counts(False, f"{e} (the certificate's bounds are too large)")
+            bound, largest = float(rows.bound[name][i]), distance(value, *found)
+            bounds.counts(
+                _smallest_distance(value, *found) <= Fraction(bound) and bound <= largest,
+                f"{x.at(f'{name}_bound', i)}: found {bound:.17g}, expected {largest:.17g}",
+                bound / scale(x.reference, name),
+            )
+
+
+def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
+    """Pieces of the candidate join exactly, and the first begins at the initial state.
+
+    `generate` carries the state from step to step as exact integers, so nothing is left over.
+    """
+    run = x.run
+    for i, (piece, after) in enumerate(pairwise(run.pieces), start=1):
+        for name, now, then in zip(run.states, piece, after, strict=True):
+            jump = Fraction(sum(now) - then[0], 2**run.grid)
+            tally.counts(
+                jump == 0,
+                f"{run.maneuver.name}: {name} jumps by {float(jump):.2g} at break {i}, "
+                f"t = {float(run.breaks[i]):.6g} s",
+            )
+    balls = Balls(run.grid + EVALUATION_BITS)
+    with balls.precision():
+        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        start = initial_state(equations, run.maneuver)
+        # Rounded to the grid, either way where the ball does not decide.
+        unit = flint.arb(2) ** -run.grid
+        for name, exact, row in zip(run.states, start, run.pieces[0], strict=True):
+            off = abs(exact - row[0] * unit)
+            said = f"{run.maneuver.name}: {name} begins {_show(off)} off the initial state"
+            tally.counts(not off > unit, said)
+
+
+def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
+    """The candidate satisfies the equations of motion at the rows.
+
+    Its distance from the exact motion is at most the certified bound; what that does to the
+    right-hand side is in its ball.
+    """
+    run = x.run
+    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+
+    def polynomials(piece: int) -> Iterator[_Changing]:
+        unit, bounds = flint.arb(2) ** -run.grid, x.certificate.pieces[piece]
+        for name, row, bound in zip(run.states, run.pieces[piece], bounds, strict=True):
+            p = flint.arb_poly(list(row)) * unit
+            yield _Changing(name, p, exact_ball(bound), "off the equations")
+
+    def rates(row: int, t: Fraction, piece: int) -> Sequence[flint.arb]:
+        return at.equations.rates_with_yaw(at.state(t, piece))
+
+    with at.balls.precision():
+        _change_at(x, tally, run.breaks, run.order, polynomials, rates)
+
+
+def rolling(x: StoredManeuver, tally: Tally) -> None:
+    """The integrals' dense output changes at the rates that the reference has at its rows.
+
+    A Chebyshev piece has one degree less than coefficients: what is allowed is nearly that.
+    """
+    m, rows = x.motion, x.reference.rows
+    breaks = [Fraction(float(t)) for t in m.breaks]
+
+    def polynomials(piece: int) -> Iterator[_Changing]:
+        for name in _ROLLING:
+            terms = enumerate(_coefficients(m.dense, name, piece))
+            p = sum(
+                (c * flint.arb_poly(flint.fmpz_poly.chebyshev_t(k)) for k, c in terms),
+                flint.arb_poly([]),
+            )
+            what = f"{m.units[name]} s-1 off that of the reference"
+            bound = flint.arb(float(m.dense.bound[name][piece]))
+            yield _Changing(f"dense {name}", p(flint.arb_poly([-1, 2])), bound, what)
+
+    def rates(row: int, t: Fraction, piece: int) -> Sequence[flint.arb]:
+        names = ("forward_speed_contact", "yaw", "forward_speed_wheel_spin")
+        speed, yaw, spin = (stored_ball(rows, name, row) for name in names)
+        return speed * yaw.cos(), speed * yaw.sin(), -spin / exact_ball(x.bicycle["rR"].rational)
+
+    with flint.ctx.workprec(BITS):
+        _change_at(x, tally, breaks, NODES, polynomials, rates)
+
+
+@dataclass(frozen=True)
+class _Changing:
+    """A polynomial in s, 0 <= s <= 1 on a piece, and the bound on its distance from the exact one.
+
+    `off` ends the sentence that says how far its derivative is off.
+    """
+
+    name: str
+    polynomial: flint.arb_poly
+    bound: flint.arb
+    off: str
+
+
+def _change_at(
+    x: StoredManeuver, tally: Tally, breaks: Sequence[Fraction], degree: int,
+    polynomials: Callable[[int], Iterable[_Changing]],
+    rates: Callable[[int, Fraction, int], Sequence[flint.arb]],
+) -> None:  # fmt: skip
+    """Polynomials by piece change at the rates of a row, a time and a piece.
+
+    One of degree n that is off by B over a piece of length h has, by Markov's inequality, a
+    derivative off by at most 2 n^2 B / h.
+    """
+
+    def piece_of(row: tuple[int, Fraction]) -> int:
+        return min(bisect_right(breaks, row[1]) - 1, len(breaks) - 2)
+
+    for piece, inside in groupby(enumerate(row_times(x.maneuver)), piece_of):
+        a, b = breaks[piece], breaks[piece + 1]
+        h = exact_ball(b - a)
+        moving = [(p, p.polynomial.derivative()) for p in polynomials(piece)]
+        for i, t in inside:
+            s = exact_ball((t - a) / (b - a))
+            for (p, slope), rate in zip(moving, rates(i, t, piece), strict=True):
+                off, allowed = slope(s) / h - rate, 2 * degree**2 * p.bound / h
+                said = f"{x.at(p.name, i)}: its derivative is {_show(off)} {p.off}, "
+                said += f"the bounds allow {_show(allowed)}"
+                tally.counts(is_within(off, allowed), said, float(off.mid()))
+
+
+def identities(x: StoredManeuver, tally: Tally) -> None:
+    """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
+    m = x.motion
+    for i in range(x.maneuver.rows):
+        with flint.ctx.workprec(BITS):
+            at = {name: stored_ball(m.rows, name, i) for name in m.columns}
+            found = {}
+            for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
+                a, *v = (at[f"{end}_frame_q{j}"] for j in range(4))
+                found[f"{end} quaternion"] = a * a + sum(c * c for c in v) - 1
+                # Of the axle, and how far the wheel's plane is from the vertical.
+                axle = [at[f"{end}_frame_r{j}2"] for j in (1, 2, 3)]
+                arm = exact_ball(radius.rational) / (1 - axle[2] * axle[2]).sqrt()
+                down = [-axle[2] * axle[0], -axle[2] * axle[1], 1 - axle[2] * axle[2]]
+                hub = [at[f"{end}_hub_{axis}"] for axis in "xyz"]
+                contact = [at[f"{end}_contact_x"], at[f"{end}_contact_y"], flint.arb(0)]
+                for axis, h, d, c in zip("xyz", hub, down, contact, strict=True):
+                    found[f"{end} wheel, {axis} of its lowest point"] = h + arm * d - c
+        for what, off in found.items():
+            said = f"{x.at(what, i)}: off by {_show(off)}"
+            tally.counts(holds_zero(off), said, float(off.mid()))
+
+
+def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
+    """The dense output of a file: its value at the rows, and how its pieces join."""
+    m: ReferenceManeuver = x.files[at_rows.file]
+    names = tuple(m.dense.hi)
+    breaks = [Fraction(float(t)) for t in m.breaks]
+    times = list(row_times(x.maneuver))
+
+    def compare(tally: Tally, off: flint.arb, a: float, b: float, name: str, what: str) -> None:
+        allowed, unit = flint.arb(float(a)) + float(b), m.units[name]
+        said = f"{x.maneuver.name}: dense {name}, {what} by {_show(off)} {unit}, the "
+        said += f"bounds allow {_show(allowed)} {unit}"
+        tally.counts(is_within(off, allowed), said, float(off.mid()) / scale(m, name))
+
+    with flint.ctx.workprec(BITS):
+        ends = [flint.arb(-1), flint.arb(1)]
+        before: list[flint.arb] = []
+        for j, (a, b) in enumerate(pairwise(breaks)):
+            # A break belongs to the piece on its right, the end to the last.
+            is_last = j == len(breaks) - 2
+            rows = [i for i, t in enumerate(times) if a <= t and (t < b or (is_last and t == b))]
+            arguments = [exact_ball((2 * times[i] - a - b) / (b - a)) for i in rows]
+            coefficients = flint.arb_mat([_coefficients(m.dense, name, j) for name in names])
+            values = basis(arguments + ends, NODES) * coefficients.transpose()
+            *at, start, end = values.tolist()
+            for i, row in zip(rows, at, strict=True):
+                for name, value in zip(names, row, strict=True):
+                    off, bounds = value - _sum(m.rows, name, i), m.dense.bound[name]
+                    compare(at_rows, off, bounds[j], m.rows.bound[name][i], name,
+                            f"row {i}: differs")  # fmt: skip
+            where = f"break {j} (t = {float(a):.6g} s): jumps"
+            for name, now, then in zip(names, start, before, strict=True) if before else ():
+                bounds = m.dense.bound[name]
+                compare(joins, now - then, bounds[j - 1], bounds[j], name, where)
+            before = end
+    if breaks[-1] < x.maneuver.duration:
+        at_rows.fail(f"{x.maneuver.name}: the dense output ends at {float(breaks[-1]):.6g} s")
+
+
+def certified(x: StoredManeuver, tally: Tally) -> None:
+    """The entry of a maneuver in the certificate, as far as it follows from the other files."""
+    states, run = x.entry["state_bounds"], x.files.get(CANDIDATE)
+    if run is not None and set(states) != set(run.states):
+        tally.fail(f"{x.maneuver.name}: state_bounds: expected {', '.join(run.states)}")
+    for name, bound in states.items():
+        tally.values += 2
+        if Fraction(bound["end"]) > Fraction(bound["interval"]):
+            tally.fail(f"{x.maneuver.name}: {name}: the bound at the end is larger than over all")
+    expected: dict[str, Any] = {
+        "maneuver": x.maneuver.name,
+        "entries": x.maneuver.rows * len(x.reference.columns),
+        "ambiguous": 0,
+        **({} if run is None else {"steps": run.steps}),
+        "bound": max((s["interval"] for s in states.values()), key=Fraction),
+        "bound_end": max((s["end"] for s in states.values()), key=Fraction),
+    }
+    _same(tally, x, x.entry, expected)
+    _same(tally, x, x.entry["dense_relative_bounds"], relative_bounds(x.reference))
+    # Sets before 1.3.0 say nothing of the whole motion.
+    if MOTION in x.files and (said := x.entry.get("motion")):
+        _same(tally, x, said, {"entries": x.maneuver.rows * len(x.motion.columns)})
+        _same(tally, x, said["dense_relative_bounds"], relative_bounds(x.motion))
+    tally.largest = float(Fraction(x.entry["bound"]))
+
+
+def integration(x: StoredManeuver, tally: Tally) -> None:
+    """The energy and contact drift of the candidate are those in the certificate."""
+    drift = evaluator(x.run, x.run.bits + EVALUATION_BITS).drift()
+    # Sets before 2.0.0 say nothing of it.
+    said = x.entry.get("integration", {})
+    _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
+    tally.counts(True, "", drift.performance)
+
+
+def _same(
+    tally: Tally, x: StoredManeuver, found: Mapping[str, Any], expected: Mapping[str, Any]
+) -> None:
+    for key, value in expected.items():
+        said = f"{x.maneuver.name}: {key}: found {found[key]!r:.60}, expected {value!r:.60}"
+        tally.counts(found[key] == value, said)
+
+
+@lru_cache(256)
+def scale(m: ReferenceManeuver, name: str) -> float:
+    """Largest absolute value of a column, 1 for one that vanishes."""
+    return m.scale(name) or 1.0
+
+
+def _coefficients(dense: Dense, name: str, piece: int) -> list[flint.arb]:
+    """Chebyshev coefficients of a column on a piece."""
+    pairs = zip(dense.hi[name][piece].tolist(), dense.lo[name][piece].tolist(), strict=True)
+    return [flint.arb(hi) + lo for hi, lo in pairs]
+
+
+def _stored(values: Values, name: str, row: int) -> tuple[float, float]:
+    return float(values.hi[name][row]), float(values.lo[name][row])
+
+
+def _exact(values: Values, name: str, row: int) -> Fraction:
+    return sum(map(Fraction, _stored(values, name, row)), Fraction(0))
+
+
+def _bound(values: Values, name: str, row: int) -> Fraction:
+    return Fraction(float(values.bound[name][row]))
+
+
+def _sum(values: Values, name: str, row: int) -> flint.arb:
+    hi, lo = _stored(values, name, row)
+    return flint.arb(hi) + lo
+
+
+def stored_ball(values: Values, name: str, row: int) -> flint.arb:
+    """The ball that holds the exact value."""
+    return flint.arb(_sum(values, name, row), float(values.bound[name][row]))
+
+
+def _digits(x: Enclosure | Fraction, where: str) -> str:
+    """The 50 digits that an enclosure decides, or else those of its middle, the candidate's value.
+
+    The certificate's bound over the whole run can be too large for small values at its beginning,
+    which `generate` decides by the bounds of single pieces.
+    """
+    try:
+        return decimal_digits(x, TEXT_DIGITS, where)
+    except UndecidedError:
+        assert isinstance(x, Enclosure)
+        return decimal_digits(Fraction(x.low + x.high, 2 << x.grid), TEXT_DIGITS, where)
+
+
+def _smallest_distance(x: Enclosure | Fraction, hi: float, lo: float) -> Fraction:
+    """Smallest distance of an exact number in its enclosure from hi + lo."""
+    if isinstance(x, Fraction):
+        return abs(x - Fraction(hi) - Fraction(lo))
+    rest = x.minus(hi).minus(lo)
+    return Fraction(max(rest.low, -rest.high, 0), 1 << rest.grid)
+
+
+def half_unit(token: str) -> Fraction:
+    """Half a unit of the last of the 50 digits; none for an exact zero."""
+    _, _, exponent = token.partition("e")
+    return Fraction(10) ** (int(exponent) - TEXT_DIGITS + 1) / 2 if exponent else Fraction(0)
+
+
+def _same_bits(found: Sequence[float], expected: Sequence[float]) -> bool:
+    """True if the numbers are equal bit by bit, the sign of zero included."""
+    return np.array(found).tobytes() == np.array(expected).tobytes()
+
+
+def _pair(hi: float, lo: float) -> str:
+    return f"{hi!r} + {lo!r}"
+
+
+def holds_zero(x: flint.arb) -> bool:
+    """True if a ball is finite and holds zero."""
+    return bool(x.is_finite() and x.contains(0))
+
+
+def is_within(x: flint.arb, limit: flint.arb) -> bool:
+    """True if a ball is finite and holds a number that is at most so large."""
+    return bool(abs(x).lower() <= limit)
+
+
+def _show(x: flint.arb) -> str:
+    return f"{float(x.mid()):.2g}"
+
+
+QUICK: tuple[str | int, ...] = ("binary128", 40)
+"""Precisions of a quick rerun."""
+MORE_DIGITS = 20
+"""By which the second of a full rerun is longer than the set's own."""
+
+_GUARD_BITS = 64  # of evaluation, beyond the longer of the two runs
+
+
+def run_again(
+    found: Verification, *, is_quick: bool = False, progress: Progress | None = None
+) -> Verification:
+    """Integrate the maneuvers of a whole set again, at two precisions each, side by side.
+
+    Parameters
+    ----------
+    found
+        A set that is not whole gets a check that says so instead.
+
+    Raises
+    ------
+    MissingPackageError
+        heyoka is not installed.
+    """
+    if not found.passed:
+        message = "not made: the set has to be whole"
+        unmade = Check("rerun", None, "", message, {"values": 0})
+        return replace(found, checks=(*found.checks, unmade))
+    require_heyoka()
+    jobs = [
+        (part, precision)
+        for part in found.parts
+        for precision in precisions(part.run, is_quick=is_quick)
+    ]
+    motions = [
+        (f"{part.maneuver.name}, {precision.name}", float(part.maneuver.duration))
+        for part, precision in jobs
+    ]
+    agreements = tuple(side_by_side(agreement, jobs, motions, progress))
+    checks = (*found.checks, *(a.check() for a in agreements))
+    return replace(found, checks=checks, agreements=agreements)
+
+
+def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
+    """The precisions in which a maneuver is integrated again."""
+    if is_quick:
+        return tuple(map(Precision.of, QUICK))
+    digits = int(run.precision.split()[0])
+    more = min(digits + MORE_DIGITS, MAX_DIGITS)
+    return Precision.of(digits), Precision.of(more)
+
+
+def agreement(part: StoredManeuver, precision: Precision, report: Report) -> Agreement:
+    """Integrate a maneuver and compare it with what is published."""
+    run = part.run
+    start = time.perf_counter()
+    again = integrate(
+        run.bicycle, run.maneuver, precision, progress=lambda t: report("integrate", t)
+    )
+    seconds = time.perf_counter() - start
+    bits = max(run.bits, again.bits) + _GUARD_BITS
+    at_run, at_again = evaluator(run, bits), evaluator(again, bits)
+    # Over the whole time, for all states alike: this run has steps, and maybe states, of its own.
+    worst = part.certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))
+    bounds = (worst,) * len(again.states)
+    off_by = Certificate(again.states, (bounds,) * again.steps, bounds)
+    around = evaluator(again, bits, off_by)
+    names = part.reference.columns
+    off = {kind: dict.fromkeys(names, 0.0) for kind in ("published", "candidate", "allowed")}
+    tally = Tally("rerun", HDF5)
+    with at_run.balls.precision():
+        for i, t in enumerate(row_times(run.maneuver)):
+            found, ball, candidate = at_again.columns(t), around.columns(t), at_run.columns(t)
+            for name in names:
+                published = _published(part, name, i)
+                widths = {"allowed": ball[name].rad() + published.rad()}
+                for kind, number in (("published", published), ("candidate", candidate[name])):
+                    apart = widths[kind] = (found[name] - number).mid()
+                    tally.counts(
+                        ball[name].is_finite() and ball[name].overlaps(number),
+                        f"{part.at(name, i)}: {precision.name}: {float(apart):.2g} from the {kind} "
+                        f"value, expected at most {float(ball[name].rad() + number.rad()):.2g}",
+                    )
+                for kind, width in widths.items():
+                    off[kind][name] = max(off[kind][name], abs(float(width)))
+            report("compare", float(t))
+    most = min(run.bits, again.bits) * log10(2)
+
+    def digits(kind: str) -> dict[str, float]:
+        return {
+            name: min(-log10(x / scale(part.reference, name)) if x else inf, most)
+            for name, x in off[kind].items()
+        }
+
+    return Agreement(
+        maneuver=part.maneuver.name, precision=precision.name, published=digits("published"),
+        candidate=digits("candidate"), promised=digits("allowed"), tally=tally,
+        steps=again.steps, seconds=seconds,
+    )  # fmt: skip
+
+
+def _published(part: StoredManeuver, name: str, row: int) -> flint.arb:
+    """The finest published number of a value, with its bound."""
+    text = part.long_text
+    if text is None or (part.number, name) not in text.columns:
+        return stored_ball(part.reference.rows, name, row)
+    token = text.columns[part.number, name][row]
+    return flint.arb(exact_ball(Fraction(token)), exact_ball(half_unit(token)).upper())
