@@ -7,6 +7,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
 from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.report import Explanation
 from heyoka_bike.scoring.score import score
 
 TURNED = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
@@ -91,22 +92,28 @@ def test_a_column_of_no_known_definition_is_named_as_that(reference):
         assert [c.key for c in m.columns if not c.is_known] == ["forward_speed"]
 
 
-@pytest.mark.parametrize(
-    ("code", "times"), [("gravity_missing", 2), ("speed_written_by_front_radius", 1)]
-)
-def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch, code, times):
-    """The column is left out unless a mistake in the output explains it."""
+@pytest.mark.parametrize("is_explained", [True, False])
+def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch, is_explained):
+    """The column is left out; where nothing explains the others, mistakes in the output may."""
     asked = []
-    said = Finding("mistake", "it", evidence={"mistakes": [code]})
-    monkeypatch.setattr(diagnosis, "explain", lambda parts, *_, **__: asked.append(parts))
-    monkeypatch.setattr(diagnosis, "findings", lambda *_: (said,))
-    monkeypatch.setattr(diagnosis, "explanation", lambda *_: None)
+
+    def explain(parts, *_, only_output, **__):
+        asked.append((only_output, [sorted(p.values) for p in parts]))
+        return only_output or is_explained
+
+    def findings(is_named, *_):
+        return (Finding("mistake" if is_named else "no_mistake_found", "it"),)
+
+    def explanation(is_named, *_):
+        return Explanation("it", ()) if is_named else None
+
+    for stub in (explain, findings, explanation):
+        monkeypatch.setattr(diagnosis, stub.__name__, stub)
     report = diagnosis.diagnose(of_no_point(reference), reference)
     others = sorted(set(BENCHMARK_COLUMNS) - {"forward_speed"})
-    assert [[sorted(p.values) for p in parts] for parts in asked] == [
-        [sorted(BENCHMARK_COLUMNS)] * 3, [others] * 3
-    ][:times]  # fmt: skip
-    assert ("definition_unknown" in codes(report)) == (times == 2)
+    every = [(False, [others] * 3), (True, [sorted(BENCHMARK_COLUMNS)] * 3)]
+    assert asked == every[: 1 if is_explained else 2]
+    assert ("definition_unknown" in codes(report)) == is_explained
 
 
 def test_where_all_columns_are_as_bad_it_is_not_the_definition(reference):
