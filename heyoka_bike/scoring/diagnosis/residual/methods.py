@@ -150,7 +150,7 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
             step = float(size) if is_clock else float(size) ** (1 / scheme.order)
             near = step if is_clock else _usual(step, motions[0].time)
             found.append(Method(scheme.says, near, float(gain), odds))
-    # First terms that are multiples of one another, as those of BDF2, are in the order of `SCHEMES`.
+    # First terms that are multiples of one another, such as of BDF2, are in the order of `SCHEMES`.
     order = [s.says for s in SCHEMES]
     found.sort(key=lambda m: (-round(m.log_odds, 3), order.index(m.says)))
     least = max((m.log_odds for m in found), default=0.0) - WEIGHTS.said
