@@ -4,7 +4,7 @@ Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, 
 gravity, the start, rates by differences, ...), alone and two together, and name those that explain
 the file; else the one, two or three parameters whose other values do; else what the error looks
 like: a step size and its order, damping, noise, interpolation. Files are read as by 'score'. Takes
-1 to 5 seconds, up to 40 where columns contradict each other; heyoka is not needed. The same is
+1 to 5 seconds, up to 30 where columns contradict each other; heyoka is not needed. The same is
 part of 'score --diagnose', with a figure in its HTML. The first lines say which conventions the
 file follows (axes, units, zero of the energy, definitions), which are no errors.
 
