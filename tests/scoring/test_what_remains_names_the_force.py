@@ -95,6 +95,40 @@ def test_another_start_leaves_nothing(reference, equations, code):
     assert not found.is_open
 
 
+def without_speed(results, numbers=(1, 2, 3)):
+    """Without the speed and the energies in some maneuvers."""
+    lateral = {"roll_angle", "roll_rate", "steer_angle", "steer_rate"}
+    return replace(
+        results,
+        maneuvers=tuple(
+            replace(m, values={k: v for k, v in m.values.items() if k in lateral})
+            if m.maneuver in numbers
+            else m
+            for m in results.maneuvers
+        ),
+    )
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("code", ["speed_by_front_radius", "sign_IHxz"])
+def test_a_file_without_a_speed_is_explained_by_no_force(reference, code):
+    """The speed follows from the others; its start may be another one."""
+    results = without_speed(results_of(reference, [BY_CODE[code]]))
+    said = diagnose(results, reference).diagnosis
+    assert said[0].evidence["mistakes"] == [code]
+    assert not {"direction", "term_unexplained"} & {f.code for f in said}
+
+
+def test_a_speed_that_one_maneuver_lacks_is_asked_of_none(reference, equations):
+    results = without_speed(results_of(reference, [BY_CODE["sign_IHxz"]]), (2,))
+    found = causes_of(results, reference, equations)
+    assert found.equations == ("roll", "steer")
+    assert not found.is_shown
+    assert not found.is_open
+    assert found.methods == ()
+    assert found.known[0].codes == ("sign_IHxz",)
+
+
 @pytest.mark.parametrize("alone", [pytest.param(False, marks=pytest.mark.proof), True])
 @pytest.mark.parametrize(
     ("method", "step"),

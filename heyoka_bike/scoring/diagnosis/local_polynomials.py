@@ -16,6 +16,7 @@ def local_polynomials(time: Array, x: Array, degree: int) -> Array:
     apart = time[rows] - time[:, None]
     scale = np.abs(apart).max(axis=1)[:, None]
     powers = (apart / scale)[..., None] ** np.arange(degree + 1)
-    values = x[rows].reshape(*rows.shape, -1)
-    scaled = np.linalg.solve(powers, values) / scale[..., None] ** np.arange(degree + 1)[:, None]
-    return np.asarray(scaled.reshape(x[rows].shape), np.float64)
+    near = x[rows]
+    scaled = np.linalg.solve(powers, near.reshape(*rows.shape, -1))
+    found = scaled / scale[..., None] ** np.arange(degree + 1)[:, None]
+    return np.asarray(found.reshape(near.shape), np.float64)

@@ -70,7 +70,8 @@ class Observed:
     kinematic_uncertain : ndarray, shape (2, w)
     beginning : ndarray, shape (5,), or None
         The columns of `STATE` at t = 0, to which the right equations lead back from the rows after
-        the first: that may be as given, whatever was computed. None where the rows begin later.
+        the first: that may be as given, whatever was computed. None where the rows begin later, or
+        the file has no speed.
     scatter : ndarray, shape (5,)
         By how much these rows disagree about it.
     """
@@ -90,6 +91,12 @@ class Observed:
     def keys(self) -> tuple[str, ...]:
         """Those of `STATE` that the file has."""
         return STATE[: 2 + len(self.accelerations)]
+
+    def without_speed(self) -> Observed:
+        """Return it without what is known of the speed only where that is in the file."""
+        return replace(
+            self, accelerations=self.accelerations[:2], uncertain=self.uncertain[:2], beginning=None
+        )
 
     def inconsistency(self) -> float:
         """Return the distance of the rates from the slopes of the angles, in parts of them."""
@@ -171,7 +178,7 @@ def observe(
     slopes, off = _mean_slopes(time, np.array([state[k] for k in columns]), windows, digits)
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
-    return Observed(
+    found = Observed(
         number=part.number,
         time=time,
         state=state,
@@ -183,6 +190,7 @@ def observe(
         beginning=None if time[0] > 2 * (time[1] - time[0]) else np.median(began, axis=1),
         scatter=np.ptp(began, axis=1),
     )
+    return found if "forward_speed" in columns else found.without_speed()
 
 
 def _rows_that_move(

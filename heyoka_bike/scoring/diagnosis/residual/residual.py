@@ -87,7 +87,7 @@ class Residual:
         in parts of what they are: errors of integrators are in both.
     is_resolved, is_shown
         True if the rows are near enough and have digits enough to see what remains, or at least to
-        judge the equations.
+        judge the equations; False without the speed, whose start may be another.
     is_blown_up
         True if rates and angles have nothing to do with each other.
     observed : ndarray, shape (n,)
@@ -97,16 +97,17 @@ class Residual:
     def __init__(
         self, motions: Sequence[Observed], program: Program, library: Sequence[Mistake]
     ) -> None:
-        self.motions, self.program = motions, program
+        self.program = program
+        count = min(len(m.accelerations) for m in motions)
+        self.motions = tuple(m.without_speed() for m in motions) if count == 2 else tuple(motions)
+        self.equations = EQUATIONS[:count]
         self._pitch: dict[object, Array] = {}
         self._moving = lru_cache(2)(self._along_the_motions)
-        self.equations = EQUATIONS[: min(len(m.accelerations) for m in motions)]
-        count = len(self.equations)
         self._places = tuple((m.number, name) for m in motions for name in self.equations)
         self._ends = np.cumsum([len(m.time) for m in motions])[:-1]
         self._cuts = np.cumsum(np.repeat([len(m.windows) for m in motions], count))[:-1]
-        self.observed = np.concatenate([m.accelerations[:count].ravel() for m in motions])
-        unknown = self.blocks(np.concatenate([m.uncertain[:count].ravel() for m in motions]))
+        self.observed = np.concatenate([m.accelerations.ravel() for m in self.motions])
+        unknown = self.blocks(np.concatenate([m.uncertain.ravel() for m in self.motions]))
         digits = np.array([np.median(x) for x in unknown])
         # Windows that the rows do not resolve count for little.
         shares = [f**2 / (f**2 + x**2) for f, x in zip(digits, unknown, strict=True)]
@@ -125,7 +126,7 @@ class Residual:
         self.is_blown_up = max(slopes) > WEIGHTS.blown_up
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_near = all(np.median(np.diff(m.time)) <= WEIGHTS.spacing for m in motions)
-        is_motion = is_near and not self.is_blown_up
+        is_motion = is_near and not self.is_blown_up and self.equations == EQUATIONS
         self.is_resolved = is_motion and bool(np.exp(np.mean(np.log(resolved))) > enough)
         self.is_shown = self.is_resolved or (is_motion and bool(np.median(rest / resolved) < share))
         self.known = self._known(library)
