@@ -61,7 +61,8 @@ class Weights:
         A cause that is there leaves no column so much farther off.
     of_motion, mostly
         What is written wrongly is explained if no more is left than so many times the error of the
-        other columns, or if it falls by so much.
+        other columns, or if it falls by so much; and so are whole runs by values which the
+        equations do not show: two columns of a correct program resembled one by up to 47.
     little
         Of the scales: the motion is right to three digits.
     nearly
@@ -102,8 +103,6 @@ class Weights:
     subsets, further_subsets
         Of one, two and three unknowns, how many subsets are refined; and how many are tried with
         one unknown more.
-    known_well
-        Values that leave so small a part of whole runs need no refinement.
     above
         The best cause leaves of the equations so many times what the rates are off from the slopes
         of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
@@ -115,10 +114,6 @@ class Weights:
     shows
         The equations are judged where what remains is so many times what is uncertain, or that is
         less than such a part of the accelerations.
-    sure, small
-        A value of the start is another one if it is off by so many times what the rows disagree,
-        and by such a part of what the one that is off most is, in sizes of columns: smooth errors
-        are off, too.
     reached
         A program whose motion ends before this part of the file's rows did not write them.
     """
@@ -155,13 +150,10 @@ class Weights:
     enough: float = 0.1
     subsets: tuple[tuple[int, int], ...] = ((1, 6), (2, 3), (3, 2))
     further_subsets: int = 12
-    known_well: float = 1e-6
     above: float = 1000.0
     blown_up: float = 0.3
     spacing: float = 0.03
     shows: tuple[float, float] = (30.0, 1e-5)
-    sure: float = 3.0
-    small: float = 1e-3
     reached: float = 0.5
 
 
