@@ -29,6 +29,7 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simula
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
@@ -185,10 +186,11 @@ class SeenFile:
                 for blocks, columns in zip(found, made, strict=True):
                     for key, values in rows.items():
                         off = _part_off(columns[understood[key].column.name], values)
-                        blocks += np.array_split(off, _SPLIT)
+                        blocks += np.array_split(off, min(_SPLIT, len(off)))
             return found
 
-        floors = np.full(_SPLIT * sum(len(rows) for rows in written), WEIGHTS.resolved)
+        count = sum(min(_SPLIT, len(x)) for rows in written for x in rows.values())
+        floors = np.full(count, WEIGHTS.resolved)
         return Fits(self.program, leaves, floors, len(parts))
 
     def _judge(
@@ -344,7 +346,7 @@ class SeenFile:
 def _part_off(values: Array, written: Array) -> Array:
     """Return the error of a column in parts of its size; 1 after the end of the motion."""
     there = np.isfinite(written)
-    size = float(np.sqrt(np.mean(written[there] ** 2))) + float(np.finfo(np.float64).tiny)
+    size = (rms(written[there]) if there.any() else 0.0) or 1.0
     off = np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)
     return np.where(there, off, 0.0)
 
