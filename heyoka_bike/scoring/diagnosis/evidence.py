@@ -97,7 +97,8 @@ class Weights:
         Two mistakes that explain so many times more than each of them are compared: whole runs
         tell more of a small one beside a large one.
     promise
-        To first order a large change explains little: this power of its relief is hoped for.
+        To first order a large change explains little: this power of its relief is hoped for, of
+        accelerations, and of whole runs, whose first quarter counts by itself.
     enough
         What explains this part of all that the digits show needs no further value.
     subsets, further_subsets
@@ -114,6 +115,10 @@ class Weights:
     shows
         The equations are judged where what remains is so many times what is uncertain, or that is
         less than such a part of the accelerations.
+    sure, small
+        A value of the start is another one if it is off by so many times what the rows disagree,
+        and by such a part of what the one that is off most is, in sizes of columns: smooth errors
+        are off, too.
     reached
         A program whose motion ends before this part of the file's rows did not write them.
     """
@@ -146,7 +151,7 @@ class Weights:
     leaders: int = 3
     starts: int = 8
     also: float = 1.05
-    promise: float = 4.0
+    promise: tuple[float, float] = (4.0, 2.0)
     enough: float = 0.1
     subsets: tuple[tuple[int, int], ...] = ((1, 6), (2, 3), (3, 2))
     further_subsets: int = 12
@@ -154,6 +159,8 @@ class Weights:
     blown_up: float = 0.3
     spacing: float = 0.03
     shows: tuple[float, float] = (30.0, 1e-5)
+    sure: float = 3.0
+    small: float = 1e-3
     reached: float = 0.5
 
 

@@ -93,7 +93,8 @@ def explain(
         found = _together(file, found)
     progress(0.9)
     classes = _compared(file, found)
-    if not classes and residual is not None and not residual.methods:
+    is_explained = bool(classes) and _explains_mostly(classes[0][0], residual)
+    if not (only_output or is_explained) and residual is not None and not residual.methods:
         # The start leaves nothing in the equations.
         classes = _compared(file, [*found, *_of_start(file)])
     progress(1.0)
@@ -130,7 +131,7 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
     yield file.judged(others)
     beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
     yield file.judged((m,) for m in (*_starts(file), *beside))
-    if seen is None or not (seen.is_shown or seen.is_blown_up):
+    if seen is None or not (seen.is_blown_up or (seen.is_shown and not seen.is_open)):
         yield _of_whole_runs(file)
     if seen is None or seen.is_blown_up:
         yield file.judged(file.possible([(m,) for m in _OF_MODEL]))
@@ -240,10 +241,16 @@ def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
 
 
 def _of_start(file: SeenFile) -> list[Hypothesis]:
-    """Starts that whole runs speak for: that of each maneuver must be likely by itself."""
+    """Starts that whole runs speak for: that of each maneuver must be likely by itself.
+
+    They begin where the file's own rows lead back to.
+    """
     found: list[Hypothesis] = []
+    seen = {
+        m.found[0].maneuver: [m] for m in (file.residual.other_starts() if file.residual else ())
+    }
     for n in file.maneuvers:
-        values = _fitted(file, [f"initial_{name}_{n}" for name in START], maneuver=n)
+        values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
         found += [h for h in values if h.is_possible and h.log_odds > WEIGHTS.said][:1]
     return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
 
@@ -289,10 +296,16 @@ def _compared(file: SeenFile, found: Sequence[Hypothesis]) -> tuple[tuple[Hypoth
 
 def _explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
-    if h.unexplained is not None or h.relief < WEIGHTS.explains:
+    is_seen = residual is not None and residual.is_shown
+    is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
+    least = WEIGHTS.mostly if is_mistake and not is_seen else WEIGHTS.explains
+    if h.unexplained is not None or h.relief < least:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)
     if residual is None or residual.is_blown_up or not is_of_motion:
+        return True
+    if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
+        # The equations were asked in other definitions.
         return True
     return not residual.leaves_force(residual.relief(h.mistakes))
 

@@ -186,12 +186,12 @@ class SeenFile:
                 for blocks, columns in zip(found, made, strict=True):
                     for key, values in rows.items():
                         off = _part_off(columns[understood[key].column.name], values)
-                        blocks += np.array_split(off, min(_SPLIT, len(off)))
+                        blocks += np.array_split(off, split)
             return found
 
-        count = sum(min(_SPLIT, len(x)) for rows in written for x in rows.values())
-        floors = np.full(count, WEIGHTS.resolved)
-        return Fits(self.program, leaves, floors, len(parts))
+        split = min(_SPLIT, *(len(p.compared) for p in parts))
+        floors = np.full(split * sum(len(rows) for rows in written), WEIGHTS.resolved)
+        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split)
 
     def _judge(
         self, mistakes: tuple[Mistake, ...], program: Program, expected: Expected

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
@@ -39,12 +40,18 @@ class Fits:
         What cannot be seen of each block.
     maneuvers
         Number of maneuvers: each has some independent values.
+    promise
+        Values whose relief to first order, to this power, is too small are not refined.
+    split
+        Number of blocks, one after the other in time, into which each column is split.
     """
 
     right: Program
     leaves: Leaves
     floors: Array
     maneuvers: int
+    promise: float
+    split: int = 1
 
     def fewest(
         self,
@@ -63,31 +70,40 @@ class Fits:
         best: list[Hypothesis] = []
 
         def add(several: Iterable[Mapping[str, float]]) -> bool:
-            """Judge what is refined; true if nothing is better or it is enough."""
-            before = best[0].log_odds if best else least
-            found = [h for changes in several for h in judged(self._refined(changes))]
-            best.extend(h for h in found if h.log_odds > least)
-            best.sort(key=lambda h: -h.log_odds)
-            return bool(best) and (is_enough(best[0]) or best[0].log_odds <= before)
+            """Judge what is refined, unless there is enough; true if something is better."""
+            before = best[0] if best else None
+            if before is None or not is_enough(before):
+                found = [h for changes in several for h in judged(self._refined(changes))]
+                best.extend(h for h in found if h.log_odds > least)
+                best.sort(key=lambda h: -h.log_odds)
+            return bool(best) and best[0] is not before
 
-        is_done = add(begun)
-        for several in () if begun else self._likely(names):
-            if not is_done:
-                is_done = add(several)
-        while best and not is_done and len(best[0].found) < len(WEIGHTS.subsets):
-            is_done = add([self._further(best[0].mistakes[0].changes, names)])
+        for several in [begun] if begun else self._likely(names):
+            add(several)
+        while best and len(best[0].found) < len(WEIGHTS.subsets):
+            if not add([self._further(best[0].mistakes[0].changes, names)]):
+                break
         # Further values explain more always.
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
     def _likely(self, names: Sequence[str]) -> Iterator[list[dict[str, float]]]:
-        """One, two and three of the names that explain most to first order, as they begin."""
-        first, members = self._first_order(dict.fromkeys(names, 0.0)), None
+        """One, two and three of the names that explain most to first order, as they begin.
+
+        What is large later may be so in the first blocks only.
+        """
+        whole = self._first_order(dict.fromkeys(names, 0.0))
+        views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
+        members: list[NDArray[np.intp] | None] = [None] * len(views)
+        cost = (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise)
         for size, count in WEIGHTS.subsets[: len(names)]:
-            subsets = best_subsets(first, size, WEIGHTS.further_subsets, members)
-            members = subsets.members
-            promised = WEIGHTS.values * self.maneuvers * np.log(np.max(subsets.gains, initial=1.0))
-            if WEIGHTS.promise * promised > (WEIGHTS.fitted + WEIGHTS.unknown) * size:
-                yield [dict.fromkeys((names[i] for i in some), 0.0) for some in members[:count]]
+            found: dict[tuple[int, ...], None] = {}
+            for i, view in enumerate(views):
+                subsets = best_subsets(view, size, WEIGHTS.further_subsets, members[i])
+                members[i] = subsets.members
+                if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
+                    most = max(1, count // len(views))
+                    found |= dict.fromkeys(map(tuple, subsets.members[:most].tolist()))
+            yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
         """Some values with the one that to first order leaves least of what these leave."""
@@ -98,9 +114,12 @@ class Fits:
         return {**changes, [*every][known + int(np.argmax(gains))]: 0.0}
 
     def _refined(self, changes: Mapping[str, float]) -> Mistake:
-        """The values that leave least, from some on."""
+        """The values that leave least, from some on, without those that are as they should be."""
         x, b = gauss_newton(*self._problem(changes))
         found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
+        other = {name: x for name, x in changes.items() if abs(found[name]) > off[name]}
+        if 0 < len(other) < len(found):
+            return self._refined(other)
         return other_values(found, off, self.right)
 
     def _first_order(self, changes: Mapping[str, float]) -> Blocks:

@@ -68,10 +68,14 @@ class Observed:
     kinematic : ndarray, shape (2, w)
         Averages of the derivative of roll and steer, less their rates.
     kinematic_uncertain : ndarray, shape (2, w)
+    definitions : mapping of str to str
+        Names of the columns of `STATE`, as they were understood.
     beginning : ndarray, shape (5,), or None
         The columns of `STATE` at t = 0, to which the right equations lead back from the rows after
         the first: that may be as given, whatever was computed. None where the rows begin later, or
         the file has no speed.
+    scatter : ndarray, shape (5,)
+        By how much these rows disagree about it.
     """
 
     number: int
@@ -82,7 +86,9 @@ class Observed:
     uncertain: Array
     kinematic: Array
     kinematic_uncertain: Array
+    definitions: Mapping[str, str]
     beginning: Array | None
+    scatter: Array
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -184,7 +190,9 @@ def observe(
         uncertain=off[2:],
         kinematic=slopes[:2] - rates,
         kinematic_uncertain=off[:2],
+        definitions=names,
         beginning=None if time[0] > 2 * (time[1] - time[0]) else np.median(began, axis=1),
+        scatter=np.ptp(began, axis=1),
     )
     return found if "forward_speed" in columns else found.without_speed()
 

@@ -11,12 +11,12 @@ whose values are fitted. They are compared by their odds, see `evidence`, with t
 place of the columns. The likeliest values are then refined by whole runs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING, Moving
@@ -27,10 +27,11 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     apply,
     beginning,
     equations_of,
+    other_values,
 )
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
-from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, state_vector
 
 EQUATIONS = ("roll", "steer", "speed")
 """Whose accelerations the blocks of a maneuver are, in order."""
@@ -74,7 +75,8 @@ class Residual:
         True if the rows are near enough and have digits enough to see what remains, or at least to
         judge the equations; False without the speed, whose start may be another.
     is_blown_up
-        True if rates and angles have nothing to do with each other.
+        True if rates and angles have nothing to do with each other, or the right equations have no
+        solution there.
     observed : ndarray, shape (n,)
         Averages of the file's accelerations, block by block.
     """
@@ -108,7 +110,7 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        self.is_blown_up = max(slopes) > WEIGHTS.blown_up
+        self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _ALL)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_near = all(np.median(np.diff(m.time)) <= WEIGHTS.spacing for m in motions)
         is_motion = is_near and not self.is_blown_up and self.equations == EQUATIONS
@@ -144,6 +146,11 @@ class Residual:
         Where the speed is not in the file, it may be that of the speed.
         """
         return self.equations == EQUATIONS and self.above > WEIGHTS.above * relief
+
+    @property
+    def definitions(self) -> Mapping[str, str]:
+        """Names of the columns of `STATE`, as they were understood."""
+        return self.motions[0].definitions
 
     @property
     def best(self) -> Hypothesis | None:
@@ -199,8 +206,9 @@ class Residual:
         with np.errstate(all="ignore"):
             rows = self.blocks(self._weights * (self.observed - accelerations))
             squares = np.array([np.mean(x**2) for x in rows]) + self._floors**2
-            left: Array = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_ALL, posinf=_ALL)
-        return left
+            left = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_ALL, posinf=_ALL)
+            found: Array = np.minimum(left, _ALL)
+        return found
 
     def _relief(self, accelerations: Array) -> float:
         return float(np.exp(np.mean(np.log(self._before / self._left(accelerations)))))
@@ -247,7 +255,7 @@ class Residual:
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
-        fits = Fits(self.program, self._leaves, self._floors, len(self.motions))
+        fits = Fits(self.program, self._leaves, self._floors, len(self.motions), WEIGHTS.promise[0])
         least = max(0.0, known.log_odds)
         return fits.fewest(
             UNKNOWNS, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
@@ -271,6 +279,23 @@ class Residual:
         right = distance(self.program)
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
         return [library[i] for x, i in sorted(near)[: WEIGHTS.starts] if x < right]
+
+    def other_starts(self) -> list[Mistake]:
+        """The start of each maneuver that its own rows lead back to, in what is another."""
+        found = []
+        for m in self.motions:
+            if m.beginning is None:
+                continue
+            off = m.beginning - _given(self.program, m.number)
+            size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
+            # By more than the rows disagree, and not next to nothing of what is off most.
+            least = WEIGHTS.sure * m.scatter + WEIGHTS.small * np.max(np.abs(off) / size) * size
+            names = [f"initial_{name}_{m.number}" for name in START]
+            is_other = np.abs(off) > least
+            changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}
+            if changes:
+                found.append(other_values(changes, dict.fromkeys(changes, 0.0), self.program))
+        return found
 
 
 def _rms(x: Array) -> float:
