@@ -63,6 +63,17 @@ def test_rows_that_repeat_are_named_with_their_time(reference):
     assert found.evidence["rows"] == 501
 
 
+def test_some_columns_that_repeat_are_named_alone(reference):
+    def freeze(key, values, m):
+        late = (np.arange(len(values)) > 500) & (m == 2) & (key == "kinetic_energy")
+        return np.where(late, values[500], values)
+
+    (found,) = shown(report_of(reference, freeze))
+    assert found.code == "rows_repeated"
+    assert found.evidence["columns"] == ["kinetic_energy"]
+    assert (found.evidence["time"], found.evidence["rows"]) == (5.0, 501)
+
+
 def test_columns_of_another_maneuver_are_named(reference):
     keys = ("steer_angle", "steer_rate")
 

@@ -85,23 +85,37 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 
 def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
-    """Last rows that repeat one another, of a motion that does not."""
+    """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
     for m in maneuvers:
-        columns = [c.trace for c in m.columns if c.values == m.rows and np.ptp(c.trace.reference)]
-        if m.rows < _FEW_ROWS or not columns:
+        moving = [c for c in m.columns if c.values == m.rows and _moves(c, 0)]
+        still = {c.key: m.rows - _last_step(c) for c in moving}
+        held = [c for c in moving if still[c.key] >= _FEW_ROWS and _moves(c, -still[c.key])]
+        others = [c for c in moving if c not in held]
+        if not held or any(_worst(c) > RIGHT for c in others):
             continue
-        moves = np.flatnonzero(np.any([np.diff(c.value) != 0.0 for c in columns], axis=0))
-        still = m.rows - int(moves[-1]) - 1 if len(moves) else 0
-        if still >= _FEW_ROWS:
-            time = float(columns[0].time[m.rows - still])
-            yield warning(
-                "rows_repeated",
-                f"From {time:.6g} s on all {still} rows of maneuver {m.maneuver} hold the same "
-                "numbers: the motion ended there, and its last row was written again",
-                maneuver=m.maneuver,
-                time=time,
-                rows=still,
-            )
+        rows = min(still[c.key] for c in held)
+        time = float(held[0].trace.time[m.rows - rows])
+        which = f"rows of {named([c.key for c in held])}" if others else "rows"
+        why = "they were" if others else "the motion ended there, and its last row was"
+        yield warning(
+            "rows_repeated",
+            f"From {time:.6g} s on all {rows} {which} of maneuver {m.maneuver} hold the same "
+            f"numbers: {why} written again",
+            maneuver=m.maneuver,
+            time=time,
+            rows=rows,
+            columns=[c.key for c in held],
+        )
+
+
+def _last_step(c: ColumnScore) -> int:
+    """The last row that is another one than the row before; 0 if none is."""
+    return int(np.max(np.flatnonzero(np.diff(c.trace.value)) + 1, initial=0))
+
+
+def _moves(c: ColumnScore, first: int) -> bool:
+    """True if the right column moves, from a row on."""
+    return float(np.ptp(c.trace.reference[first:])) > _WORSE * (c.floor or 0.0)
 
 
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -132,7 +146,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     Until the last step, after which all stands still.
     """
     tiny = _AT_FLOOR * 2.0**order * (c.floor or 0.0)
-    rows = slice(int(np.max(np.flatnonzero(np.diff(c.trace.value)), initial=0)) + 2)
+    rows = slice(_last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     found, right = (
         np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
