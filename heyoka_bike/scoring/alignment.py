@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from math import log
@@ -18,7 +18,7 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
@@ -66,36 +66,24 @@ class FileInfo:
     significant_digits: int | None
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Part:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Part(Rows):
     """Rows of one maneuver within the run of its reference.
 
     Attributes
     ----------
-    number
-        Of the maneuver, from 1.
+    maneuver
+        Its number, from 1.
     reference : ReferenceManeuver
-    time, time_lo : ndarray, shape (n,)
-        [s], ascending.
-    values, lo : mapping of str to ndarray, shape (n,)
-        As written; NaN where there is no usable number.
-    quantum : mapping of str to Quantum
-    units : mapping of str to str
-        Named in the headings of columns.
     """
 
-    number: int
+    maneuver: int
     reference: ReferenceManeuver
-    time: Array
-    time_lo: Array
-    values: Mapping[str, Array]
-    lo: Mapping[str, Array]
-    quantum: Mapping[str, Quantum]
-    units: Mapping[str, str] = field(default_factory=dict)
 
-    def only(self, keys: Collection[str]) -> Part:
-        """The part with these columns alone."""
-        return replace(self, values=_only(self.values, keys))
+    @property
+    def number(self) -> int:
+        """Of the maneuver, from 1."""
+        return self.maneuver
 
     def has_values(self) -> bool:
         """True if there is a finite number in any column."""
@@ -233,12 +221,8 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     finding = warning("columns_without_reference", said, columns=unknown)
     if not known:
         raise NothingScoredError(f"{results.path}: {finding.message}")
-    maneuvers = tuple(replace(r, values=_only(r.values, known)) for r in results.maneuvers)
+    maneuvers = tuple(rows.only(known) for rows in results.maneuvers)
     return replace(results, maneuvers=maneuvers, findings=(*results.findings, finding)), reference
-
-
-def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Array]:
-    return {key: x for key, x in columns.items() if key in keys}
 
 
 def _as_meant(results: Results, reference: Reference) -> Results:
@@ -296,7 +280,7 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
     found: float = 1.0
     for rows in results.maneuvers:
         if key in rows.values:
-            alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
+            alone = _renamed(rows.only({key}), {key: meaning})
             numbers = [n for n in reference if rows.maneuver in (None, n)]
             found *= min(_distances(alone, reference, numbers).values(), default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
@@ -448,26 +432,16 @@ def _within(
         findings.append(warning("time_outside", said, rows=count, t_first=first, t_last=last))
 
     # A long file is not copied for nothing.
-    inside = slice(None) if keep.all() else keep
-    values = {}
-    for key, written in rows.values.items():
-        kept = written[inside]
-        too_large = np.abs(kept) > _LARGEST
-        values[key] = np.where(too_large, np.nan, kept) if too_large.any() else kept
+    kept = rows if keep.all() else rows.at(keep)
+    values = dict(kept.values)
+    for key, written in kept.values.items():
+        too_large = np.abs(written) > _LARGEST
         if count := int(too_large.sum()):
+            values[key] = np.where(too_large, np.nan, written)
             said = f"maneuver {number}: {count} values of {key} are beyond 1e150 and left out"
             findings.append(warning("too_large", said, maneuver=number, column=key, values=count))
-    part = Part(
-        number=number,
-        reference=reference,
-        time=hi[inside],
-        time_lo=rows.time_lo[inside],
-        values=values,
-        lo={key: rest[inside] for key, rest in rows.lo.items()},
-        quantum=rows.quantum,
-        units=rows.units,
-    )
-    return part, tuple(findings)
+    named = vars(kept) | {"maneuver": number, "values": values}
+    return Part(**named, reference=reference), tuple(findings)
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:

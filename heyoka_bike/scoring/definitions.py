@@ -130,10 +130,8 @@ class Understanding:
 
     def is_plain(self) -> bool:
         """True if the column is taken as written."""
-        taken = plain(self.column.key)
-        return (self.column, self.unit, self.sign, self.offset) == (
-            taken.column, taken.unit, taken.sign, taken.offset,
-        )  # fmt: skip
+        is_moved = self.sign < 0 or self.unit != self.column.unit or self.offset
+        return self.column.default and not is_moved
 
 
 Understandings = Mapping[str, Understanding]
@@ -223,7 +221,7 @@ class Sample:
         All at once: there are some hundred candidates, whose errors are a few hundred numbers each.
         """
         factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
-        expected = np.array([self.expected[u.column.name] + u.offset for u in candidates])
+        expected = np.array([self.expected[u.column.name] for u in candidates])
         errors = np.abs(np.multiply.outer(factors, self.values[key]) - expected)
         smallest = np.array([self.smallest(key, u) for u in candidates])
         against = np.zeros(len(candidates))

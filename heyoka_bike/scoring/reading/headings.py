@@ -19,7 +19,7 @@ from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.unit import UNITS as WORDS
 from heyoka_bike.numbers.unit import factor, size
-from heyoka_bike.scoring.findings import Finding, info, warning
+from heyoka_bike.scoring.findings import Finding, grouped, info, warning
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES, Request
 from heyoka_bike.scoring.units import UNITS
 
@@ -554,11 +554,9 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
-    numbers: dict[str, set[int | None]] = {}
-    for _, key, number in _columns(found):
-        numbers.setdefault(key, set()).add(number)
-    are_from_zero = all(0 in n for n in numbers.values())
-    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
+    numbers = grouped((key, number) for _, key, number in _columns(found)).values()
+    are_from_zero = all(0 in n for n in numbers)
+    are_of_pandas = count > 1 and all({*n} == {None, *range(1, count)} for n in numbers)
     if not (are_from_zero or are_of_pandas):
         return found
     return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
