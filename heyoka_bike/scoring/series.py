@@ -28,7 +28,7 @@ L. F. Richardson (1911), doi:10.1098/rsta.1911.0009; P. J. Roache (1994), doi:10
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise, repeat
 from math import inf, log
 from os import PathLike
@@ -51,30 +51,17 @@ from heyoka_bike.scoring.reading.source import ARRAY, results_of, several
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
 
-_ENTRIES = {"file", "step", "tolerance", "cpu"}
 
-
-@dataclass(frozen=True, slots=True)
-class ListedRun:
-    """One entry of a list of runs.
-
-    Attributes
-    ----------
-    file : Path
-    step, cpu
-        Step size and processor time [s]; None if not given.
-    tolerance
-        Of a solver that chooses its steps; None if not given.
-    """
-
-    file: Path
-    step: float | None
-    cpu: float | None
-    tolerance: float | None
-
-
-def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
+def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None]]]:
     """Read a list of runs.
+
+    Returns
+    -------
+    list of Path
+        The file of each run.
+    dict of str to list of float or None
+        The ``step`` [s], the ``tolerance`` and the ``cpu`` time [s] of each run; None where it is
+        not given.
 
     Raises
     ------
@@ -84,17 +71,15 @@ def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, {"run"}, ())
-    found = []
+    files: list[Path] = []
+    told: dict[str, list[float | None]] = {"step": [], "tolerance": [], "cpu": []}
     for i, table in enumerate(source.tables("run")):
         where = ("run", i)
-        source.refuse_unknown(table, _ENTRIES, where, ("file",))
-        file = source.line_of_text(table, "file", where, limit=4000)
-        given = {
-            key: source.positive(table, key, where) if key in table else None
-            for key in ("step", "cpu", "tolerance")
-        }
-        found.append(ListedRun(Path(path).parent / file, **given))
-    return tuple(found)
+        source.refuse_unknown(table, {"file", *told}, where, ("file",))
+        files.append(Path(path).parent / source.line_of_text(table, "file", where, limit=4000))
+        for key, values in told.items():
+            values.append(source.positive(table, key, where) if key in table else None)
+    return files, told
 
 
 # An error of up to this many floors is rounding, not the integrator's.
