@@ -22,13 +22,13 @@ from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuver
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.figures.style import render, style
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.bench.batches import Floor
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES
 from heyoka_bike.workbench.bench.summary import COLOURS, MARKERS, draw
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, simulate
+from heyoka_bike.workbench.style import render, style
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "speed.md", DOCS / "speed.json"

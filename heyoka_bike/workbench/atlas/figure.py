@@ -13,9 +13,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver, benchmark
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.figures.style import BLACK, WIDTH, style
 from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UNDECIDED, UPRIGHT, WEAVES, Atlas
 from heyoka_bike.workbench.atlas.store import load_atlas
+from heyoka_bike.workbench.style import BLACK, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,9 +12,9 @@ from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.showing.document import Block, Chapter, Paragraph, TableBlock
 from heyoka_bike.showing.document.text import render
-from heyoka_bike.showing.figures import style as s
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
+from heyoka_bike.workbench import style as s
 from heyoka_bike.workbench.bench import race
 from heyoka_bike.workbench.bench.batches import first_result, floor, long_runs, throughput
 from heyoka_bike.workbench.bench.compiled import FLAGS

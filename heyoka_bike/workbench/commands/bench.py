@@ -73,8 +73,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         text = summary.as_text(document, is_shown and has_colors(sys.stdout.isatty()))
     if figure_format is not None:
-        from heyoka_bike.showing.figures.style import render
         from heyoka_bike.workbench.bench.summary import draw
+        from heyoka_bike.workbench.style import render
 
         title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
         figure = draw(document["work_precision"], title)
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _figure_format(output: str | None) -> str | None:
     """Format of a figure to be written, None if it is none."""
-    from heyoka_bike.showing.figures.style import FORMATS
+    from heyoka_bike.workbench.style import FORMATS
 
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None

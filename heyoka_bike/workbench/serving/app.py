@@ -32,10 +32,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from heyoka_bike.errors import InputError
 from heyoka_bike.showing.document.html import PAGE_STYLE, policy
 from heyoka_bike.showing.document.html import SCRIPT as REPORT_SCRIPT
-from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
-from heyoka_bike.showing.replay.page import START
 from heyoka_bike.system.log import fault
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
+from heyoka_bike.workbench.replay.page import START
 from heyoka_bike.workbench.serving import pages
 from heyoka_bike.workbench.serving.pages import description
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue

@@ -38,12 +38,12 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.straight_line import Language, StraightLine
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
-from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
-from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
-from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits, maneuvers
 from heyoka_bike.workbench.atlas.store import load_atlas
+from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
+from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
+from heyoka_bike.workbench.replay.page import drawing, stage
 
 _LAST, _NONE = 65534, 65535
 

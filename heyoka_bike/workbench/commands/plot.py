@@ -25,9 +25,8 @@ from typing import Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.registry import addition
-from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, drawn, written
-from heyoka_bike.showing.figures.style import FORMATS
+from heyoka_bike.workbench.figures import ALL, ATLAS, DEFAULT, FIGURES, drawn, written
+from heyoka_bike.workbench.style import FORMATS
 
 _PAGES = (".html", ".htm")
 
@@ -65,7 +64,9 @@ def run(args: argparse.Namespace) -> int:
         if is_page:
             if args.formats is not None:
                 raise InputError("--format: expected none for the page of an atlas")
-            write_output(Path(args.output), addition("atlas_page")(args.dir).encode())
+            from heyoka_bike.workbench.atlas.page.page import atlas_page
+
+            write_output(Path(args.output), atlas_page(args.dir).encode())
             print(args.output)
             return Exit.OK
     every = drawn(args.figure, args.maneuver, args.dir, args.output, args.formats, dashes="--")

@@ -8,9 +8,9 @@ import pytest
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.showing.replay.motion_3d import Motion3D
-from heyoka_bike.showing.replay.scenes import replay
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.replay.motion_3d import Motion3D
+from heyoka_bike.workbench.replay.scenes import replay
 
 NAMES = [f.name for f in fields(Motion3D)]
 ROLL, ROLL_RATE, SPEED, STEER, STEER_RATE = 0, 1, 2, 6, 7

@@ -8,9 +8,9 @@ import pytest
 from support.pages import Page, assert_runs_alone, browser, data, look, widths
 
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.showing.replay.page import render
-from heyoka_bike.showing.replay.scenes import replay
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.replay.page import render
+from heyoka_bike.workbench.replay.scenes import replay
 
 RESULT = data_folder() / "peers" / "exudyn-h0.01.txt"
 PAGES = ["plain", "compared"]

@@ -12,14 +12,14 @@ import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
-from heyoka_bike.showing.figures import FIGURES, plates
+from heyoka_bike.workbench.figures import FIGURES, plates
 
 matplotlib = pytest.importorskip("matplotlib")
 
 from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
-from heyoka_bike.showing.figures import eigenvalues, motions  # noqa: E402
-from heyoka_bike.showing.figures.style import render  # noqa: E402
+from heyoka_bike.workbench.figures import eigenvalues, motions  # noqa: E402
+from heyoka_bike.workbench.style import render  # noqa: E402
 
 # A figure is laid out anew in each format, from where the one before left it: SVG comes first.
 FORMATS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}

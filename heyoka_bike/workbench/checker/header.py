@@ -2,7 +2,7 @@
 
 The state is stored as the published pieces have it, cut off where binary64 sees no more; how the
 columns follow from it is written from the one `Equations`. How columns are understood is what
-`scoring.definitions` does, in C: `tests/showing/test_checker_agrees_with_score.py` holds both
+`scoring.definitions` does, in C: `tests/workbench/test_checker_agrees_with_score.py` holds both
 together. Words and limits are those of the verdict.
 """
 
@@ -33,7 +33,7 @@ _UNSEEN = 2.0**-57
 _PER_LINE = 4
 
 
-def render(reference: Reference) -> bytes:
+def checker_header(reference: Reference) -> bytes:
     """The header for the maneuvers and the bicycle of a reference."""
     first = reference[1]
     keys = first.definitions

@@ -6,11 +6,11 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart, linear, spread, wide
 from heyoka_bike.showing.wording import label, number, readable, reference_words
 from heyoka_bike.version import __version__
+from heyoka_bike.workbench.leaderboard.ranking import Entry, Leaderboard
 
 SCHEMA_VERSION = 1
 

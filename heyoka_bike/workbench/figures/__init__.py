@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from heyoka_bike.errors import InputError, unknown_word
-from heyoka_bike.registry import addition
-from heyoka_bike.showing.figures.style import FORMATS, render, save
+from heyoka_bike.workbench.style import FORMATS, render, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -214,8 +213,10 @@ def drawn(
     from heyoka_bike.reference.load import load_reference
 
     if figure == ATLAS:
+        from heyoka_bike.workbench.atlas.figure import atlas_figure
+
         (one,) = _files(output, [ATLAS], formats, "", dashes)
-        return iter([(addition("atlas_figure")(reference), one)])
+        return iter([(atlas_figure(reference), one)])
     known = load_reference(reference)
     chosen = plates(known, figure, maneuver, dashes=dashes)
     hint = (", or --maneuver N" if dashes else ", or maneuver=N") if figure == DEFAULT else ""

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.showing.replay.motion_3d import Place, motion_3d, reference_state
+from heyoka_bike.workbench.replay.motion_3d import Place, motion_3d, reference_state
 
 MANEUVERS = [1, 2, 3]
 

@@ -24,11 +24,11 @@ from heyoka_bike.scoring.reading.source import ARRAY, results_of
 from heyoka_bike.showing.charts.chart import ChartAxis, Line, chart, linear, times
 from heyoka_bike.showing.charts.results import legend
 from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose
-from heyoka_bike.showing.replay.motion_3d import Motion3D
-from heyoka_bike.showing.replay.scenes import Replay, Scene, replay
-from heyoka_bike.showing.replay.shapes import shape
 from heyoka_bike.showing.wording import reference_words, sentence, worst_words
 from heyoka_bike.system.files import refuse_overwriting, write_output
+from heyoka_bike.workbench.replay.motion_3d import Motion3D
+from heyoka_bike.workbench.replay.scenes import Replay, Scene, replay
+from heyoka_bike.workbench.replay.shapes import shape
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")

@@ -39,9 +39,9 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.commands.result_files import maneuvers_of
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.reading.source import read_results
-    from heyoka_bike.showing.replay.page import check_suffix, render
-    from heyoka_bike.showing.replay.scenes import replay
     from heyoka_bike.system.files import refuse_overwriting, write_output
+    from heyoka_bike.workbench.replay.page import check_suffix, render
+    from heyoka_bike.workbench.replay.scenes import replay
 
     path = Path(_DEFAULT if args.output is None else args.output)
     if args.format is None:

@@ -9,12 +9,12 @@ import pytest
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.figures import FIGURES
+from heyoka_bike.workbench.figures import FIGURES
 
 matplotlib = pytest.importorskip("matplotlib")
 
-from heyoka_bike.showing.figures.motions import maneuver as draw  # noqa: E402
-from heyoka_bike.showing.figures.style import render  # noqa: E402
+from heyoka_bike.workbench.figures.motions import maneuver as draw  # noqa: E402
+from heyoka_bike.workbench.style import render  # noqa: E402
 
 LABELS = (
     "roll angle [rad]",

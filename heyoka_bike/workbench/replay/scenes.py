@@ -25,7 +25,8 @@ from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.replay.motion_3d import (
+from heyoka_bike.showing.wording import label
+from heyoka_bike.workbench.replay.motion_3d import (
     STATE,
     Motion3D,
     Place,
@@ -33,7 +34,6 @@ from heyoka_bike.showing.replay.motion_3d import (
     motion_3d,
     reference_state,
 )
-from heyoka_bike.showing.wording import label
 
 RATE = 50
 """Frames in a second, unless the runs are so long that there would be too many."""

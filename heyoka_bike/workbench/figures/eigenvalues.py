@@ -14,7 +14,7 @@ from heyoka_bike.bicycle.stability.linear import Linearisation, linearise
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.style import BLACK, BLUE, GREEN, VERMILLION, drawing
+from heyoka_bike.workbench.style import BLACK, BLUE, GREEN, VERMILLION, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,12 +12,17 @@ from support.submissions import RESULTS, SCIPY, copied
 from heyoka_bike.__main__ import main
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.leaderboard import PROBLEMS, RankedProblem, leaderboard, read_submission
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.formats.leaderboard import diagnosis
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.leaderboard.document import diagnosis
+from heyoka_bike.workbench.leaderboard.ranking import (
+    PROBLEMS,
+    RankedProblem,
+    leaderboard,
+    read_submission,
+)
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 The header is built by clang and lld, and kept beside this module:
 
-``python -m heyoka_bike.showing.checker.wasm`` builds `KEPT` anew, when it has changed.
+``python -m heyoka_bike.workbench.checker.wasm`` builds `KEPT` anew, when it has changed.
 """
 
 import json
@@ -14,9 +14,9 @@ from pathlib import Path
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.checker.header import render
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.wording import MEANINGS, PHRASES, SIGNS, WORDS, Grade, reference_words
+from heyoka_bike.workbench.checker.header import checker_header
 
 _HERE = Path(__file__).parent
 KEPT = _HERE / "checker.wasm"
@@ -27,7 +27,7 @@ _STACK = 1 << 20
 
 def source() -> str:
     """Return the source of the module: the header without its comment, which names the version."""
-    lines = render(load_reference()).decode("ascii").splitlines(keepends=True)
+    lines = checker_header(load_reference()).decode("ascii").splitlines(keepends=True)
     return "".join(line for line in lines if not line.startswith("//"))
 
 
@@ -54,7 +54,7 @@ def build(clang: str = "clang") -> bytes:
         return made.read_bytes()
 
 
-def render_page() -> str:
+def checker_page() -> str:
     """The page: it judges files against the published reference, in the browser alone."""
     reference = load_reference()
     data = {

@@ -50,11 +50,11 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     name = _format(args)
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.scoring.leaderboard import leaderboard
     from heyoka_bike.showing.document import html
-    from heyoka_bike.showing.formats.leaderboard import document, render_json
     from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.files import write_output
+    from heyoka_bike.workbench.leaderboard.document import document, render_json
+    from heyoka_bike.workbench.leaderboard.ranking import leaderboard
 
     finish = {}
     if args.diagnose:
