@@ -174,7 +174,7 @@ def errors(part: Part, values: Double, name: str) -> Array:
     if is_small(part):
         return against(reference.continued)
     near = (reference.approximate(part.time[rows], [name])[name] for rows in _blocks(part))
-    error = values[0] - np.concatenate([*near])
+    error: Array = values[0] - np.concatenate([*near])
     if _largest(error) < _PLAIN_WILL_DO * scale:
         error = against(reference.evaluate_many)
     if _largest(error) < _MANY_WILL_DO * scale:

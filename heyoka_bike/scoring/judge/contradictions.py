@@ -66,11 +66,8 @@ def _unfilled(part: Part) -> dict[str, float]:
     empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
     if len(part.time) < _FEW_ROWS or _runs_straight(part):
         return empty
-    constant = {
-        key: float(values[0])
-        for key, values in part.values.items()
-        if key in BENCHMARK_COLUMNS and np.all(values == values[0])
-    }
+    columns = part.only(BENCHMARK_COLUMNS).values
+    constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
     found = {
         key: number
         for key, number in constant.items()
@@ -87,10 +84,8 @@ def _unfilled(part: Part) -> dict[str, float]:
 
 def _runs_straight(part: Part) -> bool:
     """True if all columns together are those of a bicycle that stays upright and straight."""
-    lateral = [part.values[key] for key in LATERAL if key in part.values]
-    others = [
-        x for key, x in part.values.items() if key in BENCHMARK_COLUMNS and key not in LATERAL
-    ]
+    lateral = part.only(LATERAL).values.values()
+    others = part.only({*BENCHMARK_COLUMNS} - {*LATERAL}).values.values()
     return (
         bool(lateral and others)
         and not any(x.any() for x in lateral)
