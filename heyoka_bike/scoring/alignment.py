@@ -250,11 +250,10 @@ def _as_meant(results: Results, reference: Reference) -> Results:
         key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
     )
     meant: dict[str, str | None] = {}
+    findings = list(results.findings)
     for key, nearest in zip(far, best, strict=True):
         is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
-        meant[key] = nearest if is_kept else None
-    findings = list(results.findings)
-    for key, k in meant.items():
+        meant[key] = k = nearest if is_kept else None
         if k != key:
             said = f"the name of a column may mean {' or '.join(open_[key])}; by its values it is "
             said += k or "none of them and left out"
@@ -362,12 +361,12 @@ def _of_another(
 
 def _another_order(part: Part) -> dict[str, str]:
     """Return the keys that the values fit, by key, if that is a permutation; else nothing."""
-    pick = spread(len(part.time), _FEW)
-    keys = [key for key in part.values if key in BENCHMARK_COLUMNS]
-    expected = part.reference.approximate(part.time[pick], keys)
+    few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), _FEW))
+    keys = list(few.values)
+    expected = few.reference.approximate(few.time, keys)
 
     def far(key: str, meaning: str) -> float:
-        away = _away(part, meaning, part.values[key][pick], expected[meaning])
+        away = _away(few, meaning, few.values[key], expected[meaning])
         return 1.0 if away is None else away
 
     if all(far(key, key) < _FAR for key in keys):

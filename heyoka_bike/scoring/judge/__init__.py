@@ -28,9 +28,8 @@ def judged(report: Report) -> Report:
     # Of columns that are others than they are taken for nothing else can be said.
     is_moved = any(f.code == ANOTHER_ORDER for f in report.findings)
     found = tuple(finding for rule in (() if is_moved else RULES) for finding in rule(report))
-    contradicted = {
-        key for f in found if f.code == "signs_disagree" for key in f.evidence["columns"]
-    }
+    odd = (f.evidence["columns"] for f in found if f.code == columns.SIGNS_DISAGREE)
+    contradicted = {key for keys in odd for key in keys}
 
     def marked(m: ManeuverScore) -> ManeuverScore:
         found = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
