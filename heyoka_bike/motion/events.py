@@ -70,7 +70,6 @@ _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-_GUARD_BITS = 64
 # Spans of one piece; a tangent zero takes two for each bit. Reached only where the function is zero
 # all along and its rate is not seen to be.
 _MOST = 4096
@@ -251,7 +250,7 @@ def events(
     iterator of Event
         Those that are undecided too, see `Event.rises`.
     """
-    at = evaluator(run, run.bits + _GUARD_BITS, certificate)
+    at = evaluator(run, certificate=certificate)
     found: list[Event] = []
     with at.balls.precision():
         for kind in kinds:
@@ -337,7 +336,7 @@ class _Along:
         self, run: Trajectory, quantity: Quantity, certificate: Certificate | None
     ) -> None:
         self.run, self.quantity, self.certificate = run, quantity, certificate
-        self.at = evaluator(run, run.bits + _GUARD_BITS, certificate)
+        self.at = evaluator(run, certificate=certificate)
         self.duals = self.at.equations.over(Duals(self.at.balls))
         self.samples = Samples.of(self.at.balls.bits, _TERMS, _RADIUS)
 
@@ -477,7 +476,7 @@ def _decided(run: Trajectory, kinds: Sequence[str]) -> Iterator[Event]:
 
 def _check_start(run: Trajectory) -> None:
     """Both wheels must press on the floor."""
-    at = evaluator(run, run.bits + _GUARD_BITS)
+    at = evaluator(run)
     for wheel, kind in (("rear", REAR_LIFT), ("front", FRONT_LIFT)):
         with at.balls.precision():
             force = float(KINDS[kind](at.equations, at.state(Fraction(0))))
