@@ -27,15 +27,7 @@ import numpy as np
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import (
-    Arithmetic,
-    Balls,
-    Multiprecision,
-    Number,
-    dyadic,
-    exact_ball,
-    midpoint,
-)
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, dyadic, exact_ball, sign_of
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 
@@ -90,7 +82,7 @@ class Linearisation:
         """
         q = self._quartic
         with q.balls.precision():
-            changes = [x for x in q.changes(q.hurwitz()) if _sign(q.b(x)) * _sign(q.d(x)) > 0]
+            changes = [x for x in q.changes(q.hurwitz()) if sign_of(q.b(x)) * sign_of(q.d(x)) > 0]
             return tuple(
                 (self._speed(x), self._eigenvalue((q.d(x) / q.b(x)).sqrt())) for x in changes
             )
@@ -133,7 +125,7 @@ class Linearisation:
             edges = sorted([flint.arb(0), *(x for p in conditions for x in q.changes(p))])
             for low, high in zip_longest(edges, edges[1:]):
                 inside = 2 * low + 1 if high is None else (low + high) / 2
-                if all(_sign(p(inside)) > 0 for p in conditions):
+                if all(sign_of(p(inside)) > 0 for p in conditions):
                     found.append((self._speed(low), None if high is None else self._speed(high)))
         return tuple(found)
 
@@ -224,11 +216,6 @@ def _working_bits(digits: int) -> int:
     return ceil((2 * (digits + _GUARD) + _GUARD) * log2(10))
 
 
-def _sign(x: flint.arb) -> int:
-    """1 or -1 if a ball has only such numbers, else 0."""
-    return int(bool(x > 0)) - int(bool(x < 0))
-
-
 def _with_zero(x: flint.arb) -> flint.arb:
     """Zero for a ball that holds it: it is zero up to rounding."""
     return flint.arb(0) if x.contains(0) else x
@@ -236,14 +223,16 @@ def _with_zero(x: flint.arb) -> flint.arb:
 
 def _rounded(x: flint.arb, digits: int) -> mpmath.mpf:
     """The nearest number of so many decimal digits, in a context that holds little more."""
-    n, grid = midpoint(x)
-    exact = _context(flint.ctx.dps).ldexp(n, -grid)
-    return _context(digits).mpf(mpmath.nstr(exact, digits))
+    exact = dyadic(x.mid())
+    many = _context(flint.ctx.dps).mpf(exact.numerator) / exact.denominator
+    return _context(digits).mpf(mpmath.nstr(many, digits))
 
 
 @cache
 def _context(digits: int) -> mpmath.ctx_mp.MPContext:
-    return Multiprecision(digits).context
+    context = mpmath.mp.clone()
+    context.dps = digits
+    return context
 
 
 def _roots(p: flint.arb_poly, digits: int) -> list[flint.acb]:
@@ -322,7 +311,7 @@ class _Quartic:
             return []
         roots = sorted(z.real for z in _roots(p, self.digits) if z.imag == 0 and z.real > 0)
         ends = [flint.arb(0), *roots, 2 * roots[-1] if roots else 1]
-        signs = [_sign(p((low + high) / 2)) for low, high in pairwise(ends)]
+        signs = [sign_of(p((low + high) / 2)) for low, high in pairwise(ends)]
         found, before = [], signs[0]
         for x, after in zip(roots, signs[1:], strict=True):
             if before * after < 0:

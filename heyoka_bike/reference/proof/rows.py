@@ -114,8 +114,6 @@ class Element:
         if num is not None and den != _ONE:
             common = num.gcd(den)
             self.num, self.den = num // common, den // common
-            if self.den.leading_coefficient() < 0:
-                self.num, self.den = -self.num, -self.den
 
     def rational(self) -> Fraction | None:
         """The value, if it is a rational number."""
