@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from support.export_programs import STRICT, need, run
-from support.made_sets import make
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
@@ -209,17 +208,16 @@ def test_any_compiler_takes_it_without_a_word(folder):
 
 
 @pytest.mark.proof
-def test_a_set_of_ones_own_has_a_judge_of_its_own(tmp_path):
-    known = make(tmp_path, ("0.3", "0.05"))
+def test_a_set_of_ones_own_has_a_judge_of_its_own(small_set, tmp_path):
     folder = tmp_path / "header"
-    options = ["--reference", str(known), "-o", f"{folder}/"]
+    options = ["--reference", str(small_set), "-o", f"{folder}/"]
     assert main(["export", "--checker", *options]) == 0
     found = loaded(folder)
-    reference = load_reference(known)
+    reference = load_reference(small_set)
     names = [c.name for c in columns(reference)]
     for n in reference:
-        exact = reference[n].evaluate("0.25", names)
-        (row,) = values(found, names, n, [0.25])
+        exact = reference[n].evaluate("0.085", names)
+        (row,) = values(found, names, n, [0.085])
         for name, value in zip(names, row, strict=True):
             assert value == pytest.approx(
                 exact[name], rel=1e-14, abs=1e-15 * reference[n].scale(name)
