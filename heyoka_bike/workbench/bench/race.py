@@ -39,6 +39,7 @@ from heyoka_bike.workbench.bench.problem import (
     ERROR_LIMIT,
     PERFORMANCE_LIMIT,
     Array,
+    Measured,
     ReferenceProblem,
     Trial,
     Unavailable,
@@ -398,30 +399,6 @@ class Timing:
     cold: list[float] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
-    """A code at a tolerance.
-
-    Attributes
-    ----------
-    code, precision
-        Its name and number type.
-    tolerance
-        In the code's own sense.
-    min_ms
-        Shortest of the runs [ms].
-    performance_percent, max_state_error
-        Eq. (1) [%] and state error.
-    """
-
-    code: str
-    precision: str
-    tolerance: float
-    min_ms: float
-    performance_percent: float
-    max_state_error: float
-
-
 def bench(
     problems: Sequence[ReferenceProblem],
     runs: int,
@@ -473,8 +450,11 @@ def bench(
     return lines
 
 
-def work_precision(problem: ReferenceProblem, progress: Progress | None = None) -> list[Point]:
-    """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not."""
+def work_precision(problem: ReferenceProblem, progress: Progress | None = None) -> list[Measured]:
+    """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not.
+
+    The tolerance is that of the code's own sense, ``min_ms`` the shortest of its runs [ms].
+    """
     points = []
     chosen = [
         x
@@ -496,8 +476,11 @@ def work_precision(problem: ReferenceProblem, progress: Progress | None = None) 
                 once = seconds(trial.run)
                 count = min(_SWEEP_RUNS, int(_SWEEP_SECONDS / once))
                 shortest = min([once, *(seconds(trial.run) for _ in range(count))])
-                measured = trial.tolerance, 1e3 * shortest, trial.performance, trial.error
-                points.append(Point(code.name, code.precision, *measured))
+                points.append({
+                    "code": code.name, "precision": code.precision, "tolerance": trial.tolerance,
+                    "min_ms": 1e3 * shortest, "performance_percent": trial.performance,
+                    "max_state_error": trial.error,
+                })  # fmt: skip
     return points
 
 

@@ -71,22 +71,22 @@ def measure(
     if every:
         found["floor"] = asdict(floor(main.bicycle))
     if with_points:
-        found["work_precision"] = [asdict(x) for x in race.work_precision(main, progress)]
+        found["work_precision"] = race.work_precision(main, progress)
     return found
 
 
 def measure_fast_path(progress: Progress) -> dict[str, Any]:
     """Speed of the fast path besides one maneuver, as JSON values."""
     progress("ensembles", 0.3)
-    ensembles = [asdict(x) for x in throughput()]
+    ensembles = throughput()
     progress("first result of a new process", 0.7)
-    return {"ensembles": ensembles, "first_result": asdict(first_result())}
+    return {"ensembles": ensembles, "first_result": first_result()}
 
 
 def measure_precise(folder: str | None, progress: Progress) -> dict[str, Any]:
     """The codes that go beyond binary64, as JSON values."""
     progress("34 and 70 digits", 0.0)
-    return {"precise": [asdict(x) for x in precise(_published(folder))]}
+    return {"precise": precise(_published(folder))}
 
 
 def measure_costs(
@@ -94,9 +94,9 @@ def measure_costs(
 ) -> dict[str, Any]:
     """Growth of the time with the duration and with the digits, as JSON values."""
     progress("long runs", 0.0)
-    durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
+    durations = long_runs(problem.bicycle, problem.maneuver)
     progress("up to 1000 digits", 0.1)
-    return {"durations": durations, "digits": [asdict(x) for x in costs(_published(folder))]}
+    return {"durations": durations, "digits": costs(_published(folder))}
 
 
 def _published(folder: str | None) -> Trajectory:
