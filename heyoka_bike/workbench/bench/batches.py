@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from statistics import median
@@ -31,34 +31,15 @@ _LOOPS, _TURNS, _RUNS = 5_000, 40, 20
 _PRODUCTS = ("*", "/", "sin", "cos")
 
 
-@dataclass(frozen=True, slots=True)
-class Floor:
-    """The least time of a run of Taylor steps on one processor of this machine.
+def floor(bicycle: Bicycle) -> Measured:
+    """What Taylor steps of a bicycle's equations need at least on one processor, measured now.
 
-    Attributes
-    ----------
-    products_per_second
-        The peak, of products with a sum, in binary64.
-    products
-        Of variables of the decomposition: quotients, sines and cosines counted as such.
-    scales
-        Products of a variable with a constant.
+    The peak, products of binary64 with a sum per second; and of each step the products of variables
+    of the decomposition, quotients, sines and cosines counted as such, and of one with a constant.
     """
-
-    products_per_second: float
-    products: int
-    scales: int
-
-    def seconds(self, order: int, steps: int) -> float:
-        """Of so many steps of an order [s]."""
-        count = (order + 1) * (self.products * (order + 2) / 2 + self.scales)
-        return steps * count / self.products_per_second
-
-
-def floor(bicycle: Bicycle) -> Floor:
-    """The floor for a bicycle's equations, measured now."""
     count = operations(bicycle)
-    return Floor(_peak(), sum(count.get(x, 0) for x in _PRODUCTS), count["scale"])
+    products = sum(count.get(x, 0) for x in _PRODUCTS)
+    return {"products_per_second": _peak(), "products": products, "scales": count["scale"]}
 
 
 def _peak() -> float:

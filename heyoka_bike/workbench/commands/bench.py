@@ -58,15 +58,11 @@ def run(args: argparse.Namespace) -> int:
     main = benchmark_problem(args.reference, summary.JUDGED)
     every = [benchmark_problem(args.reference, n) for n in summary.ALL_THREE] if args.all else []
     with stage_bar() as progress:
-        with_points = figure_format is not None or args.all
         document = summary.measure(
-            main, every, runs, progress, is_quick=args.quick, with_points=with_points
-        )
-        if args.all:
-            document |= summary.measure_fast_path(progress)
-            document |= summary.measure_precise(args.reference, progress)
-        if args.costs:
-            document |= summary.measure_costs(main, args.reference, progress)
+            main, every, runs, progress, is_quick=args.quick,
+            with_points=figure_format is not None or args.all, with_costs=args.costs,
+            folder=args.reference,
+        )  # fmt: skip
     is_shown = args.output is None or figure_format is not None
     if args.format == "json":
         text = json.dumps(document, indent=2, allow_nan=False) + "\n"
