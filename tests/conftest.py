@@ -103,11 +103,19 @@ LONGEST = (
 
 
 _ALL_PROOF = re.compile(r"^pytestmark = \[?pytest\.mark\.proof", re.MULTILINE)
+_SOME_PROOF = re.compile(r"mark\.proof|@browser")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     rank = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(LONGEST)))
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> Iterator[int]:
+    """One more for the proofs, which wait for browsers, servers and other processes."""
+    processors = yield
+    return processors + (config.option.markexpr == "proof")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -125,9 +133,14 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out files that are marked as a whole: importing them takes the fast tests seconds."""
-    if config.option.markexpr.startswith("not proof and ") and collection_path.match("test_*.py"):
-        return bool(_ALL_PROOF.search(collection_path.read_text(encoding="utf-8"))) or None
+    """Leave out files of the other tier: importing them takes seconds."""
+    asked = config.option.markexpr
+    if collection_path.match("test_*.py"):
+        text = collection_path.read_text(encoding="utf-8")
+        if asked.startswith("not proof and "):
+            return bool(_ALL_PROOF.search(text)) or None
+        if asked == "proof and not slow":
+            return not _SOME_PROOF.search(text) or None
     return None
 
 

@@ -44,7 +44,7 @@ from heyoka_bike.bicycle.parameters import MAX_ROWS, Bicycle, Maneuver
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
-from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Number, exact_ball, span_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.dual import Dual, Duals
@@ -80,6 +80,7 @@ _NODES = 24
 # Far above what the interpolation or the series leaves out, relative to its coefficients.
 _SLACK = 1e-7
 _TERMS, _LAST_TERMS = 24, 3  # of the Taylor series
+_RADIUS = 4  # of `Samples`: what is folded onto the terms is below 4^-32 of the function
 _AT_ONCE = 512  # pieces in one array
 # Of a piece: without a certificate, a zero so near to a start that is a zero is the start.
 _AT_START = Fraction(1, 2**24)
@@ -338,7 +339,7 @@ class _Along:
         self.run, self.quantity, self.certificate = run, quantity, certificate
         self.at = evaluator(run, run.bits + _GUARD_BITS, certificate)
         self.duals = self.at.equations.over(Duals(self.at.balls))
-        self.series = PowerSeries(self.at.balls.bits, _TERMS)
+        self.samples = Samples.of(self.at.balls.bits, _TERMS, _RADIUS)
 
     def exact_start(self) -> flint.arb:
         """The function of the exact initial state."""
@@ -369,13 +370,11 @@ class _Along:
 
         What the series leaves out is seen to be small, not proved.
         """
-        half = exact_ball((high - low) / 2)
-        with self.series.precision():
-            rows = self.run.around(piece, (low + high) / 2, half, _TERMS)
-            value = self.quantity(
-                self.at.equations.over(self.series), [self.series.series(row) for row in rows]
-            )
-            here, *rest = self.series.coefficients(value)
+        half, a = exact_ball((high - low) / 2), self.samples
+        with a.precision():
+            state = a.polynomials(self.run.around(piece, (low + high) / 2, half, _TERMS))
+            value = self.quantity(self.at.equations.over(a), state)
+            ((here, *rest),) = a.coefficients([value])
         sizes = [abs(c) for c in rest]
         if not total(sizes[-_LAST_TERMS:]) <= _SLACK * total(sizes):
             return flint.arb.nan(), flint.arb.nan()

@@ -16,17 +16,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache, cached_property, reduce
-from inspect import signature
 from itertools import pairwise, zip_longest
 from typing import Any
 
+import flint
 import mpmath
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number, midpoint
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 
@@ -66,7 +66,7 @@ class Linearisation:
         q = self._quartic
         is_exact = isinstance(speed, int | Fraction)
         v = q.a.number(speed) if is_exact else q.a.context.mpf(speed)
-        roots = [z / q.root_w for z in _roots(q.at(v / q.root_w, q.g), self.digits)]
+        roots = [z / q.root_w for z in _roots(q.at(v / q.root_w, q.g))]
         parts = sorted((self._rounded(z.real), self._rounded(z.imag)) for z in roots)
         return tuple(x.context.mpc(x, y) for x, y in parts)
 
@@ -95,7 +95,7 @@ class Linearisation:
         for x in self._quartic.changes(self._quartic.discriminant()):
             p = self._quartic.at(_sqrt(x), 1)
             slope = [power * c for power, c in zip((4, 3, 2, 1), p, strict=False)]
-            real = [s.real for s in _roots(slope, self.digits) if s.imag == 0]
+            real = [s.real for s in _roots(slope) if s.imag == 0]
             _, value = min((abs(reduce(lambda y, c: y * s + c, p)), s) for s in real)
             found.append((self._speed(x), self._eigenvalue(value)))
         return tuple(found)
@@ -238,37 +238,31 @@ def _context(digits: int) -> mpmath.ctx_mp.MPContext:
     return Multiprecision(digits).context
 
 
-def _roots(coefficients: Sequence[mpmath.mpf], digits: int) -> list[mpmath.mpc]:
-    """Roots of a real polynomial, highest power first, each part exact to `digits` or zero."""
-    p = list(coefficients)
-    while p[-1] == 0:
-        p.pop()
-    mp = p[0].context
-    zeros = [mp.mpc(0)] * (len(coefficients) - len(p))
-    if len(p) == 1:
-        return zeros
-    size, inverse_size = _root_size(p), _root_size(p[::-1])
-    spread = int(mp.log10(size * inverse_size))
-    coarse = _context(digits + _GUARD + spread)
-    # A double root comes out with half of the digits, at one bit a step.
-    scaled = [q / (p[0] * size**i) for i, q in enumerate(p)]
-    options = {"maxsteps": 50 + 4 * mp.prec + coarse.prec, "cleanup": False, "extraprec": mp.prec}
-    if "asc" in signature(coarse.polyroots).parameters:
-        # Later than 1.3 mpmath asks which coefficient is the first.
-        found = coarse.polyroots(scaled[::-1], asc=True, **options)
-    else:
-        found = coarse.polyroots(scaled, **options)
-    residue = mp.mpf(10) ** -(digits + 5)
+def _roots(coefficients: Sequence[mpmath.mpf]) -> list[mpmath.mpc]:
+    """Roots of a real polynomial, highest power first, each part exact to half the digits or zero.
+
+    A double root comes out with half of the digits of the coefficients.
+    """
+    mp = coefficients[0].context
+    least = min(x.exp for x in coefficients if x)
+    p = flint.fmpz_poly([int(mp.ldexp(x, -least)) for x in reversed(coefficients)])
+    with flint.ctx.workprec(mp.prec):
+        isolated: Any = p.complex_roots()
+        found = [
+            mp.mpc(_middle(mp, z.real), _middle(mp, z.imag))
+            for z, times in isolated
+            for _ in range(times)
+        ]
+    residue = mp.mpf(10) ** -(mp.dps // 2 - _GUARD - 2)
     upper = [z for z in found if z.imag > residue * abs(z)]
     real = sorted(found, key=lambda z: abs(z.imag))[: len(found) - 2 * len(upper)]
     pairs = [mp.mpc(z.real if abs(z.real) > residue * abs(z) else 0, z.imag) for z in upper]
-    roots = [*(mp.mpc(z.real) for z in real), *pairs, *(z.conjugate() for z in pairs)]
-    return zeros + [z * size for z in roots]
+    return [*(mp.mpc(z.real) for z in real), *pairs, *(z.conjugate() for z in pairs)]
 
 
-def _root_size(p: Sequence[mpmath.mpf]) -> mpmath.mpf:
-    """Bound of the roots, not above the largest by more than a small factor."""
-    return max(p[0].context.root(abs(q / p[0]), i) for i, q in enumerate(p) if i)
+def _middle(mp: mpmath.ctx_mp.MPContext, x: flint.arb) -> mpmath.mpf:
+    n, grid = midpoint(x)
+    return mp.ldexp(n, -grid)
 
 
 Pair = tuple[Number, Number]
@@ -332,24 +326,20 @@ class _Polynomial:
         return 0 if abs(value) <= _residue(size) else 1 if value > 0 else -1
 
     def sign_changes(self) -> list[Number]:
-        """Positive x where the sign changes, ascending: at most one between two extrema."""
+        """Positive x where the sign changes, ascending."""
         p = self._trimmed()
         if len(p.coefficients) < 2:
             return []
-        slope = _Polynomial(tuple(i * c for i, c in enumerate(p.coefficients))[1:])
-        end = 2 + 2 * max(abs(c / p.coefficients[-1]) for c in p.coefficients)
-        edges = [x for x in (0 * end, *slope.sign_changes(), end) if p.sign(x)]
-        return [p._change(u, v, slope) for u, v in pairwise(edges) if p.sign(u) != p.sign(v)]
-
-    def _change(self, low: Number, high: Number, slope: _Polynomial) -> Number:
-        """The change of sign in an interval, by Newton's method inside a shrinking bracket."""
-        sign, x = self.sign(high), (low + high) / 2
-        while low < x < high and (here := self.sign(x)):
-            low, high = (low, x) if here == sign else (x, high)
-            x -= self(x) / slope(x) if slope(x) else 0
-            if not low < x < high:
-                x = (low + high) / 2
-        return x
+        roots = sorted(z.real for z in _roots(p.coefficients[::-1]) if z.imag == 0 < z.real)
+        ends = [0 * p.coefficients[0], *roots, 2 * max(roots, default=1)]
+        signs = [p.sign((low + high) / 2) for low, high in pairwise(ends)]
+        found, before = [], signs[0]
+        for x, after in zip(roots, signs[1:], strict=True):
+            if before * after < 0:
+                found.append(x)
+            # Between roots that are equal up to rounding it is zero.
+            before = after or before
+        return found
 
     def _trimmed(self) -> _Polynomial:
         """Without coefficients that are rounding residues, and divided by a power of x."""

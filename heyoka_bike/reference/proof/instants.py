@@ -182,10 +182,9 @@ def _nearest(x: Number, name: str) -> float:
     if not x.is_finite():
         return nan
     enclosed = Enclosure.of(x)
-    size = max(-enclosed.low, enclosed.high)
-    if enclosed.low <= 0 <= enclosed.high and size << _NOTHING <= 1 << enclosed.grid:
+    if enclosed.holds_zero and enclosed.size() <= Fraction(1, 2**_NOTHING):
         return 0.0
     nearest = enclosed.binary64()
     if nearest is None:
         raise UndecidedError(f"{name}: {BITS} bits do not decide its nearest binary64")
-    return nearest + 0.0
+    return nearest

@@ -299,7 +299,7 @@ def round_columns(
     return [dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table]
 
 
-def _nearest(x: Enclosure | Fraction, name: str) -> tuple[float, float, float]:
+def _nearest(x: Enclosure, name: str) -> tuple[float, float, float]:
     hi, lo = hi_lo(x, name)
     return hi, lo, distance(x, hi, lo)
 
@@ -320,17 +320,15 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> 
     return files
 
 
-def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
+def distance(x: Enclosure, hi: float, lo: float) -> float:
     """Upper bound, as binary64, of the distance of an exact number from hi + lo."""
-    if isinstance(x, Fraction):
-        return upward(abs(x - Fraction(hi) - Fraction(lo)))
-    return x.minus(hi).minus(lo).size()
+    return upward(x.minus(hi, lo).size())
 
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
     progress: Progress = lambda _: None, *, is_proof: bool = True,
-) -> Sequence[dict[str, Enclosure | Fraction]]:  # fmt: skip
+) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
     """Every column of every row as far as it is known: row 0 and constants, then the others.
 
     In a proof what is constant has to meet its enclosure by the state.
@@ -348,14 +346,12 @@ def enclose_rows(
             row: dict[str, Value] = {**columns, **constant}
             if i == 0:
                 row |= first
-            rows.append(
-                {name: x if isinstance(x, Fraction) else Enclosure.of(x) for name, x in row.items()}
-            )
+            rows.append({name: Enclosure.of(x) for name, x in row.items()})
             progress(float(t))
     return rows
 
 
 def rounded_times(maneuver: Maneuver) -> Double:
     """Times of the rows [s], of shape (rows,)."""
-    hi, lo = np.array([hi_lo(t, "time") for t in row_times(maneuver)]).T
+    hi, lo = np.array([hi_lo(Enclosure.of(t), "time") for t in row_times(maneuver)]).T
     return hi.copy(), lo.copy()

@@ -82,14 +82,14 @@ def row_zero(x: StoredManeuver, tally: Tally) -> None:
         found, bound = _stored(rows, name, 0), _bound(rows, name, 0)
         is_near = abs(exact - _exact(rows, name, 0)) <= bound
         tally.counts(
-            is_near and _same_bits(found, hi_lo(exact, name)),
+            is_near and _same_bits(found, hi_lo(Enclosure.of(exact), name)),
             f"{x.at(name, 0)}: found {_pair(*found)}, bound {float(bound):.2g}, "
             f"expected exactly {exact}",
         )
     for i, t in enumerate(row_times(x.maneuver)):
         found = (float(x.reference.time[i]), float(x.reference.time_lo[i]))
         said = f"{x.at('time', i)}: found {_pair(*found)}, expected exactly {t}"
-        tally.counts(_same_bits(found, hi_lo(t, "time")), said)
+        tally.counts(_same_bits(found, hi_lo(Enclosure.of(t), "time")), said)
 
 
 def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
@@ -175,7 +175,7 @@ def text_50(x: StoredManeuver, tally: Tally) -> None:
             # The exact value is anywhere within half a unit of the last digit.
             number, half = Fraction(token), half_unit(token)
             found, bound = _stored(rows, name, i), _bound(rows, name, i)
-            low, high = (hi_lo(number + side * half, name) for side in (-1, 1))
+            low, high = (hi_lo(Enclosure.of(number + side * half), name) for side in (-1, 1))
             is_near = abs(number - _exact(rows, name, i)) <= bound + half
             tally.counts(
                 low <= found <= high and is_near,
@@ -468,7 +468,7 @@ def stored_ball(values: Values, name: str, row: int) -> flint.arb:
     return flint.arb(_sum(values, name, row), float(values.bound[name][row]))
 
 
-def _digits(x: Enclosure | Fraction, where: str) -> str:
+def _digits(x: Enclosure, where: str) -> str:
     """The 50 digits that an enclosure decides, or else those of its middle, the candidate's value.
 
     The certificate's bound over the whole run can be too large for small values at its beginning,
@@ -477,16 +477,13 @@ def _digits(x: Enclosure | Fraction, where: str) -> str:
     try:
         return decimal_digits(x, TEXT_DIGITS, where)
     except UndecidedError:
-        assert isinstance(x, Enclosure)
-        return decimal_digits(Fraction(x.low + x.high, 2 << x.grid), TEXT_DIGITS, where)
+        return decimal_digits(Enclosure.of((x.low + x.high) / 2), TEXT_DIGITS, where)
 
 
-def _smallest_distance(x: Enclosure | Fraction, hi: float, lo: float) -> Fraction:
+def _smallest_distance(x: Enclosure, hi: float, lo: float) -> Fraction:
     """Smallest distance of an exact number in its enclosure from hi + lo."""
-    if isinstance(x, Fraction):
-        return abs(x - Fraction(hi) - Fraction(lo))
-    rest = x.minus(hi).minus(lo)
-    return Fraction(max(rest.low, -rest.high, 0), 1 << rest.grid)
+    rest = x.minus(hi, lo)
+    return max(rest.low, -rest.high, Fraction(0))
 
 
 def half_unit(token: str) -> Fraction:

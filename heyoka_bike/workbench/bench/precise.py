@@ -18,7 +18,7 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.integrate import Native, integrate, require_heyoka, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
@@ -108,16 +108,18 @@ def _mpmath(published: Trajectory, p: Precision) -> Measured:
 
 def _balls(published: Trajectory, p: Precision) -> Measured:
     """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
-    balls, order = Balls(p.bits), _order(p.bits)
+    balls, order, longest = AtPoints(p.bits), _order(p.bits), flint.ctx.cap
     equations = Equations.of(published.bicycle, balls, is_regular=False)
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
-        series = PowerSeries(p.bits, n)
-        with series.precision():
-            rates = equations.over(series).rates([series.series(c) for c in y])
+        # flint keeps the length of all series in a global.
+        flint.ctx.cap = n
+        with balls.precision():
+            rates = equations.rates([flint.arb_series(c, n) for c in y])
             for c, rate in zip(y, rates, strict=True):
-                c.append(series.coefficients(rate)[n - 1] / n)
+                c.append(rate[n - 1] / n)
+    flint.ctx.cap = longest
     # The last term decides how long the step may be.
     last = max(abs(float(c[-1].mid())) for c in y)
     h = Fraction((last * 2.0 ** (p.bits + _SAFETY_BITS)) ** (-1 / order)).limit_denominator(1000)
