@@ -21,7 +21,6 @@ import os
 import sys
 import time
 import warnings
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -111,7 +110,17 @@ class TimedCode:
         )
 
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        """Build and measure on one maneuver, None for the code's tolerance for roundoff."""
+        """Build and measure on one maneuver, None for the tolerance of the smallest error."""
+        if tolerance is None:
+            indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
+            tried = [self._trial(problem, tolerance_of(i)) for i in indices]
+            return min(tried, key=lambda x: x.error)
+        run, chosen, build = self._built(problem, tolerance)
+        rows, calls, _ = run()
+        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
+
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
         raise NotImplementedError
 
 
@@ -192,24 +201,7 @@ class Tuned(TimedCode):
         return Trial(run, tolerance, build, sum(run.steps), performance, error)
 
 
-class _Peer(TimedCode, ABC):
-    """A code whose steps are chosen by a tolerance; that of roundoff is of the smallest error."""
-
-    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        if tolerance is None:
-            indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
-            tried = [self._trial(problem, tolerance_of(i)) for i in indices]
-            return min(tried, key=lambda x: x.error)
-        run, chosen, build = self._built(problem, tolerance)
-        rows, calls, _ = run()
-        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
-
-    @abstractmethod
-    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
-        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
-
-
-class SciPy(_Peer):
+class SciPy(TimedCode):
     """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
@@ -227,7 +219,7 @@ class SciPy(_Peer):
         return run, tolerance, build
 
 
-class Compiled(_Peer):
+class Compiled(TimedCode):
     """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
 
     @cached_property
@@ -253,7 +245,7 @@ class Compiled(_Peer):
         return run, chosen, build
 
 
-class Sundials(_Peer):
+class Sundials(TimedCode):
     """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
