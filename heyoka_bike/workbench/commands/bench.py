@@ -19,6 +19,7 @@ from typing import Any
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import has_colors, stage_bar
+from heyoka_bike.workbench.style import FORMATS, render
 
 _MAX_RUNS = 10_000
 _RUNS, _QUICK_RUNS = 30, 5
@@ -69,11 +70,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         text = summary.as_text(document, is_shown and has_colors(sys.stdout.isatty()))
     if figure_format is not None:
-        from heyoka_bike.workbench.bench.summary import draw
-        from heyoka_bike.workbench.style import render
-
         title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
-        figure = draw(document["work_precision"], title)
+        figure = summary.draw(document["work_precision"], title)
         write_output(Path(args.output), render(figure, figure_format))
     if is_shown:
         sys.stdout.write(text)
@@ -84,8 +82,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _figure_format(output: str | None) -> str | None:
     """Format of a figure to be written, None if it is none."""
-    from heyoka_bike.workbench.style import FORMATS
-
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None
 
