@@ -33,7 +33,7 @@ COMMANDS = {
 _ADDITIONS = {
     "certify_after": "heyoka_bike.workbench.after_ten_seconds.facts",
     "checker_header": "heyoka_bike.workbench.checker.header",
-    "checker_page": "heyoka_bike.workbench.checker.wasm",
+    "checker_page": "heyoka_bike.workbench.checker.page",
     "connected": "heyoka_bike.workbench.cluster",
     "generate_after": "heyoka_bike.workbench.after_ten_seconds.making",
     "uncertain_stability": "heyoka_bike.workbench.boxes.box",

@@ -21,6 +21,7 @@ from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit
 from heyoka_bike.registry import addition
 from heyoka_bike.system.console import progress_bars
+from heyoka_bike.system.resources import after_folder, reference_folder
 from heyoka_bike.version import __version__
 
 _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
@@ -45,7 +46,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _after(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.layout import AFTER
-    from heyoka_bike.system.resources import after_folder
 
     with progress_bars({"certify": 1.0}) as progress:
         facts = addition("certify_after")(args.dir or None, progress=progress)
@@ -66,7 +66,6 @@ def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.manifest import read_manifest
     from heyoka_bike.reference.proof.certificate import certify, entry, proved
     from heyoka_bike.reference.structure import COLUMNS_OF
-    from heyoka_bike.system.resources import reference_folder
 
     folder = args.dir or reference_folder()
     with progress_bars(_SHARES) as progress:

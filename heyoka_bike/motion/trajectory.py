@@ -84,6 +84,15 @@ class Trajectory(Displayed):
     def __repr__(self) -> str:
         return f"<{': '.join(self.words)}>"
 
+    @property
+    def evaluation_bits(self) -> int:
+        """Bits in which it is evaluated: some more than those of the run."""
+        return self.bits + 64
+
+    def equations(self, balls: Balls) -> Equations:
+        """The equations of its bicycle and form."""
+        return Equations.of(self.bicycle, balls, is_regular=self.is_regular)
+
     def piece(self, i: int) -> Piece:
         """Piece i."""
         return Piece(self, i, self.breaks[i], self.breaks[i + 1], self.grid, self.pieces[i])
@@ -123,7 +132,7 @@ class Trajectory(Displayed):
         return (t - exact_ball(a)) / exact_ball(b - a)
 
     def _piece(self, piece: int) -> list[flint.arb_poly]:
-        return _polynomials(self.pieces[piece], self.bits + 64)
+        return _polynomials(self.pieces[piece], self.evaluation_bits)
 
 
 @lru_cache(maxsize=256)
@@ -247,16 +256,15 @@ class Drift:
 
 
 def evaluator(
-    trajectory: Trajectory, bits: int, certificate: Certificate | None = None
+    trajectory: Trajectory, bits: int | None = None, certificate: Certificate | None = None
 ) -> Evaluator:
-    """Columns of a trajectory in ball arithmetic of `bits`.
+    """Columns of a trajectory in ball arithmetic of `bits`, by default some more than its own.
 
     With a certificate they are enclosures of the exact motion's columns, without one of the
     candidate's.
     """
-    balls = Balls(bits)
-    equations = Equations.of(trajectory.bicycle, balls, is_regular=trajectory.is_regular)
-    return Evaluator(trajectory, balls, equations, certificate)
+    balls = Balls(bits or trajectory.evaluation_bits)
+    return Evaluator(trajectory, balls, trajectory.equations(balls), certificate)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager, suppress
@@ -14,6 +13,7 @@ from typing import Any
 from uuid import uuid4
 from weakref import WeakValueDictionary
 
+from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError, required
 from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
 from heyoka_bike.system.machine import versions
@@ -118,10 +118,10 @@ class ClusterExecutor(Executor):
                 raise VersionsDifferError(f"{worker}: cannot tell its versions: {there}")
             check_versions(versions(), there, worker)
         if not found:
-            _say(f"no worker at {self.address} yet: waiting for one")
+            complain(f"no worker at {self.address} yet: waiting for one")
         for worker, many in threads.items():
             if many > 1:
-                _say(
+                complain(
                     f"{worker} has {many} threads and does one job at a time: start workers with "
                     "--nthreads 1, one for each processor"
                 )
@@ -167,7 +167,3 @@ def _run(
 
     reporting.set(report_if_wanted)
     return fn(*args, **kwargs)
-
-
-def _say(text: str) -> None:
-    print(f"heyoka-bike: {text}", file=sys.stderr)

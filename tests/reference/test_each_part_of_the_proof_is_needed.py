@@ -88,15 +88,8 @@ def test_an_initial_pitch_beside_the_root(
     turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)), roll=Exact(Fraction(1, 10)))
     equations = Equations.of(bicycle, Balls(237))
     assert len(initial.initial_state(equations, turned)) == SIZE
-    found = initial.Multiprecision
-
-    class Beside(found):  # type: ignore[misc, valid-type]
-        def __init__(self, digits: int) -> None:
-            super().__init__(digits)
-            root = self.context.findroot
-            self.context.findroot = lambda *a, **k: root(*a, **k) + self.context.mpf(shift)
-
-    monkeypatch.setattr(initial, "Multiprecision", Beside)
+    root = initial._root
+    monkeypatch.setattr(initial, "_root", lambda *a: root(*a) + flint.arb(shift))
     with pytest.raises(InputError, match="no pitch"):
         initial.initial_state(equations, turned)
 
@@ -105,9 +98,12 @@ def test_an_initial_pitch_that_may_be_a_double_root(
     bicycle: Any, maneuvers: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)))
-    monkeypatch.setattr(
-        initial.Duals, "variables", lambda self, values: [Dual(values[0], (flint.arb(0, 1),))]
-    )
+
+    def variables(_: Any, values: Sequence[flint.arb]) -> list[Dual]:
+        """Of what is no exact number, a slope that may vanish."""
+        return [Dual(x, (1 if x.is_exact() else flint.arb(0, 1),)) for x in values]
+
+    monkeypatch.setattr(initial.Duals, "variables", variables)
     with pytest.raises(InputError, match="no pitch"):
         initial.initial_state(Equations.of(bicycle, Balls(237)), turned)
 

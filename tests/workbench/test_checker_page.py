@@ -9,13 +9,14 @@ import zlib
 
 import numpy as np
 import pytest
+from checker_wasm import build, source_hash
 from support.pages import CHROMIUM, Page, browser
 
 from heyoka_bike import read_results, score
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.system.resources import data_folder
-from heyoka_bike.workbench.checker.wasm import KEPT, build, source_hash
+from heyoka_bike.workbench.checker.page import KEPT
 
 PEERS = data_folder() / "peers"
 EXUDYN = PEERS / "exudyn-h0.01.txt"
@@ -56,7 +57,7 @@ def test_every_control_has_a_name(page):
 
 
 def test_the_judge_in_it_is_that_of_the_header():
-    """If not: python -m heyoka_bike.workbench.checker.wasm, with clang and lld."""
+    """If not: python docs/_site/checker_wasm.py, with clang and lld."""
     assert source_hash().encode() in KEPT.read_bytes()
 
 

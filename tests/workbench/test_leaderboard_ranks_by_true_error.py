@@ -16,6 +16,7 @@ from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.leaderboard import ranking
 from heyoka_bike.workbench.leaderboard.document import diagnosis
 from heyoka_bike.workbench.leaderboard.ranking import (
     PROBLEMS,
@@ -166,11 +167,12 @@ def test_the_table_is_narrow_and_the_page_draws_every_place(folder, capsys, tmp_
     assert text.count("<circle") == 3
 
 
-def test_what_goes_wrong_is_said_where_it_is_asked_for(folder, capsys):
+def test_what_goes_wrong_is_said_where_it_is_asked_for(folder, monkeypatch, capsys):
     first = json.loads(board(folder, capsys))["problems"][0]["entries"][0]
     assert first["diagnosis"] is None
+    monkeypatch.setattr(ranking, "diagnosed_elsewhere", told)
     with using(workers=1):
-        found = leaderboard(folder, [load_reference()], finish=told).entries["H1"]
+        found = leaderboard(folder, [load_reference()], is_diagnosed=True).entries["H1"]
     assert [diagnosis(e) for e in found] == ["it is wrong in maneuver 1"] * 2
 
 

@@ -35,7 +35,6 @@ from heyoka_bike.reference.proof.dense import bound_dense, expansions, interpola
 from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import (
-    EVALUATION_BITS,
     constant_columns,
     render_texts,
     round_rows,
@@ -145,7 +144,7 @@ def rounded(
 ) -> tuple[RoundedRows, Dense, Drift]:
     """Every number of the columns, and what the run itself keeps."""
     rows = round_rows(run, certificate, partial(report, "rows"))
-    at = evaluator(run, run.bits + EVALUATION_BITS)
+    at = evaluator(run)
     constant = constant_columns(run)
     if published is None:
         scales = {name: rows.scale(name) for name in rows.hi}

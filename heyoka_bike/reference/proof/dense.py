@@ -40,7 +40,6 @@ import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DENSE_COLUMNS, MOTION_COLUMNS
-from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
     NonnegativeRoots,
@@ -58,7 +57,7 @@ from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upwa
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.enclose import Progress
-from heyoka_bike.reference.proof.rows import EVALUATION_BITS, distance, round_columns
+from heyoka_bike.reference.proof.rows import distance, round_columns
 from heyoka_bike.reference.values import Dense, Values
 
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
@@ -228,9 +227,8 @@ def expansions(
     run: Trajectory, function: cauchy.Function, stretches: Iterable[Stretch]
 ) -> Iterator[Expansion]:
     """Expansions of a function along pieces, or parts of them where no circle works for all."""
-    balls = Balls(BITS)
-    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
-    at_points, on_circles = equations.convert(flint.acb, balls), cauchy.circle_equations(run)
+    equations, on_circles = run.equations(Balls(BITS)), cauchy.circle_equations(run)
+    at_points = equations.convert(flint.acb, equations.a)
 
     def expanded(bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Expansion:
         circle = cauchy.circle_bound(piece, function, on_circles)
@@ -301,9 +299,6 @@ def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
     return upward(Enclosure.of(x).minus(float(hi[0]), float(lo[0])).size() + rest)
 
 
-_GUARD_BITS = 64
-
-
 def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretch]:
     """The candidate piece by piece, with the integrals from the start of the motion.
 
@@ -321,9 +316,9 @@ class _Integrator:
     """Carries the integrals, exact numbers, and the bounds on their errors."""
 
     def __init__(self, run: Trajectory) -> None:
-        self.bits = run.grid + _GUARD_BITS
+        self.bits = run.grid + 64
         self.circles = cauchy.circle_equations(run)
-        self.equations = Equations.of(run.bicycle, Balls(self.bits), is_regular=run.is_regular)
+        self.equations = run.equations(Balls(self.bits))
         self.at = [Fraction(0)] * len(INTEGRALS)
         self.error = [Fraction(0)] * len(INTEGRALS)
 
@@ -412,10 +407,10 @@ def _enclosed(
     run: Trajectory, stretches: Sequence[Stretch], progress: Progress
 ) -> Iterator[dict[str, flint.arb]]:
     """Enclosures of all columns at the rows."""
-    balls = NonnegativeRoots(run.bits + EVALUATION_BITS)
+    balls = NonnegativeRoots(run.evaluation_bits)
     starts = [s.piece.t0 for s in stretches]
     at, polynomials = -1, [flint.arb_poly()]
-    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+    equations = run.equations(balls)
     with balls.precision():
         for t in row_times(run.maneuver):
             if (i := bisect_right(starts, t) - 1) != at:

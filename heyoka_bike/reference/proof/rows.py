@@ -114,8 +114,6 @@ class Element:
         if num is not None and den != _ONE:
             common = num.gcd(den)
             self.num, self.den = num // common, den // common
-            if self.den.leading_coefficient() < 0:
-                self.num, self.den = -self.num, -self.den
 
     def rational(self) -> Fraction | None:
         """The value, if it is a rational number."""
@@ -236,8 +234,6 @@ class RationalFunctions(Arithmetic):
 
 
 TEXT_DIGITS = 50
-EVALUATION_BITS = 64
-"""Bits that evaluation uses beyond those of the run."""
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
@@ -248,7 +244,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
     exact = exact_columns(run.bicycle, run.maneuver)
     if "mechanical_energy" in exact and not run.maneuver.is_straight:
         return {"mechanical_energy": exact["mechanical_energy"]}
-    equations = Equations.of(run.bicycle, Balls(run.bits + EVALUATION_BITS))
+    equations = Equations.of(run.bicycle, Balls(run.evaluation_bits))
     with equations.precision():
         start = equations.columns(initial_state(equations, run.maneuver))
     if run.maneuver.is_straight:
@@ -269,7 +265,7 @@ def round_rows(
     UndecidedError
         Enclosures that do not decide a rounding, named.
     """
-    at = evaluator(run, run.bits + EVALUATION_BITS, certificate)
+    at = evaluator(run, certificate=certificate)
     first = exact_columns(run.bicycle, run.maneuver)
     constant = constant_columns(run)
     enclosed = enclose_rows(at, first, constant, progress)

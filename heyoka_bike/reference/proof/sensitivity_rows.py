@@ -266,7 +266,7 @@ def differentiate(
     NotCertifiedError
         The derivatives of the energy are not those of its initial value.
     """
-    equations = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
+    equations = run.equations(Balls(BITS))
     unknowns = Unknowns.of(run, equations)
     start = _at_start(run, equations, unknowns)
     times = [run.maneuver.time(i) for i in range(0, run.maneuver.rows, ROWS_APART)]

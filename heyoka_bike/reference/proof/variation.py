@@ -268,9 +268,8 @@ class _Prover:
     def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
         self.unknowns = unknowns
         self.circles = cauchy.circle_equations(run)
-        balls = Balls(BITS)
-        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
-        self.at_points = equations.convert(flint.acb, balls)
+        equations = run.equations(Balls(BITS))
+        self.at_points = equations.convert(flint.acb, equations.a)
         numbers: list[flint.arb] = []
         equations.k.convert(numbers.append)
         with flint.ctx.workprec(BITS):

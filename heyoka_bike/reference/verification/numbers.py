@@ -44,7 +44,6 @@ from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, T
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.proof.certificate import kept, relative_bounds
 from heyoka_bike.reference.proof.rows import (
-    EVALUATION_BITS,
     TEXT_DIGITS,
     constant_columns,
     distance,
@@ -191,7 +190,7 @@ def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tall
     one that follows, to the last bit.
     """
     run, rows, text = x.run, x.reference.rows, x.long_text
-    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+    at = evaluator(run, certificate=x.certificate)
     first = exact_columns(run.bicycle, run.maneuver)
     for i, row in enumerate(enclose_rows(at, first, constant_columns(run), is_proof=False)):
         for name in x.reference.columns:
@@ -228,9 +227,8 @@ def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
                 f"{run.maneuver.name}: {name} jumps by {float(jump):.2g} at break {i}, "
                 f"t = {float(run.breaks[i]):.6g} s",
             )
-    balls = Balls(run.grid + EVALUATION_BITS)
-    with balls.precision():
-        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+    equations = run.equations(Balls(run.grid + 64))
+    with equations.precision():
         start = initial_state(equations, run.maneuver)
         # Rounded to the grid, either way where the ball does not decide.
         unit = flint.arb(2) ** -run.grid
@@ -247,7 +245,7 @@ def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
     right-hand side is in its ball.
     """
     run = x.run
-    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+    at = evaluator(run, certificate=x.certificate)
 
     def polynomials(piece: int) -> Iterator[_Changing]:
         unit, bounds = flint.arb(2) ** -run.grid, x.certificate.pieces[piece]
@@ -419,7 +417,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
 
 def integration(x: StoredManeuver, tally: Tally) -> None:
     """The energy and contact drift of the candidate are those in the certificate."""
-    drift = evaluator(x.run, x.run.bits + EVALUATION_BITS).drift()
+    drift = evaluator(x.run).drift()
     # Sets before 2.0.0 say nothing of it.
     said = x.entry.get("integration", {})
     _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
@@ -520,8 +518,6 @@ QUICK: tuple[str | int, ...] = ("binary128", 40)
 MORE_DIGITS = 20
 """By which the second of a full rerun is longer than the set's own."""
 
-_GUARD_BITS = 64  # of evaluation, beyond the longer of the two runs
-
 
 def run_again(
     found: Verification, *, is_quick: bool = False, progress: Progress | None = None
@@ -574,7 +570,7 @@ def agreement(part: StoredManeuver, precision: Precision, report: Report) -> Agr
         run.bicycle, run.maneuver, precision, progress=lambda t: report("integrate", t)
     )
     seconds = time.perf_counter() - start
-    bits = max(run.bits, again.bits) + _GUARD_BITS
+    bits = max(run.evaluation_bits, again.evaluation_bits)
     at_run, at_again = evaluator(run, bits), evaluator(again, bits)
     # Over the whole time, for all states alike: this run has steps, and maybe states, of its own.
     worst = part.certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))

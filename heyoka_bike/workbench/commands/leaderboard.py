@@ -56,14 +56,9 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.workbench.leaderboard.document import document, render_json
     from heyoka_bike.workbench.leaderboard.ranking import leaderboard
 
-    finish = {}
-    if args.diagnose:
-        from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
-
-        finish = {"finish": diagnosed_elsewhere}
     references = [load_reference(), *map(load_reference, args.reference)]
     with progress_bar("scoring") as progress:
-        board = leaderboard(args.folder, references, progress, **finish)
+        board = leaderboard(args.folder, references, progress, is_diagnosed=args.diagnose)
     found = document(board, origin(args.words))
     if name == "table":
         print_blocks(*found.blocks)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 _MEASURED = 2
 """The maneuver of which eq. (1) is asked for."""
+_FORM = Template(Path(__file__).with_name("submission.txt").read_text(encoding="utf-8"))
 
 
 def add_parser(subparsers: Any) -> None:
@@ -112,26 +114,20 @@ def _text(results: Results, report: Report) -> str:
 
 def _said(report: Report, given: Mapping[str, str], cpu: float) -> str:
     """The numbers of the form, and the true digits."""
-    performance = report[_MEASURED].performance
-    accuracy = "unknown" if performance is None else f"{performance:.4g} %"
-    lines = [
-        "Uncontrolled bicycle, IFToMM Library of Computational Benchmark Problems",
-        "",
-        f"program: {given['program']}",
-        f"accuracy, eq. (1) of maneuver {_MEASURED}: {accuracy}",
-        f"efficiency, processor time: {cpu:g} s",
-        f"machine: {given['machine']}",
-        "",
-        "Beside it, measured with heyoka_bike against the exact motion: correct digits of the",
-        "worst column, relative to its largest value, which eq. (1) does not tell.",
-    ]
-    for number, maneuver in report.items():
-        worst = maneuver.worst
-        digits = "nothing compared" if worst is None else f"{worst.scd:.1f} ({worst.column})"
-        lines.append(f"maneuver {number}: {digits}")
-    lines += ["", "Definitions that the columns have:"]
-    lines += [f"{key}: {column.definition}" for key, column in report[_MEASURED].items()]
-    return "\n".join(lines) + "\n"
+    measured = report[_MEASURED]
+    digits = (
+        f"maneuver {number}: "
+        + (f"{m.worst.scd:.1f} ({m.worst.column})" if m.worst else "nothing compared")
+        for number, m in report.items()
+    )
+    return _FORM.substitute(
+        given,
+        measured=_MEASURED,
+        accuracy="unknown" if measured.performance is None else f"{measured.performance:.4g} %",
+        cpu=f"{cpu:g}",
+        digits="\n".join(digits),
+        definitions="\n".join(f"{key}: {column.definition}" for key, column in measured.items()),
+    )
 
 
 def _packed(files: Mapping[str, str]) -> bytes:

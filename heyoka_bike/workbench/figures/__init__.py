@@ -6,7 +6,7 @@ maneuvers to show, and gives a matplotlib figure. The module is imported when it
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -49,6 +49,21 @@ class Kind:
     about: str
     shows: Literal["each", "all", "none"]
 
+    def draw(self, reference: Reference, numbers: Sequence[int]) -> Any:
+        """The matplotlib figure, of these maneuvers.
+
+        Raises
+        ------
+        MissingPackageError
+            matplotlib is not installed.
+        """
+        module = import_module(f"{__name__}.{self.module}")
+        return getattr(module, self.name)(reference, numbers)
+
+
+Plates = dict[str, Callable[[], Any]]
+"""Figures to draw, by the names of their files without suffix."""
+
 
 FIGURES: Mapping[str, Kind] = {
     DEFAULT: Kind(
@@ -61,39 +76,10 @@ FIGURES: Mapping[str, Kind] = {
 """The kinds by name."""
 
 
-@dataclass(frozen=True, slots=True)
-class Plate:
-    """A figure to draw.
-
-    Attributes
-    ----------
-    name
-        Of its file, without suffix.
-    kind : Kind
-    numbers : tuple of int
-        Maneuvers to show.
-    """
-
-    name: str
-    kind: Kind
-    numbers: tuple[int, ...]
-
-    def draw(self, reference: Reference) -> Any:
-        """The matplotlib figure.
-
-        Raises
-        ------
-        MissingPackageError
-            matplotlib is not installed.
-        """
-        module = import_module(f"{__name__}.{self.kind.module}")
-        return getattr(module, self.kind.name)(reference, self.numbers)
-
-
 def plates(
     reference: Reference, name: str = DEFAULT, maneuver: int | None = None, *, dashes: str = "--"
-) -> list[Plate]:
-    """Figures to draw for a name of `FIGURES`, or for ``all``.
+) -> Plates:
+    """Figures to draw for a name of `FIGURES`, or for ``all``, by the names of their files.
 
     Parameters
     ----------
@@ -118,15 +104,13 @@ def plates(
         raise InputError(
             f"{dashes}maneuver: found {maneuver}, expected none: '{name}' shows no motion"
         )
-    numbers = tuple(reference) if maneuver is None else (maneuver,)
-    found = []
+    every = tuple(reference) if maneuver is None else (maneuver,)
+    found: Plates = {}
     for kind in kinds:
-        if kind.shows == "none":
-            found.append(Plate(kind.name, kind, ()))
-        elif kind.shows == "all" and maneuver is None:
-            found.append(Plate(kind.name, kind, numbers))
+        if kind.shows == "none" or (kind.shows == "all" and maneuver is None):
+            found[kind.name] = partial(kind.draw, reference, every)
         else:
-            found += [Plate(f"{kind.name}_{n}", kind, (n,)) for n in numbers]
+            found |= {f"{kind.name}_{n}": partial(kind.draw, reference, (n,)) for n in every}
     return found
 
 
@@ -212,16 +196,17 @@ def drawn(
     """
     from heyoka_bike.reference.load import load_reference
 
+    hint = ""
     if figure == ATLAS:
         from heyoka_bike.workbench.atlas.figure import atlas_figure
 
-        (one,) = _files(output, [ATLAS], formats, "", dashes)
-        return iter([(atlas_figure(reference), one)])
-    known = load_reference(reference)
-    chosen = plates(known, figure, maneuver, dashes=dashes)
-    hint = (", or --maneuver N" if dashes else ", or maneuver=N") if figure == DEFAULT else ""
-    every = _files(output, [plate.name for plate in chosen], formats, hint, dashes)
-    return ((plate.draw(known), one) for plate, one in zip(chosen, every, strict=True))
+        chosen: Plates = {ATLAS: partial(atlas_figure, reference)}
+    else:
+        chosen = plates(load_reference(reference), figure, maneuver, dashes=dashes)
+        if figure == DEFAULT:
+            hint = ", or --maneuver N" if dashes else ", or maneuver=N"
+    every = _files(output, list(chosen), formats, hint, dashes)
+    return ((draw(), files) for draw, files in zip(chosen.values(), every, strict=True))
 
 
 def _files(

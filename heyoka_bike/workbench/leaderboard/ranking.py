@@ -39,11 +39,11 @@ from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_m
 from heyoka_bike.bicycle.toml_source import TomlSource, kind
 from heyoka_bike.errors import BicycleError, InputError, quoted
 from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
 from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
-from heyoka_bike.system import jobs
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import find_input
 
@@ -194,13 +194,10 @@ def _read_file(
 GRADES = (12, 9, 6, 3)
 """Correct digits for which a problem is solved, docs/harder-tier.md."""
 
-_SCORING = 0.05  # of the time, where entries are finished
+_SCORING = 0.05  # of the time, where entries are diagnosed
 
 References = Mapping[tuple[str, str], Reference]
 """Sets by the names of their bicycle and maneuvers."""
-
-Finish = Callable[[Report, Reference, jobs.Report], Report]
-"""A job that makes more of a report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,7 +253,8 @@ def leaderboard(
     folder: str | Path,
     references: Sequence[Reference],
     progress: Callable[[float], None] = lambda _: None,
-    finish: Finish | None = None,
+    *,
+    is_diagnosed: bool = False,
 ) -> Leaderboard:
     """Score every submission ``*.toml`` of a folder.
 
@@ -267,9 +265,8 @@ def leaderboard(
         Sets of the problems; the published one, of H1, is the first.
     progress
         Called with the part of the work that is done, 0 to 1.
-    finish
-        Gives the report that is kept of an entry, and takes most of the time: a job, such as
-        `diagnosis.diagnose.diagnosed_elsewhere`.
+    is_diagnosed
+        Whether to say of each what goes wrong, which takes most of the time.
 
     Raises
     ------
@@ -287,12 +284,12 @@ def leaderboard(
             entries.append(_entry(read_submission(file), known))
         except BicycleError as e:
             refused.append(str(e))
-        progress(i / len(files) * (_SCORING if finish else 1.0))
-    if finish:
+        progress(i / len(files) * (_SCORING if is_diagnosed else 1.0))
+    if is_diagnosed:
         inputs = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
         share = 1.0 - _SCORING
         reports = side_by_side(
-            finish, inputs, done=lambda n: progress(_SCORING + share * n / len(inputs))
+            diagnosed_elsewhere, inputs, done=lambda n: progress(_SCORING + share * n / len(inputs))
         )
         entries = [replace(e, report=r) for e, r in zip(entries, reports, strict=True)]
     entries.sort(key=lambda e: (-e.digits, e.submission.name))

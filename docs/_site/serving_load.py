@@ -1,6 +1,6 @@
 """Many clients at once: what a server of this machine answers, how fast, with how much memory.
 
-Run as ``python -m heyoka_bike.workbench.bench.serving_load --clients 50 --files 500``. It starts a
+Run as ``python docs/_site/serving_load.py --clients 50 --files 500``. It starts a
 server of its own on 127.0.0.1 and asks nothing else. With ``--minutes 10 --kill-every 5`` it is a
 soak: clients ask until the time is over, and meanwhile processes that score a file are killed, one
 every so often. A kill may cost one answer, 422 as if memory had run out; none may be lost, and

@@ -1,6 +1,6 @@
 """Cost of starting, reading and judging, in processor time and memory of whole processes.
 
-    python -m heyoka_bike.workbench.bench.start_up [FILE] [--runs N] [--rows N]
+    python docs/_site/start_up.py [FILE] [--runs N] [--rows N]
 
 Everything runs in turns, so that what else the machine does touches all alike. The first turn is
 not counted: it writes the bytecode and the compiled code. With ``--rows`` a file of so many rows of
