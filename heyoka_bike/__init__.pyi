@@ -21,8 +21,8 @@ from heyoka_bike.scoring.series import score_series as score_series
 from heyoka_bike.scoring.series import compare as compare
 
 # Show.
-from heyoka_bike.showing.figures import plot as plot
-from heyoka_bike.showing.replay.page import animate as animate
+from heyoka_bike.workbench.figures import plot as plot
+from heyoka_bike.workbench.replay.page import animate as animate
 
 # Compute.
 from heyoka_bike.bicycle.parameters import Bicycle as Bicycle

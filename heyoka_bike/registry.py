@@ -18,22 +18,23 @@ COMMANDS = {
     "verify": _CORE,
     "certify": _CORE,
     "linear": _CORE,
-    "plot": _CORE,
-    "animate": _CORE,
+    "plot": _WORKBENCH,
+    "animate": _WORKBENCH,
     "export": _CORE,
     "bench": _WORKBENCH,
     "atlas": _WORKBENCH,
-    "leaderboard": _CORE,
-    "submit": _CORE,
+    "leaderboard": _WORKBENCH,
+    "submit": _WORKBENCH,
     "serve": _WORKBENCH,
     "selfcheck": _CORE,
 }
 """Package of each command, in the order of ``--help``."""
 
 _ADDITIONS = {
-    "atlas_figure": "heyoka_bike.workbench.atlas.figure",
-    "atlas_page": "heyoka_bike.workbench.atlas.page.page",
     "certify_after": "heyoka_bike.workbench.after_ten_seconds.facts",
+    "checker_header": "heyoka_bike.workbench.checker.header",
+    "checker_page": "heyoka_bike.workbench.checker.page",
+    "connected": "heyoka_bike.workbench.cluster",
     "generate_after": "heyoka_bike.workbench.after_ten_seconds.making",
     "uncertain_stability": "heyoka_bike.workbench.boxes.box",
 }

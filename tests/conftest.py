@@ -97,17 +97,25 @@ LONGEST = (
     "test_exports_are_read_back", "test_input_fuzz_never_crashes", "test_export_command",
     "test_pytest_plugin_requires_digits", "test_integrators_are_named_with_their_step",
     "test_leaderboard_ranks_by_true_error", "test_linear_works_for_unusual_bicycles",
-    "test_constants_are_exact_in_every_precision", "test_files_are_scored_by_a_page",
+    "test_whatever_holds_columns_is_scored", "test_files_are_scored_by_a_page",
     "test_a_server_keeps_its_bounds",
 )  # fmt: skip
 
 
 _ALL_PROOF = re.compile(r"^pytestmark = \[?pytest\.mark\.proof", re.MULTILINE)
+_SOME_PROOF = re.compile(r"mark\.proof|@browser")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     rank = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(LONGEST)))
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> Iterator[int]:
+    """One more for the proofs, which wait for browsers, servers and other processes."""
+    processors = yield
+    return processors + (config.option.markexpr == "proof")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -125,9 +133,14 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out files that are marked as a whole: importing them takes the fast tests seconds."""
-    if config.option.markexpr.startswith("not proof and ") and collection_path.match("test_*.py"):
-        return bool(_ALL_PROOF.search(collection_path.read_text(encoding="utf-8"))) or None
+    """Leave out files of the other tier: importing them takes seconds."""
+    asked = config.option.markexpr
+    if collection_path.match("test_*.py"):
+        text = collection_path.read_text(encoding="utf-8")
+        if asked.startswith("not proof and "):
+            return bool(_ALL_PROOF.search(text)) or None
+        if asked == "proof and not slow":
+            return not _SOME_PROOF.search(text) or None
     return None
 
 

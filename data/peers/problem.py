@@ -12,7 +12,7 @@ from apart import FailedError
 from heyoka_bike import load_reference, read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.manifest import MANIFEST
-from heyoka_bike.scoring.leaderboard import PROBLEMS, correct_digits, other_definitions
+from heyoka_bike.workbench.leaderboard.ranking import PROBLEMS, correct_digits, other_definitions
 
 DATA = Path(__file__).resolve().parent.parent
 H1 = "H1"

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from placed_labels import Label, place
 
-from heyoka_bike.showing.figures.style import (
+from heyoka_bike.workbench.style import (
     BLACK,
     BLUE,
     GREEN,

@@ -23,8 +23,8 @@ from field_race import judged, race
 from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.showing.figures.style import render
 from heyoka_bike.showing.wording import label, one_decimal
+from heyoka_bike.workbench.style import render
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "field.md", DOCS / "field.json"

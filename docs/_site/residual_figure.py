@@ -23,7 +23,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import apply, changed
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.showing.figures.style import BLACK, BLUE, ORANGE, VERMILLION, WIDTH, render, style
+from heyoka_bike.workbench.style import BLACK, BLUE, ORANGE, VERMILLION, WIDTH, render, style
 
 MANEUVER, MADE, DIGITS = 2, "sign_IHxz", 7
 TERMS = ("sign_IHxz", "inertia_H_rotated", "no_IHxz")

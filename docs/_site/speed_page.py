@@ -22,13 +22,12 @@ from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuver
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.figures.style import render, style
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
-from heyoka_bike.workbench.bench.batches import Floor
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES
 from heyoka_bike.workbench.bench.summary import COLOURS, MARKERS, draw
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, simulate
+from heyoka_bike.workbench.style import render, style
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "speed.md", DOCS / "speed.json"
@@ -88,9 +87,13 @@ def races(run):
     return found
 
 
+def floor_seconds(order, steps, *, products_per_second, products, scales):
+    """Of the products alone of so many Taylor steps of an order."""
+    return steps * (order + 1) * (products * (order + 2) / 2 + scales) / products_per_second
+
+
 def floor_table(run):
     """Times over that of the products alone of heyoka's Taylor steps, maneuver 2."""
-    found = Floor(**run["floor"])
     rows = []
     for name in CLASSES:
         lines = {
@@ -100,7 +103,7 @@ def floor_table(run):
             and x["precision"] == "binary64"
         }
         taylor, c = lines[TAYLOR], [x for x in lines.values() if x["code"].startswith("C ")]
-        floor = 1e3 * found.seconds(taylor["order"], taylor["steps"])
+        floor = 1e3 * floor_seconds(taylor["order"], taylor["steps"], **run["floor"])
         best = min((x for x in c if x["status"] == "ok"), key=lambda x: x["min_ms"])
         rows.append((
             name.replace("_", " "), f"{taylor['steps']} of order {taylor['order']}",

@@ -8,7 +8,7 @@ import figures
 from field_page import figures as field_figures
 from paper_fact import ROOT, document
 
-from heyoka_bike.showing.figures.style import render
+from heyoka_bike.workbench.style import render
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit
 from heyoka_bike.registry import addition
 from heyoka_bike.system.console import progress_bars
+from heyoka_bike.system.resources import after_folder, reference_folder
 from heyoka_bike.version import __version__
 
 _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
@@ -45,14 +46,13 @@ def run(args: argparse.Namespace) -> int:
 
 def _after(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.layout import AFTER
-    from heyoka_bike.system.resources import after_folder
 
     with progress_bars({"certify": 1.0}) as progress:
         facts = addition("certify_after")(args.dir or None, progress=progress)
     folder = args.dir or after_folder()
     if args.format == "json":
         said = [{"about": fact.about, "statement": fact.statement} for fact in facts]
-        print_json(_document(folder, {AFTER: []}, {}, facts=said))
+        print_json(_document(folder, {AFTER: []}, facts=said))
         return Exit.OK
     for fact in facts:
         print(f"{fact.about}: {fact.statement}")
@@ -64,9 +64,8 @@ def _after(args: argparse.Namespace) -> int:
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
     from heyoka_bike.reference.manifest import read_manifest
-    from heyoka_bike.reference.proof.certificate import COMPUTED, certify, entry, proved
+    from heyoka_bike.reference.proof.certificate import certify, entry, proved
     from heyoka_bike.reference.structure import COLUMNS_OF
-    from heyoka_bike.system.resources import reference_folder
 
     folder = args.dir or reference_folder()
     with progress_bars(_SHARES) as progress:
@@ -74,7 +73,7 @@ def _set(args: argparse.Namespace) -> int:
     columns = proved(read_manifest(folder).files, COLUMNS_OF)
     if args.format == "json":
         said = [{**entry(proof), "cpu_seconds": proof.cpu} for proof in proofs]
-        print_json(_document(folder, columns, COMPUTED, maneuvers=said))
+        print_json(_document(folder, columns, maneuvers=said))
         return Exit.OK
     headings = (
         "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
@@ -95,17 +94,15 @@ def _set(args: argparse.Namespace) -> int:
     print_table(headings, rows, title=f"certificate of {folder}")
     listed = ", ".join(f"{name} ({len(names)} columns)" for name, names in columns.items())
     print(f"{folder}: proved: {listed}")
-    for name, how in COMPUTED.items():
-        print(f"{folder}: computed, not proved: {name} ({how})")
     return Exit.OK
 
 
 def _document(
-    folder: str | Path, proved: Mapping[str, Sequence[str]], computed: Mapping[str, str],
-    *, maneuvers: Sequence[Mapping[str, Any]] = (), facts: Sequence[Mapping[str, str]] = (),
+    folder: str | Path, proved: Mapping[str, Sequence[str]], *,
+    maneuvers: Sequence[Mapping[str, Any]] = (), facts: Sequence[Mapping[str, str]] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """Return the document that ``certify-1.schema.json`` describes."""
     return {
         "schema_version": 1, "version": __version__, "folder": str(folder), "proved": dict(proved),
-        "computed": dict(computed), "maneuvers": list(maneuvers), "facts": list(facts),
+        "computed": {}, "maneuvers": list(maneuvers), "facts": list(facts),
     }  # fmt: skip

@@ -30,6 +30,7 @@ from typing import Any
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.registry import addition
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
@@ -113,17 +114,14 @@ def _equations(args: argparse.Namespace) -> dict[Path, bytes]:
 
 def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.showing.checker.header import render
 
     folder, stem = _place(args.output, (".h",), _STEM)
-    return {folder / f"{stem}.h": render(load_reference(args.reference))}
+    return {folder / f"{stem}.h": addition("checker_header")(load_reference(args.reference))}
 
 
 def _page(args: argparse.Namespace) -> dict[Path, bytes]:
-    from heyoka_bike.showing.checker.wasm import render_page
-
     folder, stem = _place(args.output, (".html",), _STEM)
-    return {folder / f"{stem}.html": render_page().encode()}
+    return {folder / f"{stem}.html": addition("checker_page")().encode()}
 
 
 def _digits(args: argparse.Namespace) -> int:

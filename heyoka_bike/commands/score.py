@@ -189,10 +189,9 @@ def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _N
             raise InputError(
                 "--step, --tolerance, --cpu: expected in the list of runs, not beside it"
             )
-        runs = read_runs(lists[0])
-        columns = ([r.step for r in runs], [r.tolerance for r in runs], [r.cpu for r in runs])
-        steps, tolerances, cpu = (x if any(x) else None for x in columns)
-        return [str(r.file) for r in runs], steps, tolerances, cpu
+        files, told = read_runs(lists[0])
+        steps, tolerances, cpu = (x if any(x) else None for x in told.values())
+        return [*map(str, files)], steps, tolerances, cpu
     if args.file.count(STANDARD_INPUT) > 1:
         raise InputError("found - more than once, expected standard input once")
     steps = None if args.step == _ROWS else _numbers("--step", args.step)

@@ -44,8 +44,8 @@ from heyoka_bike.bicycle.parameters import MAX_ROWS, Bicycle, Maneuver
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
-from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.arithmetic import Number, exact_ball, span_ball, upper_fraction
+from heyoka_bike.numbers.analytic import Samples
+from heyoka_bike.numbers.arithmetic import Number, exact_ball, sign_of, span_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
@@ -70,7 +70,6 @@ _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-_GUARD_BITS = 64
 # Spans of one piece; a tangent zero takes two for each bit. Reached only where the function is zero
 # all along and its rate is not seen to be.
 _MOST = 4096
@@ -80,6 +79,7 @@ _NODES = 24
 # Far above what the interpolation or the series leaves out, relative to its coefficients.
 _SLACK = 1e-7
 _TERMS, _LAST_TERMS = 24, 3  # of the Taylor series
+_RADIUS = 4  # of `Samples`: what is folded onto the terms is below 4^-32 of the function
 _AT_ONCE = 512  # pieces in one array
 # Of a piece: without a certificate, a zero so near to a start that is a zero is the start.
 _AT_START = Fraction(1, 2**24)
@@ -250,7 +250,7 @@ def events(
     iterator of Event
         Those that are undecided too, see `Event.rises`.
     """
-    at = evaluator(run, run.bits + _GUARD_BITS, certificate)
+    at = evaluator(run, certificate=certificate)
     found: list[Event] = []
     with at.balls.precision():
         for kind in kinds:
@@ -286,7 +286,7 @@ def zeros(
         start = along.exact_start()
         is_zero, earliest = bool(start == 0), run.breaks[1] * _AT_START
         # Polynomials without a certificate need not begin where the exact motion does.
-        for group, before, after in _groups(along.spans(), _sign(start) if certificate else 0):
+        for group, before, after in _groups(along.spans(), sign_of(start) if certificate else 0):
             if is_zero and group[0].low == 0:
                 # Just after a zero the function has the sign of its rate.
                 before = group[0].way
@@ -336,9 +336,9 @@ class _Along:
         self, run: Trajectory, quantity: Quantity, certificate: Certificate | None
     ) -> None:
         self.run, self.quantity, self.certificate = run, quantity, certificate
-        self.at = evaluator(run, run.bits + _GUARD_BITS, certificate)
+        self.at = evaluator(run, certificate=certificate)
         self.duals = self.at.equations.over(Duals(self.at.balls))
-        self.series = PowerSeries(self.at.balls.bits, _TERMS)
+        self.samples = Samples.of(self.at.balls.bits, _TERMS, _RADIUS)
 
     def exact_start(self) -> flint.arb:
         """The function of the exact initial state."""
@@ -355,7 +355,7 @@ class _Along:
             return self._seen(piece, low, high)
         span, middle = span_ball(low, high), (low + high) / 2
         whole = self.value(piece, span)
-        if _sign(whole):
+        if sign_of(whole):
             return whole, flint.arb.nan()
         state = self.at.state(span, piece)
         rates = self.at.equations.rates_with_yaw(state)
@@ -369,13 +369,11 @@ class _Along:
 
         What the series leaves out is seen to be small, not proved.
         """
-        half = exact_ball((high - low) / 2)
-        with self.series.precision():
-            rows = self.run.around(piece, (low + high) / 2, half, _TERMS)
-            value = self.quantity(
-                self.at.equations.over(self.series), [self.series.series(row) for row in rows]
-            )
-            here, *rest = self.series.coefficients(value)
+        half, a = exact_ball((high - low) / 2), self.samples
+        with a.precision():
+            state = a.polynomials(self.run.around(piece, (low + high) / 2, half, _TERMS))
+            value = self.quantity(self.at.equations.over(a), state)
+            ((here, *rest),) = a.coefficients([value])
         sizes = [abs(c) for c in rest]
         if not total(sizes[-_LAST_TERMS:]) <= _SLACK * total(sizes):
             return flint.arb.nan(), flint.arb.nan()
@@ -401,9 +399,9 @@ class _Along:
             low, high = rest.pop()
             count += 1
             value, rate = self.bounds(piece, low, high)
-            if sign := _sign(value):
+            if sign := sign_of(value):
                 yield _Span(low, high, sign)
-            elif way := _sign(rate):
+            elif way := sign_of(rate):
                 yield from self._narrowed(piece, _Span(low, high, 0, way), rate, smallest)
             elif self._is_lost(piece, low, high, rate) or high - low < smallest or count > _MOST:
                 yield _Span(low, high, 0)
@@ -428,7 +426,7 @@ class _Along:
             if high - low < smallest or 4 * (high - low) > 3 * width:
                 break
             _, tighter = self.bounds(piece, low, high)
-            rate = tighter if _sign(tighter) else rate
+            rate = tighter if sign_of(tighter) else rate
         if span.low < low:
             yield _Span(span.low, low, -way)
         yield _Span(low, high, 0, way)
@@ -441,11 +439,6 @@ class _Along:
         change = abs(rate) * exact_ball((high - low) / 2)
         hidden = here.contains(0) and change.upper() <= here.rad() / 8
         return not here.is_finite() or bool(hidden)
-
-
-def _sign(x: flint.arb) -> int:
-    """1 or -1 if a ball has only such numbers, else 0."""
-    return int(bool(x > 0)) - int(bool(x < 0))
 
 
 def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
@@ -478,7 +471,7 @@ def _decided(run: Trajectory, kinds: Sequence[str]) -> Iterator[Event]:
 
 def _check_start(run: Trajectory) -> None:
     """Both wheels must press on the floor."""
-    at = evaluator(run, run.bits + _GUARD_BITS)
+    at = evaluator(run)
     for wheel, kind in (("rear", REAR_LIFT), ("front", FRONT_LIFT)):
         with at.balls.precision():
             force = float(KINDS[kind](at.equations, at.state(Fraction(0))))

@@ -271,13 +271,7 @@ class Native:
     def from_integer(self, n: int, grid: int) -> Any:
         """Return the value n 2^-grid, correctly rounded to the precision."""
         # Conversions of integers are correctly rounded, and the scaling is exact.
-        if self.type is float:
-            return n / (1 << grid) if grid > 0 else float(n << -grid)
-        if self.is_mpfr:
-            x, scale = self.type(n, self.bits), self.type(1 << abs(grid), self.bits)
-        else:
-            # Through text: NumPy would pass a Python integer through binary64.
-            x, scale = self.type(str(n)), self.type(str(1 << abs(grid)))
+        x, scale = self._number(n), self._number(1 << abs(grid))
         return x / scale if grid > 0 else x * scale
 
     def to_integer(self, x: Any, shift: int) -> int:
@@ -285,9 +279,11 @@ class Native:
         if self.type is float:
             n, d = float(x).as_integer_ratio()
             return (n << shift) // d
-        if self.is_mpfr:
-            return int(x * self.type(1 << shift, self.bits))
-        return int(x * self.type(str(1 << shift)))
+        return int(x * self._number(1 << shift))
+
+    def _number(self, n: int) -> Any:
+        # Through text: NumPy would pass a Python integer through binary64.
+        return self.type(n, self.bits) if self.is_mpfr else self.type(str(n))
 
 
 def _piece(

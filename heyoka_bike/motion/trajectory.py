@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import reduce
-from typing import Any, ClassVar
+from functools import lru_cache, reduce
+from typing import ClassVar, NamedTuple
 
 import flint
 
@@ -59,19 +59,8 @@ class Trajectory(Displayed):
     grid: int
     breaks: tuple[Fraction, ...]
     pieces: tuple[tuple[tuple[int, ...], ...], ...]
-    _polynomials: dict[int, list[flint.arb_poly]] = field(
-        default_factory=dict, init=False, compare=False
-    )
 
     _view: ClassVar[str] = "trajectory"
-
-    def __getstate__(self) -> dict[str, Any]:
-        """For pickling: all but the polynomials in flint's form, which are made again when used."""
-        return {k: v for k, v in self.__dict__.items() if k != "_polynomials"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self.__dict__["_polynomials"] = {}
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -94,6 +83,15 @@ class Trajectory(Displayed):
 
     def __repr__(self) -> str:
         return f"<{': '.join(self.words)}>"
+
+    @property
+    def evaluation_bits(self) -> int:
+        """Bits in which it is evaluated: some more than those of the run."""
+        return self.bits + 64
+
+    def equations(self, balls: Balls) -> Equations:
+        """The equations of its bicycle and form."""
+        return Equations.of(self.bicycle, balls, is_regular=self.is_regular)
 
     def piece(self, i: int) -> Piece:
         """Piece i."""
@@ -134,13 +132,14 @@ class Trajectory(Displayed):
         return (t - exact_ball(a)) / exact_ball(b - a)
 
     def _piece(self, piece: int) -> list[flint.arb_poly]:
-        # Integers as balls: exact as long as they fit in flint's precision, else rounded outward.
-        found = self._polynomials.get(piece)
-        if found is None:
-            with flint.ctx.workprec(self.bits + 64):
-                found = [flint.arb_poly(list(c)) for c in self.pieces[piece]]
-            self._polynomials[piece] = found
-        return found
+        return _polynomials(self.pieces[piece], self.evaluation_bits)
+
+
+@lru_cache(maxsize=256)
+def _polynomials(rows: tuple[tuple[int, ...], ...], bits: int) -> list[flint.arb_poly]:
+    """Integers as balls: exact as long as they fit in so many bits, else rounded outward."""
+    with flint.ctx.workprec(bits):
+        return [flint.arb_poly(list(row)) for row in rows]
 
 
 @dataclass(frozen=True)
@@ -197,6 +196,13 @@ class Piece:
         )
 
 
+class Stretch(NamedTuple):
+    """A piece, and how far the exact motion may be from each of its rows."""
+
+    piece: Piece
+    bounds: tuple[Fraction, ...]
+
+
 def row_times(maneuver: Maneuver) -> Iterator[Fraction]:
     """Times of the rows [s], exactly."""
     return (maneuver.time(i) for i in range(maneuver.rows))
@@ -219,6 +225,10 @@ class Certificate:
     states: tuple[str, ...]
     pieces: tuple[tuple[Fraction, ...], ...]
     end: tuple[Fraction, ...]
+
+    def along(self, run: Trajectory) -> Iterator[Stretch]:
+        """The pieces of the candidate, each with its bounds."""
+        return (Stretch(run.piece(i), bounds) for i, bounds in enumerate(self.pieces))
 
     @property
     def worst(self) -> Fraction:
@@ -246,16 +256,15 @@ class Drift:
 
 
 def evaluator(
-    trajectory: Trajectory, bits: int, certificate: Certificate | None = None
+    trajectory: Trajectory, bits: int | None = None, certificate: Certificate | None = None
 ) -> Evaluator:
-    """Columns of a trajectory in ball arithmetic of `bits`.
+    """Columns of a trajectory in ball arithmetic of `bits`, by default some more than its own.
 
     With a certificate they are enclosures of the exact motion's columns, without one of the
     candidate's.
     """
-    balls = Balls(bits)
-    equations = Equations.of(trajectory.bicycle, balls, is_regular=trajectory.is_regular)
-    return Evaluator(trajectory, balls, equations, certificate)
+    balls = Balls(bits or trajectory.evaluation_bits)
+    return Evaluator(trajectory, balls, trajectory.equations(balls), certificate)
 
 
 @dataclass(frozen=True)
@@ -301,15 +310,6 @@ class Evaluator:
             for i in range(run.piece_at(low), run.piece_at(high) + 1)
         ]
         return [reduce(flint.arb.union, values) for values in zip(*parts, strict=True)]
-
-    @property
-    def end(self) -> Fraction:
-        """End of the last piece [s]."""
-        return self.trajectory.breaks[-1]
-
-    def near(self, t: flint.arb, about: Fraction) -> dict[str, flint.arb]:
-        """Every column by name at `t`, on the piece that holds the time `about`."""
-        return self.columns(t, self.trajectory.piece_at(about))
 
     def drift(self) -> Drift:
         """Energy and contact drift over the rows of the maneuver."""

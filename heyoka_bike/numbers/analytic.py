@@ -1,7 +1,7 @@
 """Number types for functions that are analytic on a disc: Taylor series, and values on its rim.
 
-`PowerSeries` works with truncated Taylor series whose coefficients are balls. What they leave out
-is bounded by Cauchy's estimate from the size of the function on a circle, where `Rim` evaluates it.
+What a Taylor series leaves out is bounded by Cauchy's estimate from the size of the function on a
+circle, where `Rim` evaluates it.
 For that the function must be analytic inside. Every division and square root on the way is watched:
 where the real part of the divisor (or the radicand) keeps its sign on the whole circle it keeps it
 inside, because the real part of an analytic function takes its extremes on the boundary; taken in
@@ -16,8 +16,7 @@ abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds that.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from math import ceil, log2
 from typing import Any
@@ -148,60 +147,6 @@ def each(function: Callable[[Number], Number], x: Number) -> Number:
 def array(values: Iterable[Number]) -> Any:
     """An array of such numbers."""
     return np.array(list(values), dtype=object)
-
-
-class PowerSeries(Balls):
-    """Taylor series of a fixed length with ball coefficients.
-
-    flint reads coefficients beyond a series' own precision as zero and keeps the greatest length
-    in a global; `check` refuses a series that is shorter than it should be.
-    """
-
-    def __init__(self, bits: int, length: int) -> None:
-        super().__init__(bits)
-        self.length = length
-
-    @contextmanager
-    def precision(self) -> Iterator[None]:
-        """Set flint's precision and series length."""
-        before = flint.ctx.cap
-        with super().precision():
-            flint.ctx.cap = self.length
-            try:
-                yield
-            finally:
-                flint.ctx.cap = before
-
-    def series(self, coefficients: Iterable[Number]) -> flint.arb_series:
-        """A polynomial as a series (it must not be longer than the series are)."""
-        terms = list(coefficients)
-        if len(terms) > self.length:
-            raise ValueError(f"{len(terms)} coefficients do not fit a series of {self.length}")
-        return flint.arb_series(terms, self.length)
-
-    def check(self, x: Number) -> flint.arb_series:
-        """The series itself, if it has its full length."""
-        if not isinstance(x, flint.arb_series):
-            return self.series([x])
-        if x.prec != self.length:
-            raise RuntimeError(f"a series of length {x.prec} where {self.length} is needed")
-        return x
-
-    def coefficients(self, x: Number) -> list[flint.arb]:
-        """All coefficients, `length` of them."""
-        s = self.check(x)
-        found = list(s.coeffs())
-        return found + [flint.arb(0)] * (self.length - len(found))
-
-    def elementary(self, name: str, x: Number) -> Number:
-        return getattr(self._checked(x), name)()
-
-    def atan2(self, y: Number, x: Number) -> Number:
-        """Return the angle of a point with positive x, as the arc tangent."""
-        return self._checked(y / x).atan()
-
-    def _checked(self, x: Number) -> Number:
-        return self.check(x) if isinstance(x, flint.arb_series) else x
 
 
 class NotAnalyticError(ArithmeticError):

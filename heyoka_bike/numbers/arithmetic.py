@@ -168,5 +168,15 @@ def to_grid(x: flint.arb, grid: int) -> int:
 
 def upper_fraction(x: flint.arb) -> Fraction:
     """An upper bound of a ball, exactly."""
-    man, exp = x.upper().man_exp()
-    return int(man) * Fraction(2) ** int(exp)
+    return dyadic(x.upper())
+
+
+def dyadic(x: flint.arb) -> Fraction:
+    """A ball of no radius as a fraction."""
+    man, exp = map(int, x.man_exp())
+    return Fraction(man << max(exp, 0), 1 << max(-exp, 0))
+
+
+def sign_of(x: flint.arb) -> int:
+    """1 or -1 if a ball has only such numbers, else 0."""
+    return int(bool(x > 0)) - int(bool(x < 0))

@@ -13,8 +13,6 @@ from collections.abc import Sequence
 
 import flint
 
-Polynomials = list[flint.arb_mat]
-
 
 class Nodes:
     """The Chebyshev nodes of the first kind on -1 <= x <= 1, as balls of the current precision.

@@ -123,10 +123,7 @@ def plain_sums(breaks: Array, c: Array, t: Array) -> Array:
     for rows, pieces, piece in _blocks(breaks, (t, np.zeros_like(t))):
         a, b = breaks[piece], breaks[piece + 1]
         x = ((t[rows] - a) - (b - t[rows])) / (b - a)
-        polynomials = np.empty((c.shape[-1], len(x)))
-        polynomials[0], polynomials[1] = 1.0, x
-        for k in range(2, len(polynomials)):
-            polynomials[k] = 2.0 * x * polynomials[k - 1] - polynomials[k - 2]
+        polynomials = np.polynomial.chebyshev.chebvander(x, c.shape[-1] - 1).T
         for p, i, j in pieces:
             found[:, rows.start + i : rows.start + j] = c[:, p] @ polynomials[:, i:j]
     return found

@@ -16,11 +16,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partialmethod, reduce
+from operator import add, mul, sub, truediv
 
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
 _NAME = re.compile(r"\bv\d+\b")
+_OPERATIONS = {"+": add, "-": sub, "*": mul, "/": truediv}
 
 
 class Recorded:
@@ -111,7 +113,7 @@ class StraightLine(Arithmetic):
         if not isinstance(y, Recorded):
             y = self.literal(float(y))
         if x.value is not None and y.value is not None:
-            return self.literal(_folded(sign, x.value, y.value))
+            return self.literal(_OPERATIONS[sign](x.value, y.value))
         if sign in "*/":
             return self._product(sign, x, y)
         if y.value == 0:
@@ -156,14 +158,6 @@ class StraightLine(Arithmetic):
             self.statements[name] = text
             self._names[text] = Recorded(self, name)
         return self._names[text]
-
-
-def _folded(sign: str, x: float, y: float) -> float:
-    if sign == "+":
-        return x + y
-    if sign == "-":
-        return x - y
-    return x * y if sign == "*" else x / y
 
 
 def needed(statements: Mapping[str, str], results: Sequence[str]) -> dict[str, str]:

@@ -31,24 +31,16 @@ def cross(u: Vector, v: Vector) -> Vector:
     )
 
 
-def from_turned_x(sine: Number, cosine: Number, v: Vector) -> Vector:
-    """A vector given in axes that are turned about x by an angle, in those before the turn.
+def from_turned(axis: str, sine: Number, cosine: Number, v: Vector) -> Vector:
+    """A vector given in axes that are turned about one of them, in those before the turn.
 
     With the opposite sine it is the other way round.
     """
     x, y, z = v
-    return x, cosine * y - sine * z, sine * y + cosine * z
-
-
-def from_turned_y(sine: Number, cosine: Number, v: Vector) -> Vector:
-    """A vector given in axes that are turned about y by an angle, in those before the turn."""
-    x, y, z = v
-    return cosine * x + sine * z, y, cosine * z - sine * x
-
-
-def from_turned_z(sine: Number, cosine: Number, v: Vector) -> Vector:
-    """A vector given in axes that are turned about z by an angle, in those before the turn."""
-    x, y, z = v
+    if axis == "x":
+        return x, cosine * y - sine * z, sine * y + cosine * z
+    if axis == "y":
+        return cosine * x + sine * z, y, cosine * z - sine * x
     return cosine * x - sine * y, sine * x + cosine * y, z
 
 

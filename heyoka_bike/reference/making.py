@@ -49,7 +49,7 @@ from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
 from heyoka_bike.reference.proof import candidate, certificate
 from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
-from heyoka_bike.reference.structure import of_file
+from heyoka_bike.reference.structure import COLUMNS_OF, of_file
 from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
 from heyoka_bike.system.jobs import Job, Outcome, Report
 from heyoka_bike.system.machine import PACKAGES, installed
@@ -370,16 +370,8 @@ def write_dataset(
     """
     inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
     hdf5_version = manifest_file.hdf5_version(dataset_version)
-    numbers = {
-        layout.HDF5: [
-            certificate.numbers_of_table(t.time, t.time_lo, t.rows, t.dense) for t in tables
-        ],
-        layout.SENSITIVITIES: [certificate.numbers_of_derivatives(t.sensitivity) for t in tables],
-        layout.MOTION: [
-            certificate.numbers_of_table(t.time, t.time_lo, t.motion_rows, t.motion_dense)
-            for t in tables
-        ],
-    }
+    of_tables = [t.numbers for t in tables]
+    numbers = {name: [x[name] for x in of_tables] for name in COLUMNS_OF}
     hashes = {name: layout.content_sha256(by_maneuver(x)) for name, x in numbers.items()}
     files = {
         name: render(

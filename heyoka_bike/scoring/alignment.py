@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from math import log
@@ -18,7 +18,7 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
@@ -66,36 +66,24 @@ class FileInfo:
     significant_digits: int | None
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Part:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Part(Rows):
     """Rows of one maneuver within the run of its reference.
 
     Attributes
     ----------
-    number
-        Of the maneuver, from 1.
+    maneuver
+        Its number, from 1.
     reference : ReferenceManeuver
-    time, time_lo : ndarray, shape (n,)
-        [s], ascending.
-    values, lo : mapping of str to ndarray, shape (n,)
-        As written; NaN where there is no usable number.
-    quantum : mapping of str to Quantum
-    units : mapping of str to str
-        Named in the headings of columns.
     """
 
-    number: int
+    maneuver: int
     reference: ReferenceManeuver
-    time: Array
-    time_lo: Array
-    values: Mapping[str, Array]
-    lo: Mapping[str, Array]
-    quantum: Mapping[str, Quantum]
-    units: Mapping[str, str] = field(default_factory=dict)
 
-    def only(self, keys: Collection[str]) -> Part:
-        """The part with these columns alone."""
-        return replace(self, values=_only(self.values, keys))
+    @property
+    def number(self) -> int:
+        """Of the maneuver, from 1."""
+        return self.maneuver
 
     def has_values(self) -> bool:
         """True if there is a finite number in any column."""
@@ -233,12 +221,8 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     finding = warning("columns_without_reference", said, columns=unknown)
     if not known:
         raise NothingScoredError(f"{results.path}: {finding.message}")
-    maneuvers = tuple(replace(r, values=_only(r.values, known)) for r in results.maneuvers)
+    maneuvers = tuple(rows.only(known) for rows in results.maneuvers)
     return replace(results, maneuvers=maneuvers, findings=(*results.findings, finding)), reference
-
-
-def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Array]:
-    return {key: x for key, x in columns.items() if key in keys}
 
 
 def _as_meant(results: Results, reference: Reference) -> Results:
@@ -266,11 +250,10 @@ def _as_meant(results: Results, reference: Reference) -> Results:
         key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
     )
     meant: dict[str, str | None] = {}
+    findings = list(results.findings)
     for key, nearest in zip(far, best, strict=True):
         is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
-        meant[key] = nearest if is_kept else None
-    findings = list(results.findings)
-    for key, k in meant.items():
+        meant[key] = k = nearest if is_kept else None
         if k != key:
             said = f"the name of a column may mean {' or '.join(open_[key])}; by its values it is "
             said += k or "none of them and left out"
@@ -296,7 +279,7 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
     found: float = 1.0
     for rows in results.maneuvers:
         if key in rows.values:
-            alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
+            alone = _renamed(rows.only({key}), {key: meaning})
             numbers = [n for n in reference if rows.maneuver in (None, n)]
             found *= min(_distances(alone, reference, numbers).values(), default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
@@ -378,12 +361,12 @@ def _of_another(
 
 def _another_order(part: Part) -> dict[str, str]:
     """Return the keys that the values fit, by key, if that is a permutation; else nothing."""
-    pick = spread(len(part.time), _FEW)
-    keys = [key for key in part.values if key in BENCHMARK_COLUMNS]
-    expected = part.reference.approximate(part.time[pick], keys)
+    few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), _FEW))
+    keys = list(few.values)
+    expected = few.reference.approximate(few.time, keys)
 
     def far(key: str, meaning: str) -> float:
-        away = _away(part, meaning, part.values[key][pick], expected[meaning])
+        away = _away(few, meaning, few.values[key], expected[meaning])
         return 1.0 if away is None else away
 
     if all(far(key, key) < _FAR for key in keys):
@@ -448,26 +431,16 @@ def _within(
         findings.append(warning("time_outside", said, rows=count, t_first=first, t_last=last))
 
     # A long file is not copied for nothing.
-    inside = slice(None) if keep.all() else keep
-    values = {}
-    for key, written in rows.values.items():
-        kept = written[inside]
-        too_large = np.abs(kept) > _LARGEST
-        values[key] = np.where(too_large, np.nan, kept) if too_large.any() else kept
+    kept = rows if keep.all() else rows.at(keep)
+    values = dict(kept.values)
+    for key, written in kept.values.items():
+        too_large = np.abs(written) > _LARGEST
         if count := int(too_large.sum()):
+            values[key] = np.where(too_large, np.nan, written)
             said = f"maneuver {number}: {count} values of {key} are beyond 1e150 and left out"
             findings.append(warning("too_large", said, maneuver=number, column=key, values=count))
-    part = Part(
-        number=number,
-        reference=reference,
-        time=hi[inside],
-        time_lo=rows.time_lo[inside],
-        values=values,
-        lo={key: rest[inside] for key, rest in rows.lo.items()},
-        quantum=rows.quantum,
-        units=rows.units,
-    )
-    return part, tuple(findings)
+    named = vars(kept) | {"maneuver": number, "values": values}
+    return Part(**named, reference=reference), tuple(findings)
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:

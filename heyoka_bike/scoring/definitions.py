@@ -130,10 +130,8 @@ class Understanding:
 
     def is_plain(self) -> bool:
         """True if the column is taken as written."""
-        taken = plain(self.column.key)
-        return (self.column, self.unit, self.sign, self.offset) == (
-            taken.column, taken.unit, taken.sign, taken.offset,
-        )  # fmt: skip
+        is_moved = self.sign < 0 or self.unit != self.column.unit or self.offset
+        return self.column.default and not is_moved
 
 
 Understandings = Mapping[str, Understanding]
@@ -186,23 +184,22 @@ class Sample:
         pick: NDArray[np.intp] | None = None,
         expected: Mapping[str, Array] | None = None,
     ) -> None:
-        rows = part.sample() if pick is None else pick
-        present = {key: v[rows] for key, v in part.values.items()}
+        some = part.at(part.sample() if pick is None else pick)
         self.definitions = definitions = part.reference.definitions
         if expected is None:
-            names = [c.name for key in present for c in definitions[key]]
-            expected = part.reference.approximate(part.time[rows], names)
+            names = [c.name for key in some.values for c in definitions[key]]
+            expected = part.reference.approximate(some.time, names)
         self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
         self.at_start: set[str] = set()
         self.units = part.units
         height = part.reference["potential_energy"]
         self.varies = rms(height - median(height))
-        for key, values in present.items():
+        for key, values in some.values.items():
             good = np.isfinite(values) & np.isfinite(expected[key])
             if not good.any():
                 continue
             self.values[key] = values[good]
-            if good[0] and part.time[rows[0]] == 0.0:
+            if good[0] and some.time[0] == 0.0:
                 self.at_start.add(key)
             self.expected.update({c.name: expected[c.name][good] for c in definitions[key]})
             scale = part.reference.scale(key)
@@ -223,7 +220,7 @@ class Sample:
         All at once: there are some hundred candidates, whose errors are a few hundred numbers each.
         """
         factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
-        expected = np.array([self.expected[u.column.name] + u.offset for u in candidates])
+        expected = np.array([self.expected[u.column.name] for u in candidates])
         errors = np.abs(np.multiply.outer(factors, self.values[key]) - expected)
         smallest = np.array([self.smallest(key, u) for u in candidates])
         against = np.zeros(len(candidates))
@@ -371,12 +368,6 @@ def accuracy(
     return max(errors.values()) if is_told else 1.0
 
 
-def _below_most(errors: Array) -> float:
-    """Return the nine-tenths quantile; NumPy's imports its masked arrays."""
-    at = int(_MOST * (len(errors) - 1))
-    return float(np.partition(errors, at)[at])
-
-
 def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
     """A column as taken, with the odds that it is of none of the definitions."""
     u, having = found[key], [s for s in samples if key in s.values]
@@ -391,7 +382,8 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
         off_by = accuracy(s, found, size=s.moves)
         allowed = max(_SPREAD * off_by * s.moves(key), _AT_FLOOR * s.smallest(key, u))
         # A few bad rows are no other meaning.
-        error = max(_below_most(np.abs(s.error(key, u))), allowed)
+        errors = np.sort(np.abs(s.error(key, u)))
+        error = max(float(errors[int(_MOST * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
         if error > allowed:
             odds -= min(_VALUES * float(np.log(error / allowed)), _SELDOM)

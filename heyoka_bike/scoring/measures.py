@@ -161,23 +161,24 @@ def errors(part: Part, values: Double, name: str) -> Array:
     name
         Column of the reference.
     """
-    reference = part.reference
+    reference, scale = part.reference, part.reference.scale(name)
+
+    def against(evaluate: Callable[[Double, Sequence[str]], Values]) -> Array:
+        found: list[Array] = []
+        for rows in _blocks(part):
+            exact = evaluate((part.time[rows], part.time_lo[rows]), [name])
+            difference, rest = two_sum(values[0][rows], -exact[name])
+            found.append(difference + (rest + (values[1][rows] - exact.lo[name])))
+        return np.concatenate(found)
+
     if is_small(part):
-        return _errors(part, values, name, reference.continued)
-    error = np.concatenate(
-        [
-            values[0][rows] - reference.approximate(part.time[rows], [name])[name]
-            for rows in _blocks(part)
-        ]
-    )
-    for evaluate, will_do in (
-        (reference.evaluate_many, _PLAIN_WILL_DO),
-        (reference.continued, _MANY_WILL_DO),
-    ):
-        if _largest(error) < will_do * reference.scale(name):
-            error = np.concatenate(
-                [_errors(part, values, name, evaluate, rows) for rows in _blocks(part)]
-            )
+        return against(reference.continued)
+    near = (reference.approximate(part.time[rows], [name])[name] for rows in _blocks(part))
+    error: Array = values[0] - np.concatenate([*near])
+    if _largest(error) < _PLAIN_WILL_DO * scale:
+        error = against(reference.evaluate_many)
+    if _largest(error) < _MANY_WILL_DO * scale:
+        error = against(reference.continued)
     return error
 
 
@@ -193,19 +194,6 @@ def largest_errors(part: Part, values: Array, names: Sequence[str]) -> list[floa
 def _blocks(part: Part) -> Iterator[slice]:
     for start in range(0, len(part.time), _BLOCK):
         yield slice(start, start + _BLOCK)
-
-
-def _errors(
-    part: Part,
-    values: Double,
-    name: str,
-    evaluate: Callable[[Double, Sequence[str]], Values],
-    rows: slice = slice(None),
-) -> Array:
-    exact = evaluate((part.time[rows], part.time_lo[rows]), [name])
-    difference, rest = two_sum(values[0][rows], -exact[name])
-    error: Array = difference + (rest + (values[1][rows] - exact.lo[name]))
-    return error
 
 
 def _largest(error: Array) -> float:

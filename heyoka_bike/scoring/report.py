@@ -11,7 +11,7 @@ from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import verdict
-from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.findings import Finding, grouped
 from heyoka_bike.scoring.reading.headings import recognise
 from heyoka_bike.scoring.scored import Scored
 from heyoka_bike.scoring.verdict import WHOLE as WHOLE
@@ -591,12 +591,7 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     def by_column(self) -> dict[str, list[Place]]:
         """The columns that hold a value, by key, in every maneuver that has them."""
-        found: dict[str, list[Place]] = {}
-        for m in self.maneuvers:
-            for c in m.columns:
-                if c.values:
-                    found.setdefault(c.key, []).append((m, c))
-        return found
+        return grouped((c.key, (m, c)) for m in self.maneuvers for c in m.columns if c.values)
 
     @property
     def said(self) -> tuple[Finding, ...]:

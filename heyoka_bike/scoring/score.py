@@ -184,27 +184,20 @@ def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScor
     keys = [total] if any(c.key == total for c in columns) else parts
     if not whole.issuperset(keys):
         return np.empty(0), np.empty(0)
-    energy, *more = (_as_understood(_double(part, key), understood[key]) for key in keys)
+    energy, *more = (_as_understood(part, key, understood[key]) for key in keys)
     return add(energy, more[0]) if more else energy
 
 
 def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
     """Compare one column with the definition that it is taken as, with the default, and others."""
-    written = _double(part, key)
-    values = _as_understood(written, u)
-    error = errors(part, values, u.column.name)
-    trace = _trace(part.time, values[0], error)
-    reading = as_written = _reading(part, trace, u)
-    if not u.is_plain():
-        plain_trace = _trace(part.time, written[0], errors(part, written, key))
-        as_written = _reading(part, plain_trace, plain(key))
+    values, error, trace, reading = _taken(part, key, u)
     others = [c for c in part.reference.definitions[key] if c is not u.column]
-    far = largest_errors(part, values[0], [c.name for c in others]) if others else []
+    far = largest_errors(part, values, [c.name for c in others]) if others else []
     half, floor = rounding(part, key, u.unit)
     return ColumnScore(
         key=key,
         unit=u.column.unit,
-        as_written=as_written,
+        as_written=reading if u.is_plain() else _taken(part, key, plain(key))[-1],
         as_understood=reading,
         floor=floor,
         alternatives=tuple(
@@ -214,7 +207,7 @@ def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
         indistinguishable=u.indistinguishable,
         growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
         values=len(trace.time),
-        missing=int(np.count_nonzero(~np.isfinite(written[0]))),
+        missing=int(np.count_nonzero(~np.isfinite(part.values[key]))),
         trace=trace,
         scale=part.reference.scale(u.column.name),
         unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
@@ -233,7 +226,7 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     for part in parts:
         if key not in part.values:
             continue
-        error = errors(part, _as_understood(_double(part, key), u), u.column.name)
+        error = errors(part, _as_understood(part, key, u), u.column.name)
         error = error[np.isfinite(error)]
         if not len(error):
             continue
@@ -258,35 +251,30 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     }
 
 
-def _double(part: Part, key: str) -> Double:
-    """A written column as hi + lo, the latter often nothing."""
-    hi = part.values[key]
-    rest = part.lo.get(key)
-    return hi, np.broadcast_to(0.0, hi.shape) if rest is None else rest
-
-
-def _trace(time: Array, values: Array, error: Array) -> Trace:
-    """Return the finite values of a column."""
+def _taken(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
+    """A column in SI units and its error, the finite ones of both, and what these measure."""
+    values = _as_understood(part, key, u)
+    error = errors(part, values, u.column.name)
     good = np.isfinite(error)
-    return Trace(time[good], values[good], error[good])
+    trace = Trace(part.time[good], values[0][good], error[good])
+    scale = part.reference.scale(u.column.name)
+    reading = Reading(
+        definition=u.column.definition,
+        sign=u.sign,
+        unit=u.unit,
+        offset=u.offset + u.offset_lo,
+        measures=measures.measures(trace.time, trace.error, trace.reference, scale),
+    )
+    return values[0], error, trace, reading
 
 
-def _as_understood(values: Double, u: Understanding) -> Double:
-    hi, lo = to_si(values, u.unit)
+def _as_understood(part: Part, key: str, u: Understanding) -> Double:
+    """A column in SI units as hi + lo, the latter often nothing."""
+    written = part.values[key]
+    hi, lo = to_si((written, part.lo.get(key, np.broadcast_to(0.0, written.shape))), u.unit)
     if u.sign < 0:
         hi, lo = -hi, -lo
     if not u.offset:
         return hi, lo
     hi, rest = two_sum(hi, np.full_like(hi, -u.offset))
     return two_sum(hi, rest + (lo - u.offset_lo))
-
-
-def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
-    size = part.reference.scale(u.column.name)
-    return Reading(
-        definition=u.column.definition,
-        sign=u.sign,
-        unit=u.unit,
-        offset=u.offset + u.offset_lo,
-        measures=measures.measures(trace.time, trace.error, trace.reference, size),
-    )

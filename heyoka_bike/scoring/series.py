@@ -27,8 +27,8 @@ References
 L. F. Richardson (1911), doi:10.1098/rsta.1911.0009; P. J. Roache (1994), doi:10.1115/1.2910291.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise, repeat
 from math import inf, log
 from os import PathLike
@@ -37,44 +37,31 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED, Column
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
-from heyoka_bike.scoring.findings import Finding, info, named, warning
+from heyoka_bike.scoring.findings import Finding, grouped, info, named, warning
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import ARRAY, results_of, several
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
 
-_ENTRIES = {"file", "step", "tolerance", "cpu"}
 
-
-@dataclass(frozen=True, slots=True)
-class ListedRun:
-    """One entry of a list of runs.
-
-    Attributes
-    ----------
-    file : Path
-    step, cpu
-        Step size and processor time [s]; None if not given.
-    tolerance
-        Of a solver that chooses its steps; None if not given.
-    """
-
-    file: Path
-    step: float | None
-    cpu: float | None
-    tolerance: float | None
-
-
-def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
+def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None]]]:
     """Read a list of runs.
+
+    Returns
+    -------
+    list of Path
+        The file of each run.
+    dict of str to list of float or None
+        The ``step`` [s], the ``tolerance`` and the ``cpu`` time [s] of each run; None where it is
+        not given.
 
     Raises
     ------
@@ -84,17 +71,15 @@ def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, {"run"}, ())
-    found = []
+    files: list[Path] = []
+    told: dict[str, list[float | None]] = {"step": [], "tolerance": [], "cpu": []}
     for i, table in enumerate(source.tables("run")):
         where = ("run", i)
-        source.refuse_unknown(table, _ENTRIES, where, ("file",))
-        file = source.line_of_text(table, "file", where, limit=4000)
-        given = {
-            key: source.positive(table, key, where) if key in table else None
-            for key in ("step", "cpu", "tolerance")
-        }
-        found.append(ListedRun(Path(path).parent / file, **given))
-    return tuple(found)
+        source.refuse_unknown(table, {"file", *told}, where, ("file",))
+        files.append(Path(path).parent / source.line_of_text(table, "file", where, limit=4000))
+        for key, values in told.items():
+            values.append(source.positive(table, key, where) if key in table else None)
+    return files, told
 
 
 # An error of up to this many floors is rounding, not the integrator's.
@@ -362,18 +347,10 @@ def side_by_side(
     require: str | Sequence[str] = (),
 ) -> Series:
     """`compare` of files that lie beside the reference; cpu is that of each file [s]."""
-    groups: dict[str, list[int]] = {}
-    for i, name in enumerate(_file_names(files) if names is None else names):
-        groups.setdefault(name, []).append(i)
-    programs = tuple(
-        Run(
-            scored(merge([files[i] for i in group]), reference, require),
-            None,
-            total([cpu[i] for i in group]) if cpu is not None else None,
-            name,
-        )
-        for name, group in groups.items()
-    )
+    named = zip(files, cpu or repeat(None), names or _file_names(files), strict=False)
+    every = [_Files(file, cpu=time, name=name) for file, time, name in named]
+    merged = _merged(every, lambda one, group: one.name == group[0].name)
+    programs = tuple(x.scored(reference, require) for x in merged)
     # Programs have no step in common, and each its own digits: only the errors are side by side.
     errors = tuple(replace(c, floor=None) for c in converge(programs))
     findings = [*_maneuvers(programs), *_defined(programs)]
@@ -394,17 +371,57 @@ def _file_names(files: Sequence[Alignment]) -> list[str]:
     ]
 
 
-def total(times: Sequence[float | None]) -> float | None:
-    """Processor time of several files; None if that of one is not known."""
-    known = [t for t in times if t is not None]
-    return sum(known) if len(known) == len(times) else None
+class _Files(NamedTuple):
+    """What one run or program wrote, and what is told of it.
+
+    Attributes
+    ----------
+    alignment : Alignment
+    step, cpu
+        Step size and processor time [s].
+    tolerance
+    name
+        Of the program.
+    """
+
+    alignment: Alignment
+    step: float | None = None
+    tolerance: float | None = None
+    cpu: float | None = None
+    name: str = ""
+
+    def scored(
+        self,
+        reference: Reference,
+        require: str | Sequence[str],
+        understood: Understandings | None = None,
+    ) -> Run:
+        report = scored(self.alignment, reference, require, understood)
+        return Run(report, self.step, self.cpu, self.name, self.tolerance)
+
+
+def _merged(
+    files: Sequence[_Files], belongs: Callable[[_Files, Sequence[_Files]], bool]
+) -> list[_Files]:
+    """Each file with the others that belong to it; the time of one that is not known is of none."""
+    groups: list[list[_Files]] = []
+    for one in files:
+        group = next((g for g in groups if belongs(one, g)), None)
+        if group is None:
+            groups.append(group := [])
+        group.append(one)
+    merged = []
+    for group in groups:
+        times = [one.cpu for one in group if one.cpu is not None]
+        cpu = sum(times) if len(times) == len(group) else None
+        alignment = merge([one.alignment for one in group])
+        merged.append(group[0]._replace(alignment=alignment, cpu=cpu))
+    return merged
 
 
 def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
     """Programs that hold different maneuvers: their worst columns do not compare."""
-    who: dict[str, list[str]] = {}
-    for program in programs:
-        who.setdefault(", ".join(map(str, program.report)), []).append(program.name)
+    who = grouped((", ".join(map(str, program.report)), program.name) for program in programs)
     if len(who) < 2:
         return []
     held = "; ".join(f"{', '.join(names)}: {numbers or 'none'}" for numbers, names in who.items())
@@ -418,13 +435,14 @@ def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
 
 def _defined(programs: Sequence[Run]) -> Iterator[Finding]:
     """Columns that the programs define in different ways: no error of any of them."""
-    ways: dict[str, dict[str, list[str]]] = {}
-    for (_, key), columns in columns_of(programs).items():
-        for program, c in zip(programs, columns, strict=True):
-            if c is not None and c.values:
-                who = ways.setdefault(key, {}).setdefault(c.definition, [])
-                who += [program.name] * (program.name not in who)
-    for key, by in ways.items():
+    taken = grouped(
+        (key, (c.definition, program.name))
+        for (_, key), columns in columns_of(programs).items()
+        for program, c in zip(programs, columns, strict=True)
+        if c is not None and c.values
+    )
+    for key, ways in taken.items():
+        by = grouped(dict.fromkeys(ways))
         if len(by) > 1:
             each = "; ".join(f"{definition} in {', '.join(who)}" for definition, who in by.items())
             said = f"{key} is {each}: each is compared with its own definition, so this is no error"
@@ -540,7 +558,8 @@ def _series(
     steps, tolerances, cpu = told["step"], told["tolerance"], told["cpu"]
     is_told = steps is not None or tolerances is not None
     by_rows = unknown if is_told else [_rows_apart(a) for a in files]
-    runs = _runs(files, steps or by_rows, tolerances or unknown, cpu or unknown)
+    each = zip(files, steps or by_rows, tolerances or unknown, cpu or unknown, strict=True)
+    runs = _merged([_Files(*x) for x in each], _is_of_run)
     told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
     if told_by:
         runs.sort(key=lambda run: -getattr(run, told_by[0]))
@@ -556,14 +575,18 @@ def _series(
         )
         findings.append(warning("steps_unknown", said))
     understood = [understand(run.alignment.parts) for run in runs]
-    found = _score(runs, understood, known, require)
-    convergence = converge(found)
-    extrapolated = _extrapolate(runs, convergence)
+
+    def score_all(clearest: Understandings) -> tuple[tuple[Run, ...], tuple[Convergence, ...]]:
+        both = zip(runs, understood, strict=True)
+        found = tuple(run.scored(known, require, _shared(own, clearest)) for run, own in both)
+        return found, converge(found)
+
+    clearest = _clearest(understood)
+    found, convergence = score_all(clearest)
     # What a definition changes may only show below the errors of the runs themselves.
-    understood_better = [*understood, understand(extrapolated)]
-    if _definitions(understood_better) != _definitions(understood):
-        found = _score(runs, understood_better, known, require)
-        convergence = converge(found)
+    better = _clearest([*understood, understand(_extrapolate(runs, convergence))])
+    if any(u.column != clearest[key].column for key, u in better.items()):
+        found, convergence = score_all(better)
     if not convergence:
         said = (
             "no maneuver has a column that two of the files share; those of one run go in one file"
@@ -572,15 +595,6 @@ def _series(
     findings += _disagreement(found)
     findings += falling(found, convergence)
     return Series(found, convergence, tuple(findings))
-
-
-class _Sized(NamedTuple):
-    """A run with its step size [s], tolerance and processor time [s]."""
-
-    alignment: Alignment
-    step: float | None
-    tolerance: float | None
-    cpu: float | None
 
 
 def _rows_apart(a: Alignment) -> float | None:
@@ -595,24 +609,8 @@ def _are_unknown(steps: Sequence[float | None]) -> bool:
     return len(known) < len(steps) or any(b - a <= _SAME_STEP * b for a, b in pairwise(known))
 
 
-def _runs(files: Sequence[Alignment], *sizes: Sequence[float | None]) -> list[_Sized]:
-    """Files of different maneuvers and the same step or tolerance belong to one run."""
-    groups: list[list[_Sized]] = []
-    for one in (_Sized(*x) for x in zip(files, *sizes, strict=True)):
-        group = next((g for g in groups if _belongs(one, g)), None)
-        if group is None:
-            groups.append(group := [])
-        group.append(one)
-    return [
-        group[0]._replace(
-            alignment=merge([run.alignment for run in group]),
-            cpu=total([run.cpu for run in group]),
-        )
-        for group in groups
-    ]
-
-
-def _belongs(one: _Sized, group: Sequence[_Sized]) -> bool:
+def _is_of_run(one: _Files, group: Sequence[_Files]) -> bool:
+    """True if a file holds another maneuver, of the same step or tolerance."""
     held = {p.number for run in group for p in run.alignment.parts}
     is_alike = _same(one.step, group[0].step) or _same(one.tolerance, group[0].tolerance)
     return is_alike and not held & {p.number for p in one.alignment.parts}
@@ -633,10 +631,6 @@ def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
     return found
 
 
-def _definitions(understood: Sequence[Understandings]) -> dict[str, Column]:
-    return {key: u.column for key, u in _clearest(understood).items()}
-
-
 def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
     """One choice of definitions for the program, unless a run says more against it."""
     shared = {}
@@ -650,26 +644,7 @@ def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understa
     return shared
 
 
-def _score(
-    runs: Sequence[_Sized],
-    understood: Sequence[Understandings],
-    reference: Reference,
-    require: str | Sequence[str],
-) -> tuple[Run, ...]:
-    """The runs, with the definitions that the clearest of `understood` has."""
-    clearest = _clearest(understood)
-    return tuple(
-        Run(
-            scored(run.alignment, reference, require, _shared(own, clearest)),
-            run.step,
-            run.cpu,
-            tolerance=run.tolerance,
-        )
-        for run, own in zip(runs, understood, strict=False)
-    )
-
-
-def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> list[Part]:
+def _extrapolate(runs: Sequence[_Files], convergence: Sequence[Convergence]) -> list[Part]:
     """Richardson extrapolation of the two finest runs, at the times that both have."""
     orders = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     order = round(float(median(orders))) if orders else 0
@@ -691,11 +666,13 @@ def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> 
 
 def _disagreement(runs: Sequence[Run]) -> list[Finding]:
     """Columns that are taken in different ways: perhaps the files are not of one program."""
-    taken: dict[str, set[tuple[str, int, str]]] = {}
-    for (_, key), columns in columns_of(runs).items():
-        ways = (c.as_understood for c in columns if c is not None)
-        taken.setdefault(key, set()).update((u.definition, u.sign, u.unit) for u in ways)
-    different = [key for key, ways in taken.items() if len(ways) > 1]
+    taken = grouped(
+        (key, (c.definition, c.as_understood.sign, c.as_understood.unit))
+        for (_, key), columns in columns_of(runs).items()
+        for c in columns
+        if c is not None
+    )
+    different = [key for key, ways in taken.items() if len(set(ways)) > 1]
     said = (
         f"{', '.join(different)} of these files have different definitions, signs or units; are "
         "they of one program?"

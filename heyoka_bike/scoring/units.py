@@ -1,12 +1,12 @@
 """Units in which programs write the columns, and exact conversion to SI."""
 
 from collections.abc import Mapping
-from decimal import Decimal, localcontext
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Double, multiply
+from heyoka_bike.numbers.double import PI, Double, multiply
 from heyoka_bike.numbers.unit import size
 
 UNITS: Mapping[str, tuple[str, ...]] = {
@@ -22,9 +22,6 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 """By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm.
 
 Others are tried only in columns whose heading names them, see `reading.headings`."""
-
-# OEIS A000796; more than hi + lo can hold.
-_PI = "3.14159265358979323846264338327950288419716939937510"
 
 
 def tried(si: str, named: str | None) -> tuple[str, ...]:
@@ -43,11 +40,9 @@ def factor(unit: str) -> tuple[float, float]:
     found = size(name)
     assert found is not None
     one, half_turns, _ = found
-    with localcontext() as context:
-        context.prec = 50
-        exact = Decimal(number) * one.numerator / one.denominator * Decimal(_PI) ** half_turns
-        hi = float(exact)
-        return hi, float(exact - Decimal(hi))
+    exact = Fraction(number) * one * PI**half_turns
+    hi = float(exact)
+    return hi, float(exact - Fraction(hi))
 
 
 def to_si(values: Double, unit: str) -> Double:

@@ -1,1 +1,1 @@
-"""A report in every format, figures, the motion in 3D, and the page of an atlas."""
+"""A report as a document with charts, in every format, and views of objects."""

@@ -44,7 +44,7 @@ PHRASES = {
     "correct_digits": "correct digits",
     "maneuver": "maneuver",
 }
-"""Of the verdict, beside `WORDS`; the checker in C has both, see `checker.header`."""
+"""Of the verdict, beside `WORDS`; the checker in C has both, see `workbench.checker.header`."""
 
 
 def sentence(text: str) -> str:

@@ -102,7 +102,9 @@ def test_the_strict_number_refuses_a_literal():
         Strict(Fraction(1)) * 9.81
 
 
-@pytest.mark.parametrize("precision", ["binary64", "longdouble", "binary128", 70])
+@pytest.mark.parametrize(
+    "precision", ["binary64", "longdouble", "binary128", pytest.param(70, marks=pytest.mark.proof)]
+)
 @pytest.mark.parametrize("is_regular", [pytest.param(False, marks=pytest.mark.proof), True])
 def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
     p = Precision.of(precision)

@@ -110,9 +110,8 @@ def compare_all(case: Case) -> None:
 
 
 # What differs anywhere differs at almost every state: these find a slip in any term.
-@pytest.mark.parametrize("hundred", range(2))
-def test_at_200_random_states_of_the_benchmark(hundred: int) -> None:
-    for seed in range(100 * hundred, 100 * (hundred + 1)):
+def test_at_20_random_states_of_the_benchmark() -> None:
+    for seed in range(20):
         compare_all(Case.random(seed))
 
 

@@ -76,7 +76,7 @@ def test_the_integration_itself_keeps_the_energy():
 
 
 def test_the_path_of_maneuver_3_tightens(reference):
-    from heyoka_bike.showing.figures.motions import curvature
+    from heyoka_bike.workbench.figures.motions import curvature
 
     bent = curvature(reference, 3, np.linspace(3.0, 10.0, 200))
     assert (bent > 0).all()

@@ -92,7 +92,7 @@ def test_a_score_imports_what_it_uses():
 import sys
 from heyoka_bike.cli import main
 main(["score", {RESULTS!r}, "--require", "scd >= 3"])
-avoided = {{"rich", "numpy.ma", "heyoka_bike.showing.figures", "heyoka_bike.bicycle.parameters"}}
+avoided = {{"rich", "numpy.ma", "heyoka_bike.workbench.figures", "heyoka_bike.bicycle.parameters"}}
 print(sorted(avoided & set(sys.modules)))
 """
     run = python(code)

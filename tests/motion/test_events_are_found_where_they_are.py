@@ -269,7 +269,7 @@ def test_a_motion_crosses_any_threshold_as_often_as_its_samples_do(bicycle, mane
     at = evaluator(run, run.bits + 64)
     with at.balls.precision():
         leans = [float(at.state(e.time)[0].mid()) for e in events(run, (GREATEST_LEAN,), proof)]
-        times = [Fraction(i, 1000) for i in range(10001)]
+        times = [Fraction(i, 500) for i in range(5001)]
         rolls = np.array([float(run.state(t)[0].mid()) for t in times])
     rng = random.Random(17)
     thresholds = [rng.uniform(min(leans), max(leans)) for _ in range(6)]
@@ -301,6 +301,7 @@ def test_a_lean_is_greatest_or_least_by_what_the_roll_angle_does(bicycle, maneuv
     assert [e.what for e in events(replace(run, pieces=(mirrored,)))][:1] == [GREATEST_LEAN]
 
 
+@pytest.mark.proof
 def test_upright_and_greatest_lean_are_where_heyoka_detects_them(bicycle, maneuvers):
     hy = require_heyoka()
     system = right_hand_side(bicycle, Precision.of("binary64"), is_regular=True)

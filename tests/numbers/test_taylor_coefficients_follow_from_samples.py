@@ -6,9 +6,10 @@ from typing import Any
 
 import flint
 import pytest
+from support.power_series import PowerSeries
 
 from heyoka_bike.numbers import analytic
-from heyoka_bike.numbers.analytic import PowerSeries, Samples
+from heyoka_bike.numbers.analytic import Samples
 
 BITS, LENGTH, RADIUS = 100, 20, 3
 

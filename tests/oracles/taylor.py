@@ -19,6 +19,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
+from support.power_series import PowerSeries
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.initial import initial_state
@@ -28,7 +29,6 @@ from heyoka_bike.bicycle.equations.outputs import yaw_rate
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.dual import Dual, Duals
 

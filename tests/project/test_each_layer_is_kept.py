@@ -18,7 +18,7 @@ WRONG = {
     "Inside the workbench": ("workbench/fast", "heyoka_bike.workbench.bench"),
     "Inside the reference": ("reference/proof", "heyoka_bike.reference.verification"),
     "Inside scoring": ("scoring/reading", "heyoka_bike.scoring.diagnosis"),
-    "Inside showing": ("showing/formats", "heyoka_bike.showing.replay"),
+    "Inside showing": ("showing/formats", "heyoka_bike.showing.views"),
     "Inside a bicycle": ("bicycle/equations", "heyoka_bike.bicycle.stability"),
     "Reading a reference, scoring and its reports need NumPy and h5py only": (
         "showing/formats", "rich",

@@ -114,6 +114,7 @@ def test_a_run_that_came_to_no_end_is_named(run):
     assert len(parts(other)["H4"].splitlines()) == len(parts(run)["H4"].splitlines()) - 1
 
 
+@pytest.mark.proof
 def test_figures_name_every_program(run):
     drawn = figures(run)
     assert set(drawn) == set(FIGURES)

@@ -28,7 +28,7 @@ from figures import after, certified_bounds, definition_distances, dimensions, o
 from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
 from heyoka_bike.reference.proof import enclose as proving  # noqa: E402
-from heyoka_bike.showing.figures.style import render  # noqa: E402
+from heyoka_bike.workbench.style import render  # noqa: E402
 
 pytestmark = pytest.mark.proof
 

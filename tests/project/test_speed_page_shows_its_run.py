@@ -47,6 +47,7 @@ def test_run_is_a_complete_one(run):
     assert set(run["machine"]) == {"cpu", "cores", "system"}
 
 
+@pytest.mark.proof
 def test_figures_are_drawn_from_the_run(run):
     drawn = figures(run)
     assert set(drawn) == set(FIGURES)

@@ -26,7 +26,7 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
-from heyoka_bike.numbers.rounding import decimal_digits, hi_lo
+from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.proof import candidate as candidate_file
 from heyoka_bike.reference.proof import rows
@@ -459,7 +459,7 @@ def forged_set(folder, bicycle, maneuver):
                          "steer_rate": maneuver.steer_rate}  # fmt: skip
                 found |= {name: x.rational for name, x in given.items()}
             words = {name: [shortest_decimal(maneuver.time(i), 50)] for name in texts}
-            for name, x in found.items():
+            for name, x in ((name, Enclosure.of(x)) for name, x in found.items()):
                 hi, lo = hi_lo(x, name)
                 bound = rows.distance(x, hi, lo) * 2
                 for tag, number in (("", hi), ("_lo", lo), ("_bound", bound)):

@@ -146,8 +146,8 @@ def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
             right = x.binary64() == hi and x.minus(hi).binary64() == lo
             if i == 0 and name in first and not right:
                 # A rational number that ends: no enclosure of it decides where zeros begin.
-                exact, unit = first[name], Fraction(1, 1 << x.grid)
-                right = x.low * unit <= exact <= x.high * unit
+                exact = first[name]
+                right = x.low <= exact <= x.high
                 right = right and hi == float(exact) and lo == float(exact - Fraction(hi))
             if not right:
                 found.append((name, i))

@@ -6,7 +6,8 @@ from fractions import Fraction
 import pytest
 
 from heyoka_bike.bicycle.equations import reduced
-from heyoka_bike.reference.proof.dense import motion_expansions, with_integrals
+from heyoka_bike.bicycle.equations.whole_motion import dense_columns
+from heyoka_bike.reference.proof.dense import expansions, with_integrals
 from heyoka_bike.reference.proof.enclose import enclose
 
 pytestmark = pytest.mark.proof
@@ -28,7 +29,7 @@ def stages(run, made):
     counts.append(len(made))
     stretches = list(with_integrals(run, certificate))
     counts.append(len(made))
-    list(motion_expansions(stretches))
+    list(expansions(run, dense_columns, stretches))
     counts.append(len(made))
     made.clear()
     return counts

@@ -20,7 +20,7 @@ from heyoka_bike.bicycle.equations import initial
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
 from heyoka_bike.errors import InputError, NotCertifiedError, UndecidedError
-from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Stretch, Trajectory
 from heyoka_bike.numbers import analytic
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import Nodes
@@ -28,7 +28,7 @@ from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof import cauchy, dense, enclose
 from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, rho
-from heyoka_bike.reference.proof.dense import Expanded, Expansion, with_integrals
+from heyoka_bike.reference.proof.dense import Expansion, with_integrals
 from heyoka_bike.reference.proof.enclose import MATRIX_BITS, SIZE, Carried
 from heyoka_bike.reference.proof.rows import exact_columns, round_rows
 
@@ -88,15 +88,8 @@ def test_an_initial_pitch_beside_the_root(
     turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)), roll=Exact(Fraction(1, 10)))
     equations = Equations.of(bicycle, Balls(237))
     assert len(initial.initial_state(equations, turned)) == SIZE
-    found = initial.Multiprecision
-
-    class Beside(found):  # type: ignore[misc, valid-type]
-        def __init__(self, digits: int) -> None:
-            super().__init__(digits)
-            root = self.context.findroot
-            self.context.findroot = lambda *a, **k: root(*a, **k) + self.context.mpf(shift)
-
-    monkeypatch.setattr(initial, "Multiprecision", Beside)
+    root = initial._root
+    monkeypatch.setattr(initial, "_root", lambda *a: root(*a) + flint.arb(shift))
     with pytest.raises(InputError, match="no pitch"):
         initial.initial_state(equations, turned)
 
@@ -105,9 +98,12 @@ def test_an_initial_pitch_that_may_be_a_double_root(
     bicycle: Any, maneuvers: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)))
-    monkeypatch.setattr(
-        initial.Duals, "variables", lambda self, values: [Dual(values[0], (flint.arb(0, 1),))]
-    )
+
+    def variables(_: Any, values: Sequence[flint.arb]) -> list[Dual]:
+        """Of what is no exact number, a slope that may vanish."""
+        return [Dual(x, (1 if x.is_exact() else flint.arb(0, 1),)) for x in values]
+
+    monkeypatch.setattr(initial.Duals, "variables", variables)
     with pytest.raises(InputError, match="no pitch"):
         initial.initial_state(Equations.of(bicycle, Balls(237)), turned)
 
@@ -273,7 +269,7 @@ def function(equations: Equations, state: Any) -> list[Any]:
 
 
 def expansion(run: Trajectory, bound: Fraction) -> Expansion:
-    return Expansion(run.piece(0), (bound,) * SIZE, Expanded.of(run, function))
+    return next(dense.expansions(run, function, [Stretch(run.piece(0), (bound,) * SIZE)]))
 
 
 def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
@@ -295,15 +291,15 @@ def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch
 @pytest.mark.parametrize("order", [0, 31])
 def test_a_coefficient_that_is_off_is_a_distance(run: Trajectory, order: int) -> None:
     """The yaw over a tenth of a piece, from its Chebyshev piece: by that, and hardly more."""
-    along = Expanded.of(run, lambda equations, state: [state[6]])
-    found = Expansion(run.piece(0), (Fraction(0),) * SIZE, along)
-    piece = found.t0, found.t0 + found.h / 10
+    exact = Stretch(run.piece(0), (Fraction(0),) * SIZE)
+    found = next(dense.expansions(run, lambda equations, state: [state[6]], [exact]))
+    piece = found.piece.t0, found.piece.t0 + found.piece.h / 10
     with flint.ctx.workprec(BITS):
         nodes = Nodes(32)
         values = [[found.polynomials[0]((x + 1) / 20)] for x in nodes.x]
-        exact = (nodes.transform * flint.arb_mat(values)).entries()
-        hi = np.array([float(x.mid()) for x in exact])
-        lo = np.array([float((x - y).mid()) for x, y in zip(exact, hi.tolist(), strict=True)])
+        terms = (nodes.transform * flint.arb_mat(values)).entries()
+        hi = np.array([float(x.mid()) for x in terms])
+        lo = np.array([float((x - y).mid()) for x, y in zip(terms, hi.tolist(), strict=True)])
     (near,) = found.distances([(hi, lo)], piece, piece)
     assert near < 1e-30
     hi[order] += 2.0**-20
@@ -348,7 +344,7 @@ def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
     def of_one_that_begins_at(at: Fraction) -> tuple[Fraction, Fraction]:
         integrator = dense._Integrator(run)
         integrator.at[0] = at
-        (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
+        stretch = integrator.stretch((Fraction(0),) * SIZE, run.piece(0), 0)
         first = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)
         return abs(at - first), stretch.bounds[SIZE]
 

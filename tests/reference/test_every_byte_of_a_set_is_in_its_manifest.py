@@ -19,7 +19,7 @@ from heyoka_bike.reference.verification.verify import check_files, verify
 
 pytestmark = pytest.mark.proof
 
-FLIPS = 20  # in each file
+FLIPS = 3  # in each file
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,7 @@ from heyoka_bike.numbers.exact import Exact
 
 pytestmark = pytest.mark.proof
 
-TIMES = 70
+TIMES = 20
 DIGITS = 80
 BITS = 400
 # The coefficients are integers times 2^-253, which is 1e-76. Of a polynomial of order N on a step h

@@ -18,7 +18,7 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.numbers.double import root
 from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver, load_motion
-from heyoka_bike.showing.replay.motion_3d import motion_3d, reference_state
+from heyoka_bike.workbench.replay.motion_3d import motion_3d, reference_state
 
 BITS = 256
 

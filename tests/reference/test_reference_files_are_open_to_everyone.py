@@ -6,7 +6,6 @@ from fractions import Fraction
 import h5py
 import numpy as np
 import pytest
-import xarray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 
@@ -36,6 +35,8 @@ def test_time_is_the_rational_in_hi_and_lo(reference):
 
 @pytest.mark.parametrize("number", [1, *(pytest.param(n, marks=pytest.mark.proof) for n in (2, 3))])
 def test_xarray_opens_each_group(folder, number):
+    import xarray
+
     with xarray.open_dataset(folder / FILE, group=f"maneuver_{number}", engine="h5netcdf") as data:
         assert dict(data.sizes) == {"time": 1001}
         assert "time" in data.coords

@@ -285,7 +285,7 @@ def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
     monkeypatch.setattr(sensitivity_rows, "ORDERS", 4)
     equations = Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
     unknowns = Unknowns.of(run, equations)
-    along = [part for _, part in variation.variations(run, certificate, unknowns)]
+    along = list(variation.variations(run, certificate, unknowns))
     parts = sensitivity_rows.ColumnDerivatives.along(along, unknowns, equations)
     with flint.ctx.workprec(variation.BITS):
         fitted = sensitivity_rows.Fitted.of(parts)
@@ -311,7 +311,7 @@ def test_what_interpolation_between_nodes_leaves_out_is_bounded(short, monkeypat
         unknowns = Unknowns.of(
             run, Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
         )
-    _, part = next(variation.variations(run, certificate, unknowns))
+    part = next(variation.variations(run, certificate, unknowns))
     (along,) = sensitivity_rows.ColumnDerivatives.along([part], unknowns, equations)
     points, u = AtPoints(BITS), [flint.arb("0.3")]
     with points.precision():

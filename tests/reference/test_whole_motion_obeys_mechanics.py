@@ -24,10 +24,10 @@ from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, motion_columns
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
+from heyoka_bike.motion.trajectory import Certificate, Stretch, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof.dense import Stretch, with_integrals
+from heyoka_bike.reference.proof.dense import with_integrals
 
 pytestmark = pytest.mark.proof
 

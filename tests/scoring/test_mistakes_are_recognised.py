@@ -1,7 +1,5 @@
 """Files of programs with known mistakes, made by another integrator, are explained by them."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from fractions import Fraction
 
@@ -29,8 +27,8 @@ from heyoka_bike.system.resources import data_folder
 pytestmark = pytest.mark.proof
 
 BY_CODE = {m.code: m for m in MISTAKES}
-# One of the model, one of the start, two of the output; all by -m slow.
-SOME = ("inertia_B_from_hub", "roll_without_wheels", "one_step_late", "maneuver_2_as_1_1_as_2")
+# One of each kind; all by -m slow. That rows are late is told in `test_score_diagnoses`.
+SOME = ("inertia_B_from_hub", "roll_without_wheels", "maneuver_2_as_1_1_as_2")
 # Errors of crude methods that come closest to a mistake, and the maneuvers that show them.
 CLOSEST = (
     ("semi-implicit Euler", 0.01, (1, 2, 3)),
@@ -198,17 +196,6 @@ def test_errors_of_crude_methods_are_no_mistake(
 def test_the_reference_needs_no_explanation(reference):
     found = diagnose(made(reference), reference)
     assert [f.code for f in found.diagnosis] == ["nothing_to_explain"]
-
-
-def test_the_command_answers_in_words(tmp_path):
-    table = np.loadtxt(data_folder() / "peers" / "scipy-rtol1e-10.txt")
-    table[1:, 1:] = table[:-1, 1:]
-    file = tmp_path / "late.txt"
-    np.savetxt(file, table, "%.17g")
-    command = [sys.executable, "-m", "heyoka_bike", "diagnose", str(file)]
-    told = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
-    assert "Each row is written one step late" in told.stdout
-    assert told.stderr == ""
 
 
 @pytest.mark.slow

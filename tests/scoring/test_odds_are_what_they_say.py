@@ -29,8 +29,8 @@ EXUDYN = {
     "forward_speed": "forward_speed_hub_body_x",
 }
 OPEN = tuple(EXUDYN)
-# Of the difference of two definitions: any size is as likely as its double.
-SIZES = np.outer((1, -1), 10.0 ** np.arange(-1.5, 1.6, 0.5)).ravel()
+# Of the difference of two definitions: any size is as likely as its tenfold.
+SIZES = np.outer((1, -1), 10.0 ** np.arange(-1.5, 1.6)).ravel()
 ROWS = (50, 1001)  # of the first half second, and of all
 
 

@@ -20,12 +20,10 @@ PEERS = data_folder() / "peers"
 
 
 def series_of(name, reference):
-    runs = read_runs(PEERS / name)
-    results = [read_results(r.file) for r in runs]
-    steps = [r.step for r in runs]
-    return score_series(
-        results, reference, cpu=[r.cpu for r in runs], steps=None if None in steps else steps
-    )
+    files, told = read_runs(PEERS / name)
+    steps = None if None in told["step"] else told["step"]
+    results = [read_results(file) for file in files]
+    return score_series(results, reference, cpu=told["cpu"], steps=steps)
 
 
 @pytest.fixture(scope="module")

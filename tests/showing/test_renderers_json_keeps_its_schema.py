@@ -74,12 +74,11 @@ def test_every_report_follows_the_schema(name):
 
 def test_scores_of_shipped_results_follow_the_schema():
     for name in ("exudyn", "scipy"):
-        runs = read_runs(PEERS / f"{name}.toml")
-        steps = [run.step for run in runs]
+        files, told = read_runs(PEERS / f"{name}.toml")
         series = score_files(
-            [read_results(run.file) for run in runs],
-            steps=None if None in steps else steps,
-            cpu=[run.cpu for run in runs],
+            [read_results(file) for file in files],
+            steps=None if None in told["step"] else told["step"],
+            cpu=told["cpu"],
         )
         document = read(series)
         assert problems(document) == []

@@ -31,8 +31,8 @@ from heyoka_bike.scoring.judge.contradictions import without_unfilled
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.score import scored
 from heyoka_bike.scoring.units import UNITS
-from heyoka_bike.showing.checker.header import render
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.checker.header import checker_header
 
 MOST_DIGITS = 14.0
 """The checker counts no more."""
@@ -103,7 +103,7 @@ class Found:
 
 @cache
 def _header():
-    return render(load_reference()).decode()
+    return checker_header(load_reference()).decode()
 
 
 class Checker:

@@ -203,7 +203,7 @@ def _maneuver(reference: Reference, number: int, size: float) -> ManeuverScore:
         gap=0.01, step=0.01, performance=0.53 * size,
         performance_limit=1e-3 if number == 2 else None,
         consistency=Consistency(1e-9, 5e-10, 1.2e-5, None), columns=columns,
-        part=Part(number, m, m.time, m.time_lo, {}, {}, {}),
+        part=Part(m.time, m.time_lo, {}, maneuver=number, reference=m),
     )  # fmt: skip
 
 

@@ -2,8 +2,8 @@
 
 import shutil
 
-from heyoka_bike.scoring.leaderboard import read_submission
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.leaderboard.ranking import read_submission
 
 RESULTS = data_folder() / "results"
 SCIPY, EXUDYN = "scipy-dop853.toml", "exudyn-trapezoidal.toml"

@@ -69,11 +69,6 @@ def kept(folder):
     return sorted(p for p in folder.glob(f"*{SUFFIX}/*") if p.name != "lock")
 
 
-def test_processes_make_the_same_bytes(expected, sets, tmp_path):
-    assert main([*sets, str(tmp_path / "sets"), "--workers", "2"]) == 0
-    assert content(tmp_path / "sets") == expected
-
-
 def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected, sets, tmp_path):
     """In the middle of it; with a new scheduler the same command goes on where it was."""
     made = tmp_path / "sets"
@@ -173,10 +168,12 @@ def test_what_somebody_else_put_there_is_no_code(tmp_path):
     assert (tmp_path / "harmed").exists()
 
 
-def test_a_set_that_fails_does_not_stop_the_others(expected, sets, tmp_path, capsys):
+def test_two_processes_make_the_same_bytes_beside_a_set_that_fails(
+    expected, sets, tmp_path, capsys
+):
     bad = tmp_path / "bad.toml"
     bad.write_text("name = 1\n")
-    asked = [*sets, str(tmp_path / "sets")]
+    asked = [*sets, str(tmp_path / "sets"), "--workers", "2"]
     asked[2:4] = ["silver", str(bad), "pista"]
     assert main(asked) == 1
     assert re.search(

@@ -225,7 +225,7 @@ def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
 
 def test_a_figure_is_written_beside_the_table(folder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(race, "bench", lambda *_, **__: [])
-    point = race.Point("SciPy LSODA", "binary64", 1e-4, 1.0, 1e-3, 1e-4)
+    point = {"code": "SciPy LSODA", "min_ms": 1.0, "max_state_error": 1e-4}
     monkeypatch.setattr(race, "work_precision", lambda *_: [point, point])
     for suffix, head in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
         path = tmp_path / f"bench.{suffix}"
@@ -307,11 +307,11 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch)
     with suppress(compiled.NoCompilerError):
         compiled.QuadruplePeer(candidate[1].bicycle)
         wholes["C extrapolation"] = True
-    assert {x.code: x.measured_over == 10 for x in found} == wholes
+    assert {x["code"]: x["measured_over"] == 10 for x in found} == wholes
     for x in found:
         # binary128 has units of 1e-34; some 70 steps of a speed near 5 add up. The extrapolation is
         # asked for 1e-30.
-        assert x.error < (1e-30 if x.code == "C extrapolation" else 1e-31)
+        assert x["error"] < (1e-30 if x["code"] == "C extrapolation" else 1e-31)
     assert precise._part(candidate[1], Fraction(10)) == 1
     assert 0 < precise._part(candidate[1], Fraction(1, 1000)) < 1 / 78
 
@@ -323,11 +323,11 @@ def test_costs_are_scaled_to_the_maneuver(candidate, monkeypatch):
         monkeypatch.setattr(precise, "DIGITS", (precision,))
         monkeypatch.setattr(precise, "_COST_SECONDS", limit)
         (x,) = precise.costs(published)
-        assert x.order == integrate(published.bicycle, short, precision).order
+        assert x["order"] == integrate(published.bicycle, short, precision).order
         # Where one step is timed, the rest is as many as the published run took.
-        assert (x.steps == 1) == (limit == 0)
-        count = published.steps if limit == 0 else x.steps + 1
-        assert x.seconds == pytest.approx(x.seconds_per_step * count)
+        assert (x["steps"] == 1) == (limit == 0)
+        count = published.steps if limit == 0 else x["steps"] + 1
+        assert x["seconds"] == pytest.approx(x["seconds_per_step"] * count)
     assert precise._order(5000) == 1734  # a tolerance that binary64 does not hold
 
 
@@ -336,7 +336,7 @@ def test_long_runs_are_judged_at_their_end(bicycle, maneuvers, monkeypatch):
     monkeypatch.setattr(batches, "LONG", ("eq1", 1e-6))
     monkeypatch.setattr(batches, "_LONG_TURNS", 1)
     loose, tight = batches.long_runs(bicycle, maneuvers[1])
-    assert (loose.duration, tight.accuracy) == (10, 1e-6)
-    assert 1e-7 < loose.error < 1e-3
-    assert 1e-10 < tight.error < 1e-6
-    assert tight.performance < loose.performance < 1e-3
+    assert (loose["duration"], tight["accuracy"]) == (10, 1e-6)
+    assert 1e-7 < loose["error"] < 1e-3
+    assert 1e-10 < tight["error"] < 1e-6
+    assert tight["performance"] < loose["performance"] < 1e-3

@@ -48,7 +48,7 @@ def proved(monkeypatch, published):
 
     def enclosed(text):
         low, high = (Fraction(text) + side * Fraction(1, 10**45) for side in (-1, 1))
-        return Enclosure(round(low * 2**400), round(high * 2**400), 400)
+        return Enclosure(low, high)
 
     found = [
         Fact(x["about"], x["statement"], {name: enclosed(t) for name, t in x["numbers"].items()})

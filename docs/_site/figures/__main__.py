@@ -7,7 +7,7 @@ from pathlib import Path
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parent.parent))
     from figures import FIGURES, draw
-    from heyoka_bike.showing.figures.style import save
+    from heyoka_bike.workbench.style import save
 
     parser = ArgumentParser(description="Draw a figure about the published set.")
     parser.add_argument("name", choices=FIGURES)

@@ -25,7 +25,7 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.style import BLACK, BLUE, SKY, VERMILLION, WIDTH, style
+from heyoka_bike.workbench.style import BLACK, BLUE, SKY, VERMILLION, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

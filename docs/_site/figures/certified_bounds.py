@@ -23,10 +23,10 @@ from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.enclose import enclosed
-from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
 from heyoka_bike.system.console import progress_bars
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import side_by_side
+from heyoka_bike.workbench.style import BLACK, BLUE, VERMILLION, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,8 +10,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import DEFINITIONS, Column
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.figures.style import LINES, WIDTH, style
 from heyoka_bike.showing.wording import unit_text
+from heyoka_bike.workbench.style import LINES, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

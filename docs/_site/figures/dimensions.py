@@ -14,8 +14,8 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
-from heyoka_bike.showing.replay.shapes import Shape
+from heyoka_bike.workbench.replay.shapes import Shape
+from heyoka_bike.workbench.style import BLACK, BLUE, VERMILLION, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

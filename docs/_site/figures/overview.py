@@ -12,7 +12,7 @@ from figures.silhouette import draw as draw_silhouette
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.figures.style import BLUE, GREEN, VERMILLION, style
+from heyoka_bike.workbench.style import BLUE, GREEN, VERMILLION, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,8 +14,8 @@ from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import ColumnScore
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.figures.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION, WIDTH, style
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

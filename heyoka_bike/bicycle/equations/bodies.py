@@ -25,15 +25,7 @@ from fractions import Fraction
 from heyoka_bike.bicycle.equations.kinematics import Posture
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
-from heyoka_bike.numbers.vectors import (
-    Vector,
-    from_turned_x,
-    from_turned_y,
-    from_turned_z,
-    minus,
-    plus,
-    scaled,
-)
+from heyoka_bike.numbers.vectors import Vector, from_turned, minus, plus, scaled
 
 
 class Half(
@@ -146,26 +138,26 @@ class Axes:
     def from_rear(self, v: Vector) -> Vector:
         """Heading components of a vector given in rear axes."""
         o = self.o
-        pitched = from_turned_y(self.sin_pitch, self.cos_pitch, v)
-        return from_turned_x(o.sin_roll, o.cos_roll, pitched)
+        pitched = from_turned("y", self.sin_pitch, self.cos_pitch, v)
+        return from_turned("x", o.sin_roll, o.cos_roll, pitched)
 
     def to_rear(self, v: Vector) -> Vector:
         """Rear components of a vector given in heading axes."""
         o = self.o
-        rolled = from_turned_x(-o.sin_roll, o.cos_roll, v)
-        return from_turned_y(-self.sin_pitch, self.cos_pitch, rolled)
+        rolled = from_turned("x", -o.sin_roll, o.cos_roll, v)
+        return from_turned("y", -self.sin_pitch, self.cos_pitch, rolled)
 
     def from_steer(self, v: Vector) -> Vector:
         """Heading components of a vector given in steer axes."""
         o = self.o
-        unsteered = from_turned_y(o.sb, o.cb, from_turned_z(o.s, o.c, v))
-        return from_turned_x(o.sin_roll, o.cos_roll, unsteered)
+        unsteered = from_turned("y", o.sb, o.cb, from_turned("z", o.s, o.c, v))
+        return from_turned("x", o.sin_roll, o.cos_roll, unsteered)
 
     def to_steer(self, v: Vector) -> Vector:
         """Steer components of a vector given in heading axes."""
         o = self.o
-        rolled = from_turned_x(-o.sin_roll, o.cos_roll, v)
-        return from_turned_z(-o.s, o.c, from_turned_y(-o.sb, o.cb, rolled))
+        rolled = from_turned("x", -o.sin_roll, o.cos_roll, v)
+        return from_turned("z", -o.s, o.c, from_turned("y", -o.sb, o.cb, rolled))
 
     def from_front(self, v: Vector) -> Vector:
         """Heading components of a vector given in front axes."""
@@ -177,7 +169,7 @@ class Axes:
 
     def across_tilt(self, v: Vector, *, back: bool = False) -> Vector:
         """From steer to front axes, or back; the same for the rear before it is steered."""
-        return from_turned_y(-self.sin_tilt if back else self.sin_tilt, self.cos_tilt, v)
+        return from_turned("y", -self.sin_tilt if back else self.sin_tilt, self.cos_tilt, v)
 
     @property
     def front_heading(self) -> Vector:

@@ -22,15 +22,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import Configuration, whole_rates
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.dual import Dual, Duals, Traced, Traces
-from heyoka_bike.numbers.vectors import (
-    Vector,
-    cross,
-    from_turned_x,
-    from_turned_y,
-    from_turned_z,
-    minus,
-    plus,
-)
+from heyoka_bike.numbers.vectors import Vector, cross, from_turned, minus, plus
 
 COORDINATES = (
     "rear_hub_x", "rear_hub_y", "rear_hub_z", "yaw", "roll", "pitch", "steer", "rear_wheel_angle",
@@ -107,18 +99,20 @@ def _moving(
     )
 
     def pitched(u: Vector) -> Vector:
-        return from_turned_y(-s_pitch, c_pitch, u)
+        return from_turned("y", -s_pitch, c_pitch, u)
 
     def rolled(u: Vector) -> Vector:
-        return from_turned_x(-s_roll, c_roll, u)
+        return from_turned("x", -s_roll, c_roll, u)
 
     def steered(u: Vector) -> Vector:
-        upright = from_turned_y(-b.sin_tilt, b.cos_tilt, u)
-        return from_turned_y(b.sin_tilt, b.cos_tilt, from_turned_z(-s_steer, c_steer, upright))
+        upright = from_turned("y", -b.sin_tilt, b.cos_tilt, u)
+        return from_turned(
+            "y", b.sin_tilt, b.cos_tilt, from_turned("z", -s_steer, c_steer, upright)
+        )
 
     x, y, z = rolled((0, 0, v[3]))
     turning = plus(pitched((x + v[4], y, z)), (0, v[5], 0))
-    hub = pitched(rolled(from_turned_z(-s_yaw, c_yaw, (v[0], v[1], v[2]))))
+    hub = pitched(rolled(from_turned("z", -s_yaw, c_yaw, (v[0], v[1], v[2]))))
     down = pitched(rolled((0, 0, 1)))
     rear = _Moving(b.rear, hub, turning, plus(turning, (0, v[7], 0)), down, q[2])
     pivot, pivot_f = ((part.pivot_x, 0, part.pivot_z) for part in (b.rear, b.front))

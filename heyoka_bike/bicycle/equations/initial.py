@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from math import pi
 from typing import TYPE_CHECKING, Any
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, posture, rear_rates
 from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.parameters import START, Maneuver
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number, value_of
+from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Number, value_of
 from heyoka_bike.numbers.dual import Dual, Duals
 
 if TYPE_CHECKING:
@@ -102,42 +102,39 @@ def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
         f"{maneuver.name}: no pitch puts both wheels on the floor at roll "
         f"{float(maneuver.roll):g} rad and steer {float(maneuver.steer):g} rad"
     )
-    bits = flint.ctx.prec
-    a = Multiprecision(int(bits * 0.302) + 5)
-    mp = a.context
-    km = constants(equations.bicycle, a)
-    roll, steer = a.number(maneuver.roll), a.number(maneuver.steer)
-    near = _followed(km.convert(float), float(roll), float(steer))
+    near = _followed(
+        k.convert(lambda x: float(x.mid())), float(maneuver.roll), float(maneuver.steer)
+    )
     if near is None:
         raise unreachable
+    roll, steer = balls.number(maneuver.roll), balls.number(maneuver.steer)
 
-    def height(x: object) -> object:
-        return front_contact_height(km, a, roll, x, steer)
+    def height(pitch: flint.arb) -> Dual:
+        """Of the front wheel, with its derivative by the pitch."""
+        (x,) = Duals(balls).variables([pitch])
+        found: Dual = front_contact_height(k, Duals(balls), roll, x, steer)
+        return found
 
-    try:
-        pitch = mp.findroot(height, (near, near + mp.mpf("0.001")), tol=mp.eps * 1024)
-    except (ValueError, ZeroDivisionError):
-        raise unreachable from None
-    if mp.im(pitch) != 0 or abs(pitch) > mp.pi / 2:
-        raise unreachable
     # A sign change over a tiny interval proves the root.
-    centre = balls.number(Fraction(int(mp.nint(mp.ldexp(pitch, bits))), 2**bits))
-    roll_ball, steer_ball = balls.number(maneuver.roll), balls.number(maneuver.steer)
-    radius = balls.number(Fraction(2) ** (16 - bits))
-    below, above = (
-        front_contact_height(k, balls, roll_ball, centre + side * radius, steer_ball)
-        for side in (-1, 1)
-    )
+    centre, radius = _root(height, near), balls.number(Fraction(2) ** (16 - flint.ctx.prec))
+    below, above = (height(centre + side * radius).value for side in (-1, 1))
     if not ((below > 0 and above < 0) or (below < 0 and above > 0)):
         raise unreachable
     enclosed = flint.arb(centre, radius)
     # ... and a slope that does not vanish there that it is the only one.
-    duals = Duals(balls)
-    (pitch_dual,) = duals.variables([enclosed])
-    slope = front_contact_height(k, duals, roll_ball, pitch_dual, steer_ball).slopes[0]
+    slope = height(enclosed).slopes[0]
     if not abs(slope) > 0:
         raise unreachable
     return enclosed
+
+
+def _root(function: Callable[[flint.arb], Dual], near: float) -> flint.arb:
+    """The root near a binary64, to flint's precision: each of Newton's steps doubles the digits."""
+    x = flint.arb(near)
+    for _ in range(flint.ctx.prec.bit_length()):
+        there = function(x)
+        x = (x - there.value / there.slopes[0]).mid()
+    return x
 
 
 def _followed(k: Constants, roll: float, steer: float) -> float | None:

@@ -21,7 +21,7 @@ from heyoka_bike.bicycle.equations.forces import Forces, forces
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Balls, Number
-from heyoka_bike.numbers.vectors import Quaternion, Vector, from_turned_z, plus, product, scaled
+from heyoka_bike.numbers.vectors import Quaternion, Vector, from_turned, plus, product, scaled
 
 INTEGRALS = ("rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_wheel_angle")
 """Names of the integrals of `rates_of_integrals`, zero at the start."""
@@ -93,7 +93,7 @@ class Configuration:
         """A vector given in heading axes, in the ground frame."""
         yaw = self.angles[3]
         a = self.equations.a
-        return from_turned_z(a.sin(yaw), a.cos(yaw), v)
+        return from_turned("z", a.sin(yaw), a.cos(yaw), v)
 
     def places(self) -> dict[str, Vector]:
         """Contact points, hubs, and centres of mass of the frames and of the whole bicycle.

@@ -12,21 +12,22 @@ exact up to rounding. `closed_form` has the formulas.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache, cached_property, reduce
-from inspect import signature
+from functools import cache, cached_property
 from itertools import pairwise, zip_longest
+from math import ceil, log2
 from typing import Any
 
+import flint
 import mpmath
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, dyadic, exact_ball, sign_of
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 
@@ -64,10 +65,13 @@ class Linearisation:
     def eigenvalues(self, speed: Fraction | int | mpmath.mpf) -> tuple[mpmath.mpc, ...]:
         """Four eigenvalues [1/s] at a speed [m/s], ordered by real, then by imaginary part."""
         q = self._quartic
-        is_exact = isinstance(speed, int | Fraction)
-        v = q.a.number(speed) if is_exact else q.a.context.mpf(speed)
-        roots = [z / q.root_w for z in _roots(q.at(v / q.root_w, q.g), self.digits)]
-        parts = sorted((self._rounded(z.real), self._rounded(z.imag)) for z in roots)
+        with q.balls.precision():
+            if isinstance(speed, int | Fraction):
+                v = exact_ball(Fraction(speed))
+            else:
+                v = flint.arb(speed)
+            roots = [z / q.root_w for z in _roots(q.at(v / q.root_w, q.g), self.digits)]
+            parts = sorted((self._rounded(z.real), self._rounded(z.imag)) for z in roots)
         return tuple(x.context.mpc(x, y) for x, y in parts)
 
     @cached_property
@@ -77,13 +81,18 @@ class Linearisation:
         Hurwitz' determinant changes sign there, and s^2 = -d / b is negative.
         """
         q = self._quartic
-        changes = [x for x in q.changes(q.hurwitz()) if q.b.sign(x) * q.d.sign(x) > 0]
-        return tuple((self._speed(x), self._eigenvalue(_sqrt(q.d(x) / q.b(x)))) for x in changes)
+        with q.balls.precision():
+            changes = [x for x in q.changes(q.hurwitz()) if sign_of(q.b(x)) * sign_of(q.d(x)) > 0]
+            return tuple(
+                (self._speed(x), self._eigenvalue((q.d(x) / q.b(x)).sqrt())) for x in changes
+            )
 
     @cached_property
     def capsize_speeds(self) -> tuple[mpmath.mpf, ...]:
         """Speeds [m/s] where a real eigenvalue changes sign."""
-        return tuple(self._speed(x) for x in self._quartic.changes(self._quartic.e))
+        q = self._quartic
+        with q.balls.precision():
+            return tuple(self._speed(x) for x in q.changes(q.e))
 
     @cached_property
     def double_roots(self) -> tuple[tuple[mpmath.mpf, mpmath.mpf], ...]:
@@ -91,13 +100,13 @@ class Linearisation:
 
         The discriminant changes sign there; the value is a stationary point of the quartic.
         """
-        found = []
-        for x in self._quartic.changes(self._quartic.discriminant()):
-            p = self._quartic.at(_sqrt(x), 1)
-            slope = [power * c for power, c in zip((4, 3, 2, 1), p, strict=False)]
-            real = [s.real for s in _roots(slope, self.digits) if s.imag == 0]
-            _, value = min((abs(reduce(lambda y, c: y * s + c, p)), s) for s in real)
-            found.append((self._speed(x), self._eigenvalue(value)))
+        found, q = [], self._quartic
+        with q.balls.precision():
+            for x in q.changes(q.discriminant()):
+                p: Any = q.at(x.sqrt(), flint.arb(1))
+                real = [s.real for s in _roots(p.derivative(), self.digits) if s.imag == 0]
+                value = min(real, key=lambda s: abs(p(s)).mid())
+                found.append((self._speed(x), self._eigenvalue(value)))
         return tuple(found)
 
     @cached_property
@@ -110,22 +119,23 @@ class Linearisation:
         q = self._quartic
         if q.g == 0:
             return ()
-        conditions = (q.b, q.c, q.d, q.e, q.hurwitz())
-        edges = sorted({0 * q.g, *(x for p in conditions for x in q.changes(p))})
         found: list[tuple[mpmath.mpf, mpmath.mpf | None]] = []
-        for low, high in pairwise([*edges, None]):
-            inside = 2 * low + 1 if high is None else (low + high) / 2
-            if all(p.sign(inside) > 0 for p in conditions):
-                found.append((self._speed(low), None if high is None else self._speed(high)))
+        with q.balls.precision():
+            conditions = (q.b, q.c, q.d, q.e, q.hurwitz())
+            edges = sorted([flint.arb(0), *(x for p in conditions for x in q.changes(p))])
+            for low, high in zip_longest(edges, edges[1:]):
+                inside = 2 * low + 1 if high is None else (low + high) / 2
+                if all(sign_of(p(inside)) > 0 for p in conditions):
+                    found.append((self._speed(low), None if high is None else self._speed(high)))
         return tuple(found)
 
-    def _speed(self, x: mpmath.mpf) -> mpmath.mpf:
-        return self._rounded(_sqrt(x * self._quartic.g) * self._quartic.root_w)
+    def _speed(self, x: flint.arb) -> mpmath.mpf:
+        return self._rounded((x * self._quartic.g).sqrt() * self._quartic.root_w)
 
-    def _eigenvalue(self, s: mpmath.mpf) -> mpmath.mpf:
-        return self._rounded(s * _sqrt(self._quartic.g) / self._quartic.root_w)
+    def _eigenvalue(self, s: flint.arb) -> mpmath.mpf:
+        return self._rounded(s * self._quartic.g.sqrt() / self._quartic.root_w)
 
-    def _rounded(self, x: mpmath.mpf) -> mpmath.mpf:
+    def _rounded(self, x: flint.arb) -> mpmath.mpf:
         return _rounded(x, self.digits)
 
 
@@ -151,23 +161,18 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     """
     if not MIN_DIGITS <= digits <= MAX_DIGITS:
         raise InputError(f"digits: found {digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
-    a = Multiprecision(_working_digits(digits))
-    found = matrices(bicycle, a)
-    w = a.number(bicycle["w"])
-    parts = found["M"] / w, found["C1"], found["K0"], found["K2"] * w
-    residue = max(_residue(x) for part in parts for x in part.flat)
-    chopped = np.frompyfunc(lambda x: _chopped(x, residue), 1, 1)
-    m, c1, k0, k2 = map(chopped, parts)
+    balls = Balls(_working_bits(digits))
+    with balls.precision():
+        found = matrices(bicycle, balls)
+        w, g = balls.number(bicycle["w"]), balls.number(bicycle["g"])
 
-    def shown(part: Array, unit: Number) -> Matrix:
-        (a, b), (c, d) = ([_rounded(x, digits) for x in row] for row in part * unit)
-        return (a, b), (c, d)
+        def shown(part: Array) -> Matrix:
+            (a, b), (c, d) = ([_rounded(_with_zero(x), digits) for x in row] for row in part)
+            return (a, b), (c, d)
 
-    g = a.number(bicycle["g"])
-    return Linearisation(
-        M=shown(m, w), C1=shown(c1, 1), K0=shown(k0, 1), K2=shown(k2, 1 / w),
-        g=_rounded(g, digits), digits=digits, _quartic=_Quartic.of(a, g, w, m, c1, k0, k2),
-    )  # fmt: skip
+        quartic = _Quartic.of(balls, digits, g, w, **found)
+        printed = {name: shown(part) for name, part in found.items()}
+        return Linearisation(**printed, g=_rounded(g, digits), digits=digits, _quartic=quartic)
 
 
 def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
@@ -180,7 +185,7 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
     """
     masses = Equations.of(bicycle, a).masses([a.number(0)] * 3)
     m11, m12, m22 = masses[0, 0], masses[0, 1], masses[1, 1]
-    if abs(m11 * m22 - m12 * m12) <= abs(m11 * m22) / 10**_GUARD:
+    if not abs(m11 * m22 - m12 * m12) > abs(m11 * m22) / 10**_GUARD:
         raise InputError(
             f"the mass matrix of roll and steer of '{bicycle.name}' is singular, "
             "expected mass or inertia that resists both"
@@ -206,69 +211,44 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
     return np.array([rates[3].slopes, rates[4].slopes], dtype=object)
 
 
-def _working_digits(digits: int) -> int:
+def _working_bits(digits: int) -> int:
     # A double eigenvalue has half of the digits of the matrices.
-    return 2 * (digits + _GUARD) + _GUARD
+    return ceil((2 * (digits + _GUARD) + _GUARD) * log2(10))
 
 
-def _residue(x: Number) -> Number:
-    """Return the bound below which a number is zero up to rounding beside x."""
-    return abs(x) * x.context.eps * 10**_GUARD
+def _with_zero(x: flint.arb) -> flint.arb:
+    """Zero for a ball that holds it: it is zero up to rounding."""
+    return flint.arb(0) if x.contains(0) else x
 
 
-def _sqrt(x: Number) -> Number:
-    return x.context.sqrt(x)
-
-
-def _chopped(x: Number, residue: Number) -> Number:
-    return x if abs(x) > residue else 0 * x
-
-
-def _sum(x: Number, y: Number) -> Number:
-    return _chopped(x + y, _residue(abs(x) + abs(y)))
-
-
-def _rounded(x: mpmath.mpf, digits: int) -> mpmath.mpf:
+def _rounded(x: flint.arb, digits: int) -> mpmath.mpf:
     """The nearest number of so many decimal digits, in a context that holds little more."""
-    return _context(digits).mpf(mpmath.nstr(x, digits))
+    exact = dyadic(x.mid())
+    many = _context(flint.ctx.dps).mpf(exact.numerator) / exact.denominator
+    return _context(digits).mpf(mpmath.nstr(many, digits))
 
 
 @cache
 def _context(digits: int) -> mpmath.ctx_mp.MPContext:
-    return Multiprecision(digits).context
+    context = mpmath.mp.clone()
+    context.dps = digits
+    return context
 
 
-def _roots(coefficients: Sequence[mpmath.mpf], digits: int) -> list[mpmath.mpc]:
-    """Roots of a real polynomial, highest power first, each part exact to `digits` or zero."""
-    p = list(coefficients)
-    while p[-1] == 0:
-        p.pop()
-    mp = p[0].context
-    zeros = [mp.mpc(0)] * (len(coefficients) - len(p))
-    if len(p) == 1:
-        return zeros
-    size, inverse_size = _root_size(p), _root_size(p[::-1])
-    spread = int(mp.log10(size * inverse_size))
-    coarse = _context(digits + _GUARD + spread)
-    # A double root comes out with half of the digits, at one bit a step.
-    scaled = [q / (p[0] * size**i) for i, q in enumerate(p)]
-    options = {"maxsteps": 50 + 4 * mp.prec + coarse.prec, "cleanup": False, "extraprec": mp.prec}
-    if "asc" in signature(coarse.polyroots).parameters:
-        # Later than 1.3 mpmath asks which coefficient is the first.
-        found = coarse.polyroots(scaled[::-1], asc=True, **options)
-    else:
-        found = coarse.polyroots(scaled, **options)
-    residue = mp.mpf(10) ** -(digits + 5)
+def _roots(p: flint.arb_poly, digits: int) -> list[flint.acb]:
+    """Roots of a real polynomial, each part exact to `digits` or zero.
+
+    A double root comes out with half of the digits of the coefficients.
+    """
+    middles = [dyadic(c.mid()) for c in p.coeffs()]
+    exact = flint.fmpq_poly([flint.fmpq(x.numerator, x.denominator) for x in middles])
+    isolated: Any = exact.complex_roots()
+    found = [z.mid() for z, times in isolated for _ in range(times)]
+    residue = flint.arb(10) ** -(digits + 5)
     upper = [z for z in found if z.imag > residue * abs(z)]
     real = sorted(found, key=lambda z: abs(z.imag))[: len(found) - 2 * len(upper)]
-    pairs = [mp.mpc(z.real if abs(z.real) > residue * abs(z) else 0, z.imag) for z in upper]
-    roots = [*(mp.mpc(z.real) for z in real), *pairs, *(z.conjugate() for z in pairs)]
-    return zeros + [z * size for z in roots]
-
-
-def _root_size(p: Sequence[mpmath.mpf]) -> mpmath.mpf:
-    """Bound of the roots, not above the largest by more than a small factor."""
-    return max(p[0].context.root(abs(q / p[0]), i) for i, q in enumerate(p) if i)
+    pairs = [flint.acb(z.real if abs(z.real) > residue * abs(z) else 0, z.imag) for z in upper]
+    return [*(flint.acb(z.real) for z in real), *pairs, *(z.conjugate() for z in pairs)]
 
 
 Pair = tuple[Number, Number]
@@ -293,72 +273,6 @@ def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, P
 
 
 @dataclass(frozen=True, slots=True)
-class _Polynomial:
-    """A polynomial in x = v^2, lowest power first; sums that cancel up to rounding are zero."""
-
-    coefficients: tuple[Number, ...]
-
-    def __add__(self, other: _Polynomial) -> _Polynomial:
-        pairs = zip_longest(self.coefficients, other.coefficients, fillvalue=0)
-        return _Polynomial(tuple(_sum(p, q) for p, q in pairs))
-
-    def __sub__(self, other: _Polynomial) -> _Polynomial:
-        return self + other * -1
-
-    def __mul__(self, other: _Polynomial | Number) -> _Polynomial:
-        if not isinstance(other, _Polynomial):
-            return _Polynomial(tuple(p * other for p in self.coefficients))
-        out: list[Number] = [0] * (len(self.coefficients) + len(other.coefficients) - 1)
-        for i, p in enumerate(self.coefficients):
-            for j, q in enumerate(other.coefficients):
-                out[i + j] = _sum(out[i + j], p * q)
-        return _Polynomial(tuple(out))
-
-    def times_x(self) -> _Polynomial:
-        return _Polynomial((0 * self.coefficients[0], *self.coefficients))
-
-    def __call__(self, x: Number, g: Number = 1) -> Number:
-        """The value at x, made homogeneous by powers of g."""
-        value, power = 0 * x, 1
-        for p in reversed(self.coefficients):
-            value = value * x + p * power
-            power = power * g
-        return value
-
-    def sign(self, x: Number) -> int:
-        """Sign of the value at x, 0 if that is zero up to rounding."""
-        value = self(x)
-        size = _Polynomial(tuple(abs(p) for p in self.coefficients))(x)
-        return 0 if abs(value) <= _residue(size) else 1 if value > 0 else -1
-
-    def sign_changes(self) -> list[Number]:
-        """Positive x where the sign changes, ascending: at most one between two extrema."""
-        p = self._trimmed()
-        if len(p.coefficients) < 2:
-            return []
-        slope = _Polynomial(tuple(i * c for i, c in enumerate(p.coefficients))[1:])
-        end = 2 + 2 * max(abs(c / p.coefficients[-1]) for c in p.coefficients)
-        edges = [x for x in (0 * end, *slope.sign_changes(), end) if p.sign(x)]
-        return [p._change(u, v, slope) for u, v in pairwise(edges) if p.sign(u) != p.sign(v)]
-
-    def _change(self, low: Number, high: Number, slope: _Polynomial) -> Number:
-        """The change of sign in an interval, by Newton's method inside a shrinking bracket."""
-        sign, x = self.sign(high), (low + high) / 2
-        while low < x < high and (here := self.sign(x)):
-            low, high = (low, x) if here == sign else (x, high)
-            x -= self(x) / slope(x) if slope(x) else 0
-            if not low < x < high:
-                x = (low + high) / 2
-        return x
-
-    def _trimmed(self) -> _Polynomial:
-        """Without coefficients that are rounding residues, and divided by a power of x."""
-        residue = max(_residue(p) for p in self.coefficients)
-        kept = [i for i, p in enumerate(self.coefficients) if abs(p) > residue]
-        return _Polynomial(self.coefficients[kept[0] : kept[-1] + 1] if kept else ())
-
-
-@dataclass(frozen=True, slots=True)
 class _Quartic:
     """Characteristic polynomial s^4 + v b s^3 + c s^2 + v d s + e, b to e polynomials of x = v^2.
 
@@ -366,43 +280,56 @@ class _Quartic:
     critical speeds and eigenvalues are proportional to sqrt(g).
     """
 
-    a: Multiprecision
-    g: Number
-    root_w: Number
-    b: _Polynomial
-    c: _Polynomial
-    d: _Polynomial
-    e: _Polynomial
+    balls: Balls
+    digits: int
+    g: flint.arb
+    root_w: flint.arb
+    b: flint.arb_poly
+    c: flint.arb_poly
+    d: flint.arb_poly
+    e: flint.arb_poly
 
     @classmethod
     def of(
-        cls, a: Multiprecision, g: Number, w: Number, m: Array, c1: Array, k0: Array, k2: Array
-    ) -> _Quartic:
-        """From M / w, C1, K0 and w K2."""
-        constant = np.frompyfunc(lambda x: _Polynomial((x,)), 1, 1)
-        mass, b, *pairs = characteristic(*map(constant, (m, c1, k0, k2)))
-        scale = 1 / mass.coefficients[0]
-        c, d, e = ((low + high.times_x()) * scale for low, high in pairs)
-        return cls(a=a, g=g, root_w=_sqrt(w), b=b * scale, c=c, d=d, e=e)
+        cls, balls: Balls, digits: int, g: flint.arb, w: flint.arb,
+        M: Array, C1: Array, K0: Array, K2: Array,
+    ) -> _Quartic:  # fmt: skip
+        mass, b, *pairs = characteristic(M / w, C1, K0, K2 * w)
+        b, c, d, e = (flint.arb_poly([_with_zero(x / mass) for x in p]) for p in ([b], *pairs))
+        return cls(balls, digits, g, w.sqrt(), b, c, d, e)
 
-    def at(self, v: Number, g: Number) -> list[Number]:
-        """Coefficients at a speed and gravity, highest power first."""
+    def at(self, v: flint.arb, g: flint.arb) -> flint.arb_poly:
+        """The polynomial of s at a speed and gravity."""
         x = v * v
-        return [1 + 0 * x, v * self.b(x, g), self.c(x, g), v * self.d(x, g), g * self.e(x, g)]
+        c, d, e = (p[0] * g + p[1] * x for p in (self.c, self.d, self.e))
+        return flint.arb_poly([g * e, v * d, c, v * self.b[0], 1])
 
-    def changes(self, p: _Polynomial) -> list[Number]:
-        """Values of x where p changes sign, if there is gravity."""
-        return p.sign_changes() if self.g else []
+    def changes(self, p: flint.arb_poly) -> list[flint.arb]:
+        """Positive x where p changes sign, ascending, if there is gravity."""
+        p = flint.arb_poly([_with_zero(c) for c in p.coeffs()])
+        if self.g == 0 or p.degree() < 1:
+            return []
+        roots = sorted(z.real for z in _roots(p, self.digits) if z.imag == 0 and z.real > 0)
+        ends = [flint.arb(0), *roots, 2 * roots[-1] if roots else 1]
+        signs = [sign_of(p((low + high) / 2)) for low, high in pairwise(ends)]
+        found, before = [], signs[0]
+        for x, after in zip(roots, signs[1:], strict=True):
+            if before * after < 0:
+                found.append(x)
+            # Between roots that are equal up to rounding it is zero.
+            before = after or before
+        return found
 
-    def hurwitz(self) -> _Polynomial:
+    def hurwitz(self) -> flint.arb_poly:
         """Hurwitz' determinant over x."""
         return self.b * self.c * self.d - self.d * self.d - self.b * self.b * self.e
 
-    def discriminant(self) -> _Polynomial:
+    def discriminant(self) -> flint.arb_poly:
         """27 times the discriminant of the quartic."""
         b, c, d, e = self.b, self.c, self.d, self.e
-        i = e * 12 - (b * d * 3).times_x() + c * c
-        j = c * e * 72 + (b * c * d * 9 - d * d * 27 - b * b * e * 27).times_x() - c * c * c * 2
+        x = flint.arb_poly([0, 1])
+        i = e * 12 - b * d * x * 3 + c * c
+        j = c * e * 72 + (b * c * d * 9 - d * d * 27 - b * b * e * 27) * x - c * c * c * 2
         return i * i * i * 4 - j * j
 
 

@@ -78,7 +78,7 @@ class Circle:
 
 def circle_equations(run: Trajectory) -> Equations:
     """The equations of a run in the precision of circles."""
-    return Equations.of(run.bicycle, Balls(_BITS), is_regular=run.is_regular)
+    return run.equations(Balls(_BITS))
 
 
 def circle_bound(

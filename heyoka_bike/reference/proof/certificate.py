@@ -18,11 +18,12 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, QUANTITIES, Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, QUANTITIES, Column
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.rounding import decimal_above
 from heyoka_bike.reference import hdf5, layout, structure
 from heyoka_bike.reference import manifest as manifest_file
@@ -30,11 +31,10 @@ from heyoka_bike.reference.description import about, describe
 from heyoka_bike.reference.layout import STATES, STATES_HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.proof.dense import bound_dense, interpolate, tabulate_motion
+from heyoka_bike.reference.proof.dense import bound_dense, expansions, interpolate, tabulate_motion
 from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import (
-    EVALUATION_BITS,
     constant_columns,
     render_texts,
     round_rows,
@@ -58,8 +58,6 @@ class Table:
     certificate : Certificate
         Bounds on the distance of the exact motion from it.
     drift : Drift
-    time, time_lo : ndarray, shape (rows,)
-        Time of the rows [s] as hi + lo.
     rows : RoundedRows
     dense : Dense
     motion_rows : Values
@@ -73,8 +71,6 @@ class Table:
     trajectory: Trajectory
     certificate: Certificate
     drift: Drift
-    time: Array
-    time_lo: Array
     rows: RoundedRows
     dense: Dense
     motion_rows: Values
@@ -90,6 +86,16 @@ class Table:
     def cpu(self) -> float:
         """Processor time that all of it took [s]."""
         return sum(self.seconds.values())
+
+    @property
+    def numbers(self) -> dict[str, dict[str, Any]]:
+        """The arrays of its group in each HDF5 file."""
+        times = rounded_times(self.maneuver)
+        return {
+            layout.HDF5: numbers_of_table(times, self.rows, self.dense),
+            layout.MOTION: numbers_of_table(times, self.motion_rows, self.motion_dense),
+            layout.SENSITIVITIES: numbers_of_derivatives(self.sensitivity),
+        }
 
 
 STAGES = ("certify", "vary", "motion", "rows")
@@ -120,13 +126,10 @@ def tabulated(run: Trajectory, outcomes: Mapping[str, Outcome]) -> Table:
     """The table, from what the jobs of `tabulating` gave, and others whose time counts."""
     rows, dense, drift = outcomes["rows"].get()
     motion_rows, motion_dense = outcomes["motion"].get()
-    time, time_lo = rounded_times(run.maneuver)
     return Table(
         trajectory=run,
         certificate=outcomes["certify"].get(),
         drift=drift,
-        time=time,
-        time_lo=time_lo,
         rows=rows,
         dense=dense,
         motion_rows=motion_rows,
@@ -141,15 +144,21 @@ def rounded(
 ) -> tuple[RoundedRows, Dense, Drift]:
     """Every number of the columns, and what the run itself keeps."""
     rows = round_rows(run, certificate, partial(report, "rows"))
-    at = evaluator(run, run.bits + EVALUATION_BITS)
+    at = evaluator(run)
     constant = constant_columns(run)
     if published is None:
         scales = {name: rows.scale(name) for name in rows.hi}
         progress = partial(report, "dense")
-        dense = interpolate(at.near, at.end, at.balls, scales, constant, progress)
+
+        def near(t: flint.arb, about: Fraction) -> Mapping[str, flint.arb]:
+            return at.columns(t, run.piece_at(about))
+
+        dense = interpolate(near, run.breaks[-1], at.balls, scales, constant, progress)
     else:
         dense = published.dense
-    dense = bound_dense(run, certificate, dense, constant)
+    # On a circle an energy or an angle is as analytic as the rates.
+    parts = expansions(run, Equations.every_column, certificate.along(run))
+    dense = bound_dense(run, parts, dense, [c.name for c in COLUMNS], constant)
     _compare_tables(run, rows, dense, published)
     return rows, dense, at.drift()
 
@@ -175,11 +184,10 @@ def varied(
     return found
 
 
-def numbers_of_table(time: Array, time_lo: Array, rows: Values, dense: Dense) -> dict[str, Any]:
+def numbers_of_table(times: Double, rows: Values, dense: Dense) -> dict[str, Any]:
     """The arrays of a group of rows and dense output."""
     return {
-        "time": time,
-        "time_lo": time_lo,
+        **dict(zip(("time", "time_lo"), times, strict=True)),
         **_tagged(rows.hi, rows.lo, rows.bound),
         "dense": {"breaks": dense.breaks, **_tagged(dense.hi, dense.lo, dense.bound)},
     }
@@ -205,8 +213,8 @@ def _compare_tables(
 ) -> None:
     """Compare rows and dense output with those that are published, if there are any."""
     if x is not None:
-        stored = numbers_of_table(x.time, x.time_lo, x.rows, x.dense)
-        _compare(run, numbers_of_table(*rounded_times(run.maneuver), rows, dense), stored)
+        stored = numbers_of_table((x.time, x.time_lo), x.rows, x.dense)
+        _compare(run, numbers_of_table(rounded_times(run.maneuver), rows, dense), stored)
 
 
 def _compare(
@@ -293,9 +301,6 @@ def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> di
     found |= {TEXT: list(BENCHMARK_COLUMNS), TEXT_50: list(BENCHMARK_COLUMNS)}
     return found | {name: list(QUANTITIES) for name in (STATES, STATES_HDF5) if name in files}
 
-
-COMPUTED: Mapping[str, str] = {}
-"""Files that are published without a proof, and the way they are made."""
 
 TRUSTED = (
     "that the equations of motion in heyoka_bike (modules constants, kinematics, model, outputs) "
@@ -425,7 +430,8 @@ def document(
         "statement": statement,
         "inputs": inputs,
         "proved": proved(files, columns),
-        "computed": dict(COMPUTED),
+        # No file is published without a proof.
+        "computed": {},
         "maneuvers": maneuvers,
         "trusted": list(TRUSTED),
         "software": {"flint": flint.__FLINT_VERSION__, "python-flint": flint.__version__},
@@ -556,7 +562,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     maneuvers = [run.maneuver for run in runs]
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
     texts = [text.name for text in layout.text_files(maneuvers)]
-    others = {STATES, layout.CERTIFICATE, *COMPUTED, *describe(manifest), *texts}
+    others = {STATES, layout.CERTIFICATE, *describe(manifest), *texts}
     if manifest.dataset_version != manifest_file.CUSTOM:
         # Proved by `certify_after`.
         others |= {*layout.AFTER_FILES}

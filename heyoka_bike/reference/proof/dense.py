@@ -32,15 +32,14 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from math import ceil, frexp, log2
 
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS, DENSE_COLUMNS, MOTION_COLUMNS
-from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
     NonnegativeRoots,
@@ -49,7 +48,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     rates_of_integrals,
 )
 from heyoka_bike.errors import NotCertifiedError, UndecidedError
-from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory, row_times
+from heyoka_bike.motion.trajectory import Certificate, Piece, Stretch, Trajectory, row_times
 from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
@@ -58,7 +57,7 @@ from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upwa
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.enclose import Progress
-from heyoka_bike.reference.proof.rows import EVALUATION_BITS, distance, round_columns
+from heyoka_bike.reference.proof.rows import distance, round_columns
 from heyoka_bike.reference.values import Dense, Values
 
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
@@ -159,7 +158,7 @@ def _on_grid(
                     f"{name}: Chebyshev coefficient {order} of the piece at t = {t:g} s "
                     "is not decided by the digits at hand"
                 )
-            pairs.append(hi_lo(Fraction(int(n)) / Fraction(2) ** grid, name))
+            pairs.append(hi_lo(Enclosure.of(Fraction(int(n)) / Fraction(2) ** grid), name))
         out.append(pairs)
     return out
 
@@ -175,20 +174,6 @@ _NODES_PER_DEGREE = 2
 
 
 def bound_dense(
-    run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
-) -> Dense:
-    """The dense output with a certified bound for each piece and column."""
-    # On a circle an energy or an angle is as analytic as the rates.
-    along = Expanded.of(run, Equations.every_column)
-    parts = (
-        expansion
-        for i in range(run.steps)
-        for expansion in expansions(run.piece(i), certificate.pieces[i], along)
-    )
-    return bound_pieces(run, parts, dense, [c.name for c in COLUMNS], constant)
-
-
-def bound_pieces(
     run: Trajectory, parts: Iterable[Expansion], dense: Dense, names: Sequence[str],
     constant: Mapping[str, Value],
 ) -> Dense:  # fmt: skip
@@ -201,7 +186,7 @@ def bound_pieces(
     bound = np.zeros((len(breaks) - 1, len(names)))
     for expansion in parts:
         for j, (a, b) in enumerate(pairwise(breaks)):
-            low, high = max(a, expansion.t0), min(b, expansion.t1)
+            low, high = max(a, expansion.piece.t0), min(b, expansion.piece.t1)
             if low < high:
                 coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
                 found = expansion.distances(coefficients, (a, b), (low, high))
@@ -239,49 +224,33 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
 
 
 def expansions(
-    piece: Piece, state_bound: tuple[Fraction, ...], along: Expanded
+    run: Trajectory, function: cauchy.Function, stretches: Iterable[Stretch]
 ) -> Iterator[Expansion]:
-    """Expansions along a piece, or along parts of it where no circle works for the whole."""
-    return cauchy.in_parts(piece, lambda part, _: Expansion(part, state_bound, along))
+    """Expansions of a function along pieces, or parts of them where no circle works for all."""
+    equations, on_circles = run.equations(Balls(BITS)), cauchy.circle_equations(run)
+    at_points = equations.convert(flint.acb, equations.a)
+
+    def expanded(bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Expansion:
+        circle = cauchy.circle_bound(piece, function, on_circles)
+        a = Samples.of(BITS, ceil(_REMAINDER_BITS / log2(circle.radius)), circle.radius)
+        with a.precision():
+            values = a.coefficients(function(at_points.over(a), piece.samples(a)))
+            # What the coefficients leave out, and the exact motion's distance.
+            rest = a.left_out + cauchy.moved(bounds, circle.rho)
+            remainders = [(m * rest).upper() for m in circle.values]
+        return Expansion(piece, list(map(flint.arb_poly, values)), remainders)
+
+    for piece, bounds in stretches:
+        yield from cauchy.in_parts(piece, partial(expanded, bounds))
 
 
 @dataclass(frozen=True)
-class Expanded:
-    """A function to be expanded along the pieces of a run.
-
-    Attributes
-    ----------
-    function : Function
-    on_circles, at_points : Equations
-        In the precisions of the bounds and of the expansions.
-    """
-
-    function: cauchy.Function
-    on_circles: Equations
-    at_points: Equations
-
-    @classmethod
-    def of(cls, run: Trajectory, function: cauchy.Function) -> Expanded:
-        """With the equations of a run."""
-        balls = Balls(BITS)
-        points = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
-        return cls(function, cauchy.circle_equations(run), points.convert(flint.acb, balls))
-
-
 class Expansion:
     """Taylor polynomials of columns along one piece of the candidate, with remainders."""
 
-    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], along: Expanded) -> None:
-        self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
-        circle = cauchy.circle_bound(piece, along.function, along.on_circles)
-        length = ceil(_REMAINDER_BITS / log2(circle.radius))
-        a = Samples.of(BITS, length, circle.radius)
-        with a.precision():
-            values = along.function(along.at_points.over(a), piece.samples(a))
-            self.polynomials = list(map(flint.arb_poly, a.coefficients(values)))
-            # What the coefficients leave out, and the exact motion's distance.
-            rest = a.left_out + cauchy.moved(state_bound, circle.rho)
-            self.remainders = [(m * rest).upper() for m in circle.values]
+    piece: Piece
+    polynomials: list[flint.arb_poly]
+    remainders: list[flint.arb]
 
     def distances(
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
@@ -298,7 +267,7 @@ class Expansion:
             (low, high), (a, b) = span, piece
             middle, half = exact_ball((low + high) / 2), exact_ball((high - low) / 2)
             times = [middle + half * t for t in x]
-            start, width = exact_ball(self.t0), exact_ball(self.h)
+            start, width = exact_ball(self.piece.t0), exact_ball(self.piece.h)
             powers = [[((t - start) / width) ** m for t in times] for m in range(degree + 1)]
             centre, reach = exact_ball((a + b) / 2), exact_ball((b - a) / 2)
             chebyshev = basis([(t - centre) / reach for t in times], orders).transpose()
@@ -327,30 +296,7 @@ def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
 def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
     """Distance of a constant from a piece, whose coefficients but c_0 should be zero."""
     rest = sum((abs(Fraction(float(c))) for c in [*hi[1:], *lo[1:]]), Fraction(0))
-    stored = Fraction(float(hi[0])) + Fraction(float(lo[0]))
-    if isinstance(x, Fraction):
-        return upward(abs(x - stored) + rest)
-    with flint.ctx.workprec(4096):
-        return upward_ball(abs(x - exact_ball(stored)) + exact_ball(rest))
-
-
-_GUARD_BITS = 64
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """A piece of a candidate with the integrals, and how far the exact motion may be from it.
-
-    Attributes
-    ----------
-    piece : Piece
-        Rows of the state, the yaw last, and then of `INTEGRALS`.
-    bounds : tuple of Fraction
-        Over the piece, row by row.
-    """
-
-    piece: Piece
-    bounds: tuple[Fraction, ...]
+    return upward(Enclosure.of(x).minus(float(hi[0]), float(lo[0])).size() + rest)
 
 
 def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretch]:
@@ -362,39 +308,29 @@ def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretc
         A piece inside of which the integrands are not shown to be analytic.
     """
     integrator = _Integrator(run)
-    for i, bounds in enumerate(certificate.pieces):
-        yield from integrator.stretches(run.piece(i), bounds)
+    for piece, bounds in certificate.along(run):
+        yield from cauchy.in_parts(piece, partial(integrator.stretch, bounds))
 
 
 class _Integrator:
     """Carries the integrals, exact numbers, and the bounds on their errors."""
 
     def __init__(self, run: Trajectory) -> None:
-        self.bits = run.grid + _GUARD_BITS
+        self.bits = run.grid + 64
         self.circles = cauchy.circle_equations(run)
-        self.equations = Equations.of(run.bicycle, Balls(self.bits), is_regular=run.is_regular)
+        self.equations = run.equations(Balls(self.bits))
         self.at = [Fraction(0)] * len(INTEGRALS)
         self.error = [Fraction(0)] * len(INTEGRALS)
 
-    def stretches(self, piece: Piece, bounds: tuple[Fraction, ...]) -> Iterator[Stretch]:
-        """A piece with its integrals, in parts where no circle works for the whole."""
-
-        def around(part: Piece, _: int) -> tuple[Piece, cauchy.Circle, flint.arb]:
-            circle = cauchy.circle_bound(part, rates_of_integrals, self.circles)
-            with flint.ctx.workprec(self.bits):
-                return part, circle, cauchy.moved(bounds, circle.rho)
-
-        for part, circle, apart in cauchy.in_parts(piece, around):
-            yield self._stretch(part, bounds, circle, apart)
-
-    def _stretch(
-        self, piece: Piece, bounds: tuple[Fraction, ...], circle: cauchy.Circle, apart: flint.arb
-    ) -> Stretch:
+    def stretch(self, bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Stretch:
+        """A piece with its integrals after those of the state, on which a circle must work."""
+        circle = cauchy.circle_bound(piece, rates_of_integrals, self.circles)
         # To where Cauchy's estimate is below the grid.
         length = max(ceil(self.bits / log2(circle.radius)), len(piece.rows[0]))
         a = Samples.of(self.bits, length, circle.radius)
         with a.precision():
             step, unit = exact_ball(piece.h), flint.arb(2) ** -piece.grid
+            apart = cauchy.moved(bounds, circle.rho)
             values = rates_of_integrals(self.equations.convert(flint.acb, a), piece.samples(a))
             integrands = a.coefficients([step * x for x in values])
             rows = [self._row(piece, i, c) for i, c in enumerate(integrands)]
@@ -440,25 +376,18 @@ def tabulate_motion(
     """
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches, progress)
-    parts = list(motion_expansions(stretches))
+    parts = list(expansions(run, dense_columns, stretches))
     if dense is None:
         scales = {name: max(rows.scale(name), _SMALLEST_SCALE) for name in DENSE_COLUMNS}
-        starts = [part.t0 for part in parts]
+        starts = [part.piece.t0 for part in parts]
 
         def near(t: flint.arb, about: Fraction) -> dict[str, flint.arb]:
             part = parts[max(bisect_right(starts, about) - 1, 0)]
-            s = (t - exact_ball(part.t0)) / exact_ball(part.h)
+            s = (t - exact_ball(part.piece.t0)) / exact_ball(part.piece.h)
             return {name: p(s) for name, p in zip(DENSE_COLUMNS, part.polynomials, strict=True)}
 
-        dense = interpolate(near, parts[-1].t1, Balls(BITS), scales, {})
-    return rows, bound_pieces(run, parts, dense, DENSE_COLUMNS, {})
-
-
-def motion_expansions(stretches: Sequence[Stretch]) -> Iterator[Expansion]:
-    """Expansions of the dense columns along all pieces."""
-    along = Expanded.of(stretches[0].piece.run, dense_columns)
-    for stretch in stretches:
-        yield from expansions(stretch.piece, stretch.bounds, along)
+        dense = interpolate(near, parts[-1].piece.t1, Balls(BITS), scales, {})
+    return rows, bound_dense(run, parts, dense, DENSE_COLUMNS, {})
 
 
 def round_motion(
@@ -478,10 +407,10 @@ def _enclosed(
     run: Trajectory, stretches: Sequence[Stretch], progress: Progress
 ) -> Iterator[dict[str, flint.arb]]:
     """Enclosures of all columns at the rows."""
-    balls = NonnegativeRoots(run.bits + EVALUATION_BITS)
+    balls = NonnegativeRoots(run.evaluation_bits)
     starts = [s.piece.t0 for s in stretches]
     at, polynomials = -1, [flint.arb_poly()]
-    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+    equations = run.equations(balls)
     with balls.precision():
         for t in row_times(run.maneuver):
             if (i := bisect_right(starts, t) - 1) != at:
@@ -516,4 +445,4 @@ def _rounded(x: flint.arb, name: str) -> tuple[float, float, float]:
 
 def _is_nothing(x: Enclosure) -> bool:
     """True if an enclosure holds zero and is narrow."""
-    return x.low <= 0 <= x.high and (x.high - x.low) << _NOTHING_BITS <= 1 << x.grid
+    return x.holds_zero and x.high - x.low <= Fraction(1, 2**_NOTHING_BITS)

@@ -272,11 +272,8 @@ class Prover:
             for radius in cauchy.RADII
         }
         self.circles = cauchy.circle_equations(run)
-        self.matrix = self._equations(self.matrix_bits)
-        self.high = self._equations(self.bits)
-
-    def _equations(self, bits: int) -> Equations:
-        return Equations.of(self.run.bicycle, Balls(bits), is_regular=self.run.is_regular)
+        self.matrix = run.equations(Balls(self.matrix_bits))
+        self.high = run.equations(Balls(self.bits))
 
     def initial_frame(self) -> Frame:
         """Distance of the candidate's start from the exact initial state."""

@@ -7,9 +7,9 @@ are the decimals that are written there, from which all else can be proved again
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from math import nan
 from typing import Any
 
@@ -72,13 +72,13 @@ def _of_known(
     equations = Equations.of(bicycle, balls)
     rows = []
     with balls.precision():
-        linear = LinearBicycle(bicycle)
+        linear = linear_by_speed(bicycle)
         for state in states:
             start = initial_state(equations, state)
             instant = Instant.of(equations, [*start, *[balls.number(0)] * len(INTEGRALS)])
             given = {_KEYS[key]: balls.number(getattr(state, key)) for key in START}
             found = {**given, **dict.fromkeys(WHERE, balls.number(0)), **quantities(instant)}
-            found |= linear.at(state.speed.fraction())
+            found |= linear(state.speed.fraction())
             rows.append([_nearest(x, f"{state.name}: {name}") for name, x in found.items()])
     return dict(zip(found, np.array(rows).T, strict=True)) if rows else {}
 
@@ -161,19 +161,10 @@ def _read_hdf5(raw: bytes) -> dict[str, list[str]]:
         return {name: [repr(x) for x in f[name][:].tolist()] for name in f if f[name].ndim == 1}
 
 
-class LinearBicycle:
-    """The linear bicycle in balls, which are of the precision that flint has now."""
-
-    def __init__(self, bicycle: Bicycle) -> None:
-        self._matrices = matrices(bicycle, NonnegativeRoots(BITS))
-        self._g = exact_ball(bicycle["g"].rational)
-        self._at: dict[Fraction, dict[str, flint.arb]] = {}
-
-    def at(self, speed: Fraction) -> dict[str, flint.arb]:
-        """Quantities of the last level at a speed [m/s]."""
-        if speed not in self._at:
-            self._at[speed] = linear_quantities(self._matrices, self._g, speed)
-        return self._at[speed]
+def linear_by_speed(bicycle: Bicycle) -> Callable[[Fraction], dict[str, flint.arb]]:
+    """Quantities of the last level at a speed [m/s], in balls of flint's present precision."""
+    g = exact_ball(bicycle["g"].rational)
+    return cache(partial(linear_quantities, matrices(bicycle, NonnegativeRoots(BITS)), g))
 
 
 def _nearest(x: Number, name: str) -> float:
@@ -182,10 +173,9 @@ def _nearest(x: Number, name: str) -> float:
     if not x.is_finite():
         return nan
     enclosed = Enclosure.of(x)
-    size = max(-enclosed.low, enclosed.high)
-    if enclosed.low <= 0 <= enclosed.high and size << _NOTHING <= 1 << enclosed.grid:
+    if enclosed.holds_zero and enclosed.size() <= Fraction(1, 2**_NOTHING):
         return 0.0
     nearest = enclosed.binary64()
     if nearest is None:
         raise UndecidedError(f"{name}: {BITS} bits do not decide its nearest binary64")
-    return nearest + 0.0
+    return nearest

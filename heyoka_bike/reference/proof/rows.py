@@ -114,8 +114,6 @@ class Element:
         if num is not None and den != _ONE:
             common = num.gcd(den)
             self.num, self.den = num // common, den // common
-            if self.den.leading_coefficient() < 0:
-                self.num, self.den = -self.num, -self.den
 
     def rational(self) -> Fraction | None:
         """The value, if it is a rational number."""
@@ -236,8 +234,6 @@ class RationalFunctions(Arithmetic):
 
 
 TEXT_DIGITS = 50
-EVALUATION_BITS = 64
-"""Bits that evaluation uses beyond those of the run."""
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
@@ -248,7 +244,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
     exact = exact_columns(run.bicycle, run.maneuver)
     if "mechanical_energy" in exact and not run.maneuver.is_straight:
         return {"mechanical_energy": exact["mechanical_energy"]}
-    equations = Equations.of(run.bicycle, Balls(run.bits + EVALUATION_BITS))
+    equations = Equations.of(run.bicycle, Balls(run.evaluation_bits))
     with equations.precision():
         start = equations.columns(initial_state(equations, run.maneuver))
     if run.maneuver.is_straight:
@@ -269,7 +265,7 @@ def round_rows(
     UndecidedError
         Enclosures that do not decide a rounding, named.
     """
-    at = evaluator(run, run.bits + EVALUATION_BITS, certificate)
+    at = evaluator(run, certificate=certificate)
     first = exact_columns(run.bicycle, run.maneuver)
     constant = constant_columns(run)
     enclosed = enclose_rows(at, first, constant, progress)
@@ -299,7 +295,7 @@ def round_columns(
     return [dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table]
 
 
-def _nearest(x: Enclosure | Fraction, name: str) -> tuple[float, float, float]:
+def _nearest(x: Enclosure, name: str) -> tuple[float, float, float]:
     hi, lo = hi_lo(x, name)
     return hi, lo, distance(x, hi, lo)
 
@@ -320,17 +316,15 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> 
     return files
 
 
-def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
+def distance(x: Enclosure, hi: float, lo: float) -> float:
     """Upper bound, as binary64, of the distance of an exact number from hi + lo."""
-    if isinstance(x, Fraction):
-        return upward(abs(x - Fraction(hi) - Fraction(lo)))
-    return x.minus(hi).minus(lo).size()
+    return upward(x.minus(hi, lo).size())
 
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
     progress: Progress = lambda _: None, *, is_proof: bool = True,
-) -> Sequence[dict[str, Enclosure | Fraction]]:  # fmt: skip
+) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
     """Every column of every row as far as it is known: row 0 and constants, then the others.
 
     In a proof what is constant has to meet its enclosure by the state.
@@ -348,14 +342,12 @@ def enclose_rows(
             row: dict[str, Value] = {**columns, **constant}
             if i == 0:
                 row |= first
-            rows.append(
-                {name: x if isinstance(x, Fraction) else Enclosure.of(x) for name, x in row.items()}
-            )
+            rows.append({name: Enclosure.of(x) for name, x in row.items()})
             progress(float(t))
     return rows
 
 
 def rounded_times(maneuver: Maneuver) -> Double:
     """Times of the rows [s], of shape (rows,)."""
-    hi, lo = np.array([hi_lo(t, "time") for t in row_times(maneuver)]).T
+    hi, lo = np.array([hi_lo(Enclosure.of(t), "time") for t in row_times(maneuver)]).T
     return hi.copy(), lo.copy()

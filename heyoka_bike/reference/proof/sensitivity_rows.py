@@ -266,7 +266,7 @@ def differentiate(
     NotCertifiedError
         The derivatives of the energy are not those of its initial value.
     """
-    equations = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
+    equations = run.equations(Balls(BITS))
     unknowns = Unknowns.of(run, equations)
     start = _at_start(run, equations, unknowns)
     times = [run.maneuver.time(i) for i in range(0, run.maneuver.rows, ROWS_APART)]
@@ -274,8 +274,8 @@ def differentiate(
     rows: list[list[flint.arb]] = []
     parts = _bounded(variations(run, certificate, unknowns))
     with flint.ctx.workprec(COLUMN_BITS):
-        for _, group in groupby(parts, lambda part: part[0] // _TOGETHER):
-            along = ColumnDerivatives.along([v for _, v in group], unknowns, equations)
+        for _, group in groupby(parts, lambda part: part.piece.step // _TOGETHER):
+            along = ColumnDerivatives.along(list(group), unknowns, equations)
             pieces += Fitted.resolved(along)
             for part in along:
                 end = part.t0 + part.h
@@ -287,7 +287,7 @@ def differentiate(
         return _Rounding(run, unknowns, start).sensitivity(pieces, times, rows)
 
 
-def _bounded(parts: Iterator[tuple[int, Variation]]) -> Iterator[tuple[int, Variation]]:
+def _bounded(parts: Iterator[Variation]) -> Iterator[Variation]:
     """As far as there are bounds."""
     with suppress(NotCertifiedError):
         yield from parts
@@ -412,14 +412,11 @@ class _Rounding:
 
     def _nearest(self, x: Value) -> tuple[float, float]:
         """The nearest binary64; zero where the enclosure holds zero."""
-        if isinstance(x, Fraction):
-            nearest = x.numerator / x.denominator
-            return nearest + 0.0, few_bits(distance(x, nearest, 0.0))
         enclosed = Enclosure.of(x)
-        found = 0.0 if x.contains(0) else enclosed.binary64()
+        found = 0.0 if enclosed.holds_zero else enclosed.binary64()
         if found is None:
             self.ambiguous += 1
-            found = float(x.mid())
+            found = float((enclosed.low + enclosed.high) / 2)
         return found, few_bits(distance(enclosed, found, 0.0))
 
 

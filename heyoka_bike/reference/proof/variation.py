@@ -249,8 +249,8 @@ class Variation:
 
 def variations(
     run: Trajectory, certificate: Certificate, unknowns: Unknowns
-) -> Iterator[tuple[int, Variation]]:
-    """The derivatives along all pieces of a candidate, each with the piece's index.
+) -> Iterator[Variation]:
+    """The derivatives along all pieces of a candidate.
 
     Raises
     ------
@@ -258,9 +258,8 @@ def variations(
         A piece over which the proof does not work.
     """
     prover = _Prover(run, unknowns)
-    for i, bounds in enumerate(certificate.pieces):
-        for variation in prover.piece(run.piece(i), bounds):
-            yield i, variation
+    for piece, bounds in certificate.along(run):
+        yield from prover.piece(piece, bounds)
 
 
 class _Prover:
@@ -269,9 +268,8 @@ class _Prover:
     def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
         self.unknowns = unknowns
         self.circles = cauchy.circle_equations(run)
-        balls = Balls(BITS)
-        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
-        self.at_points = equations.convert(flint.acb, balls)
+        equations = run.equations(Balls(BITS))
+        self.at_points = equations.convert(flint.acb, equations.a)
         numbers: list[flint.arb] = []
         equations.k.convert(numbers.append)
         with flint.ctx.workprec(BITS):

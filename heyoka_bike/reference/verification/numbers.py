@@ -44,7 +44,6 @@ from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, T
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.proof.certificate import kept, relative_bounds
 from heyoka_bike.reference.proof.rows import (
-    EVALUATION_BITS,
     TEXT_DIGITS,
     constant_columns,
     distance,
@@ -82,14 +81,14 @@ def row_zero(x: StoredManeuver, tally: Tally) -> None:
         found, bound = _stored(rows, name, 0), _bound(rows, name, 0)
         is_near = abs(exact - _exact(rows, name, 0)) <= bound
         tally.counts(
-            is_near and _same_bits(found, hi_lo(exact, name)),
+            is_near and _same_bits(found, hi_lo(Enclosure.of(exact), name)),
             f"{x.at(name, 0)}: found {_pair(*found)}, bound {float(bound):.2g}, "
             f"expected exactly {exact}",
         )
     for i, t in enumerate(row_times(x.maneuver)):
         found = (float(x.reference.time[i]), float(x.reference.time_lo[i]))
         said = f"{x.at('time', i)}: found {_pair(*found)}, expected exactly {t}"
-        tally.counts(_same_bits(found, hi_lo(t, "time")), said)
+        tally.counts(_same_bits(found, hi_lo(Enclosure.of(t), "time")), said)
 
 
 def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
@@ -175,7 +174,7 @@ def text_50(x: StoredManeuver, tally: Tally) -> None:
             # The exact value is anywhere within half a unit of the last digit.
             number, half = Fraction(token), half_unit(token)
             found, bound = _stored(rows, name, i), _bound(rows, name, i)
-            low, high = (hi_lo(number + side * half, name) for side in (-1, 1))
+            low, high = (hi_lo(Enclosure.of(number + side * half), name) for side in (-1, 1))
             is_near = abs(number - _exact(rows, name, i)) <= bound + half
             tally.counts(
                 low <= found <= high and is_near,
@@ -191,7 +190,7 @@ def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tall
     one that follows, to the last bit.
     """
     run, rows, text = x.run, x.reference.rows, x.long_text
-    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+    at = evaluator(run, certificate=x.certificate)
     first = exact_columns(run.bicycle, run.maneuver)
     for i, row in enumerate(enclose_rows(at, first, constant_columns(run), is_proof=False)):
         for name in x.reference.columns:
@@ -228,9 +227,8 @@ def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
                 f"{run.maneuver.name}: {name} jumps by {float(jump):.2g} at break {i}, "
                 f"t = {float(run.breaks[i]):.6g} s",
             )
-    balls = Balls(run.grid + EVALUATION_BITS)
-    with balls.precision():
-        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+    equations = run.equations(Balls(run.grid + 64))
+    with equations.precision():
         start = initial_state(equations, run.maneuver)
         # Rounded to the grid, either way where the ball does not decide.
         unit = flint.arb(2) ** -run.grid
@@ -247,7 +245,7 @@ def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
     right-hand side is in its ball.
     """
     run = x.run
-    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+    at = evaluator(run, certificate=x.certificate)
 
     def polynomials(piece: int) -> Iterator[_Changing]:
         unit, bounds = flint.arb(2) ** -run.grid, x.certificate.pieces[piece]
@@ -419,7 +417,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
 
 def integration(x: StoredManeuver, tally: Tally) -> None:
     """The energy and contact drift of the candidate are those in the certificate."""
-    drift = evaluator(x.run, x.run.bits + EVALUATION_BITS).drift()
+    drift = evaluator(x.run).drift()
     # Sets before 2.0.0 say nothing of it.
     said = x.entry.get("integration", {})
     _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
@@ -468,7 +466,7 @@ def stored_ball(values: Values, name: str, row: int) -> flint.arb:
     return flint.arb(_sum(values, name, row), float(values.bound[name][row]))
 
 
-def _digits(x: Enclosure | Fraction, where: str) -> str:
+def _digits(x: Enclosure, where: str) -> str:
     """The 50 digits that an enclosure decides, or else those of its middle, the candidate's value.
 
     The certificate's bound over the whole run can be too large for small values at its beginning,
@@ -477,16 +475,13 @@ def _digits(x: Enclosure | Fraction, where: str) -> str:
     try:
         return decimal_digits(x, TEXT_DIGITS, where)
     except UndecidedError:
-        assert isinstance(x, Enclosure)
-        return decimal_digits(Fraction(x.low + x.high, 2 << x.grid), TEXT_DIGITS, where)
+        return decimal_digits(Enclosure.of((x.low + x.high) / 2), TEXT_DIGITS, where)
 
 
-def _smallest_distance(x: Enclosure | Fraction, hi: float, lo: float) -> Fraction:
+def _smallest_distance(x: Enclosure, hi: float, lo: float) -> Fraction:
     """Smallest distance of an exact number in its enclosure from hi + lo."""
-    if isinstance(x, Fraction):
-        return abs(x - Fraction(hi) - Fraction(lo))
-    rest = x.minus(hi).minus(lo)
-    return Fraction(max(rest.low, -rest.high, 0), 1 << rest.grid)
+    rest = x.minus(hi, lo)
+    return max(rest.low, -rest.high, Fraction(0))
 
 
 def half_unit(token: str) -> Fraction:
@@ -522,8 +517,6 @@ QUICK: tuple[str | int, ...] = ("binary128", 40)
 """Precisions of a quick rerun."""
 MORE_DIGITS = 20
 """By which the second of a full rerun is longer than the set's own."""
-
-_GUARD_BITS = 64  # of evaluation, beyond the longer of the two runs
 
 
 def run_again(
@@ -577,7 +570,7 @@ def agreement(part: StoredManeuver, precision: Precision, report: Report) -> Agr
         run.bicycle, run.maneuver, precision, progress=lambda t: report("integrate", t)
     )
     seconds = time.perf_counter() - start
-    bits = max(run.bits, again.bits) + _GUARD_BITS
+    bits = max(run.evaluation_bits, again.evaluation_bits)
     at_run, at_again = evaluator(run, bits), evaluator(again, bits)
     # Over the whole time, for all states alike: this run has steps, and maybe states, of its own.
     worst = part.certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))

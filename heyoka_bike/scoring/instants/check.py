@@ -25,7 +25,7 @@ from heyoka_bike.errors import BicycleError, InputError, NothingScoredError, did
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.unit import factor
-from heyoka_bike.reference.proof.instants import BITS, LinearBicycle, known_states, of_known
+from heyoka_bike.reference.proof.instants import BITS, known_states, linear_by_speed, of_known
 from heyoka_bike.scoring.instants.checked import (
     CheckedColumn,
     CheckedLevel,
@@ -212,8 +212,8 @@ def of_own(
     speed = given["forward_speed"]
     if is_linear:
         with flint.ctx.workprec(BITS):
-            linear = LinearBicycle(bicycle)
-            by_speed = {v: linear.at(Fraction(v)) for v in np.unique(speed)}
+            linear = linear_by_speed(bicycle)
+            by_speed = {v: linear(Fraction(v)) for v in np.unique(speed)}
         for c in LEVELS[-1].columns:
             found[c.name] = np.array([float(by_speed[v][c.name].mid()) for v in speed])
     return {name: np.broadcast_to(np.asarray(x, float), speed.shape) for name, x in found.items()}

@@ -5,28 +5,20 @@ from dataclasses import replace
 
 from heyoka_bike.scoring.alignment import ANOTHER_ORDER
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.judge.columns import conventions, odd_signs, understood, unknown
-from heyoka_bike.scoring.judge.contradictions import (
-    against_itself,
-    coverage,
-    digits_written,
-    energy_hides_error,
-    single_precision,
-    time_shifted,
-)
+from heyoka_bike.scoring.judge import columns, contradictions
 from heyoka_bike.scoring.report import ManeuverScore, Report
 
 RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
-    conventions,
-    understood,
-    odd_signs,
-    unknown,
-    time_shifted,
-    coverage,
-    energy_hides_error,
-    against_itself,
-    digits_written,
-    single_precision,
+    columns.conventions,
+    columns.understood,
+    columns.odd_signs,
+    columns.unknown,
+    contradictions.time_shifted,
+    contradictions.coverage,
+    contradictions.energy_hides_error,
+    contradictions.against_itself,
+    contradictions.digits_written,
+    contradictions.single_precision,
 )
 """In the order in which their findings are said."""
 
@@ -36,13 +28,12 @@ def judged(report: Report) -> Report:
     # Of columns that are others than they are taken for nothing else can be said.
     is_moved = any(f.code == ANOTHER_ORDER for f in report.findings)
     found = tuple(finding for rule in (() if is_moved else RULES) for finding in rule(report))
-    contradicted = {
-        key for f in found if f.code == "signs_disagree" for key in f.evidence["columns"]
-    }
+    odd = (f.evidence["columns"] for f in found if f.code == columns.SIGNS_DISAGREE)
+    contradicted = {key for keys in odd for key in keys}
 
     def marked(m: ManeuverScore) -> ManeuverScore:
-        columns = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
-        return replace(m, columns=tuple(columns))
+        found = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
+        return replace(m, columns=tuple(found))
 
     maneuvers = tuple(map(marked, report.maneuvers)) if contradicted else report.maneuvers
     return replace(report, findings=report.findings + found, maneuvers=maneuvers)

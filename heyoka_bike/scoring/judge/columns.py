@@ -26,7 +26,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED, LATERAL, MOTION_COLUMNS
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
-from heyoka_bike.scoring.findings import Finding, info, named, warning
+from heyoka_bike.scoring.findings import Finding, grouped, info, named, warning
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import (
     Alternative,
@@ -134,11 +134,9 @@ def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:
         Disjoint; empty if the file agrees with itself. The entries of one quaternion or matrix are
         told before they are held against other columns.
     """
-    attitudes: dict[str, list[str]] = {}
-    for key in signs:
-        if (family := key.rstrip("0123")) != key:
-            attitudes.setdefault(family, []).append(key)
-    found = [tuple(keys) for keys in attitudes.values() if _impossible(keys, signs)]
+    families = grouped((key.rstrip("0123"), key) for key in signs)
+    attitudes = (keys for family, keys in families.items() if family not in keys)
+    found = [tuple(keys) for keys in attitudes if _impossible(keys, signs)]
     told = {key for keys in found for key in keys}
     return found + _impossible([key for key in signs if key not in told], signs)
 

@@ -15,7 +15,7 @@ energy may hide an error, and digits may not be written.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL, RATE_OF
 from heyoka_bike.numbers.double import Array, median, two_sum
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Alignment, Part, spread
-from heyoka_bike.scoring.findings import Finding, info, maneuvers, named, warning
+from heyoka_bike.scoring.findings import Finding, grouped, info, maneuvers, named, warning
 from heyoka_bike.scoring.measures import FEW, TOLERANCE, rms
 from heyoka_bike.scoring.reading.quanta import are_single
 from heyoka_bike.scoring.report import ColumnScore, Consistency, Report
@@ -66,11 +66,8 @@ def _unfilled(part: Part) -> dict[str, float]:
     empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
     if len(part.time) < _FEW_ROWS or _runs_straight(part):
         return empty
-    constant = {
-        key: float(values[0])
-        for key, values in part.values.items()
-        if key in BENCHMARK_COLUMNS and np.all(values == values[0])
-    }
+    columns = part.only(BENCHMARK_COLUMNS).values
+    constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
     found = {
         key: number
         for key, number in constant.items()
@@ -87,10 +84,8 @@ def _unfilled(part: Part) -> dict[str, float]:
 
 def _runs_straight(part: Part) -> bool:
     """True if all columns together are those of a bicycle that stays upright and straight."""
-    lateral = [part.values[key] for key in LATERAL if key in part.values]
-    others = [
-        x for key, x in part.values.items() if key in BENCHMARK_COLUMNS and key not in LATERAL
-    ]
+    lateral = part.only(LATERAL).values.values()
+    others = part.only({*BENCHMARK_COLUMNS} - {*LATERAL}).values.values()
     return (
         bool(lateral and others)
         and not any(x.any() for x in lateral)
@@ -115,19 +110,13 @@ def _should_vary(part: Part, key: str, number: float) -> bool:
 
 
 def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> Finding:
-    held: dict[tuple[str, float], list[int]] = {}
-    for part, keys in found:
-        for key, number in keys.items():
-            held.setdefault((key, number), []).append(part.number)
-    alike: dict[tuple[float, str], list[str]] = {}
-    for (key, number), numbers in held.items():
-        where = f" of maneuver {', '.join(map(str, numbers))}" if len(numbers) < len(found) else ""
-        alike.setdefault((number, where), []).append(key)
-    said = [
-        f"{', '.join(names)}{where} hold{'s' if len(names) == 1 else ''} "
-        f"{_NOTHING.get(str(number), f'{number:.9g}')}"
-        for (number, where), names in alike.items()
-    ]
+    held = grouped((of, part.number) for part, keys in found for of in keys.items())
+    alike = grouped(((number, tuple(where)), key) for (key, number), where in held.items())
+    said = []
+    for (number, where), keys in alike.items():
+        of = f" of maneuver {', '.join(map(str, where))}" if len(where) < len(found) else ""
+        what = _NOTHING.get(str(number), f"{number:.9g}")
+        said.append(f"{', '.join(keys)}{of} hold{'s' if len(keys) == 1 else ''} {what}")
     return warning(
         "never_filled",
         f"{', '.join(said)}: one number in every row of what varies, so never filled in; left out "
@@ -176,8 +165,8 @@ def time_shift(parts: Sequence[Part]) -> float | None:
 
     Signs and units of the columns are those that fit best, definitions those by default.
     """
-    motions = [m for part in parts if (m := _motion(part)) is not None]
-    if not motions or any(m.error(0.0) < _WRONG for m in motions):
+    motions = [few for part in parts if (few := _some_rows(part)) is not None]
+    if not motions or any(_error(m, 0.0) < _WRONG for m in motions):
         return None
     longest = max(float(m.time[-1]) for m in motions)
     if longest <= 0.0:
@@ -186,9 +175,11 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     grid = np.arange(-longest, longest, _GRID)
     first = min(grid, key=lambda shift: _joint(motions, shift, exact=False))
     best = _refined(motions, float(first))
-    if abs(best) <= max(1.5 * m.spacing for m in motions):
+    numbers = [m.number for m in motions]
+    apart = [float(median(np.diff(p.time))) for p in parts if p.number in numbers]
+    if abs(best) <= 1.5 * max(apart):
         return None
-    before, after = ([m.error(shift) for m in motions] for shift in (0.0, best))
+    before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
     if any(a > _RIGHT or _BETTER * a > b for a, b in zip(after, before, strict=True)):
         return None
     limit = _AS_GOOD * _joint(motions, best)
@@ -197,42 +188,31 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Motion:
-    """Some rows of a maneuver.
+def _some_rows(part: Part) -> Part | None:
+    """Some rows of the columns that show a shift; None without any."""
+    if len(part.time) < 2:
+        return None
+    # Speed and energies hardly vary: they show no shift.
+    some = part.at(spread(len(part.time), _ROWS)).only(LATERAL)
+    good = np.all([np.isfinite(x) for x in some.values.values()], axis=0)
+    return some.at(good) if some.values and good.any() else None
 
-    Attributes
-    ----------
-    reference : ReferenceManeuver
-    time : ndarray, shape (n,)
-        As written [s].
-    values : mapping of str to ndarray, shape (n,)
-        As written.
-    spacing
-        Of all rows [s].
+
+def _error(part: Part, shift: float, *, exact: bool = True) -> float:
+    """Error over size of the worst column, with times so much earlier.
+
+    If not exact, by straight lines between the rows of the reference.
     """
-
-    reference: ReferenceManeuver
-    time: Array
-    values: Mapping[str, Array]
-    spacing: float
-
-    def error(self, shift: float, *, exact: bool = True) -> float:
-        """Error over size of the worst column, with times so much earlier.
-
-        If not exact, by straight lines between the rows of the reference.
-        """
-        time = self.time - shift
-        inside = (time >= 0.0) & (time <= float(self.reference.duration))
-        if np.mean(inside) < _KEPT:
-            return np.inf
-        time = time[inside]
-        if exact:
-            expected = self.reference.approximate(time, list(self.values))
-        else:
-            rows = self.reference.rows
-            expected = {k: np.interp(time, self.reference.time, rows[k]) for k in self.values}
-        return max(_apart(x[inside], expected[k]) for k, x in self.values.items())
+    time, reference = part.time - shift, part.reference
+    inside = (time >= 0.0) & (time <= float(reference.duration))
+    if np.mean(inside) < _KEPT:
+        return np.inf
+    time = time[inside]
+    if exact:
+        expected = reference.approximate(time, list(part.values))
+    else:
+        expected = {k: np.interp(time, reference.time, reference.rows[k]) for k in part.values}
+    return max(_apart(x[inside], expected[k]) for k, x in part.values.items())
 
 
 def _apart(values: Array, expected: Array) -> float:
@@ -247,32 +227,13 @@ def _apart(values: Array, expected: Array) -> float:
     return rms(sign * unit * values - expected) / size
 
 
-def _motion(part: Part) -> _Motion | None:
-    if len(part.time) < 2:
-        return None
-    rows = spread(len(part.time), _ROWS)
-    # Speed and energies hardly vary: they show no shift.
-    values = {key: part.values[key][rows] for key in LATERAL if key in part.values}
-    if not values:
-        return None
-    good = np.all([np.isfinite(x) for x in values.values()], axis=0)
-    if not good.any():
-        return None
-    return _Motion(
-        part.reference,
-        part.time[rows][good],
-        {key: x[good] for key, x in values.items()},
-        float(median(np.diff(part.time))),
-    )
-
-
-def _joint(motions: Sequence[_Motion], shift: float, *, exact: bool = True) -> float:
+def _joint(motions: Sequence[Part], shift: float, *, exact: bool = True) -> float:
     """Geometric mean of the errors over the maneuvers."""
-    errors = [m.error(shift, exact=exact) for m in motions]
+    errors = [_error(m, shift, exact=exact) for m in motions]
     return float(np.exp(np.mean(np.log(np.maximum(errors, np.finfo(np.float64).tiny)))))
 
 
-def _refined(motions: Sequence[_Motion], near: float) -> float:
+def _refined(motions: Sequence[Part], near: float) -> float:
     """The best shift within a step of the grid, by golden section."""
     low, high = near - _GRID, near + _GRID
     for _ in range(_ROUNDS):

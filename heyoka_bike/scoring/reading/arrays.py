@@ -25,7 +25,7 @@ from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.reading import headings, quanta
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Vector, Vectors
-from heyoka_bike.scoring.reading.text import Dialect, plain_row, read_rows
+from heyoka_bike.scoring.reading.text import Dialect, rests
 
 # Ten million rows of 25 numbers; more is what a damaged header says.
 MOST_BYTES = 2 * 10**9
@@ -180,7 +180,7 @@ def _decimals(array: NDArray[Any], request: Request) -> list[str]:
     for x in items:
         if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):
             raise refused(np.dtype(bool) if isinstance(x, bool) else array.dtype, request)
-    numbers = _POINT.numbers(["nan" if x is None else str(x).strip() for x in items])
+    numbers = _POINT.numbers(["nan" if x is None else str(x).strip().lower() for x in items])
     found = [number for number in numbers if number is not None]
     if len(found) < len(items):
         i = numbers.index(None)
@@ -192,9 +192,11 @@ def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
     some = [x for x in numbers if x != "nan"]
     looked_at = some[:: max(1, len(some) // _LOOKED_AT)]
     is_exact = bool(some) and quanta.are_beyond_binary64(looked_at, is_time)
-    rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
-    block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
-    column = quanta.written_column(block.values[0], block.lo.get(0), block.written[0], is_time)
+    values = np.array(numbers, dtype=np.float64)
+    values[np.isnan(values)] = np.inf
+    lo = rests(numbers, values) if is_time or is_exact else None
+    written = numbers[:: max(1, len(numbers) // _COUNTED)]
+    column = quanta.written_column(values, lo, written, is_time)
     return replace(column, significant=None) if is_time and is_exact else column
 
 

@@ -19,7 +19,7 @@ from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.unit import UNITS as WORDS
 from heyoka_bike.numbers.unit import factor, size
-from heyoka_bike.scoring.findings import Finding, info, warning
+from heyoka_bike.scoring.findings import Finding, grouped, info, warning
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES, Request
 from heyoka_bike.scoring.units import UNITS
 
@@ -141,16 +141,6 @@ def split_unit(name: str) -> tuple[str, str | None]:
         if found and stem.strip() and quantities(unit):
             return stem.strip(), unit.strip()
     return name, None
-
-
-def split_ending(name: str) -> tuple[str, str] | None:
-    """Name and unit of ``roll_angle_rad``; None if it does not end in a unit."""
-    # MATLAB makes underscores of brackets.
-    match = _ENDING.fullmatch(name.strip().lower().rstrip("_"))
-    if match is None:
-        return None
-    unit = match[2].replace("_per_", "/").replace("_", "/")
-    return (match[1], unit) if quantities(unit) else None
 
 
 def _word(match: re.Match[str]) -> str:
@@ -284,8 +274,12 @@ def time_among(names: Sequence[str]) -> int:
 def unit_in(name: str) -> tuple[str, str | None, bool]:
     """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
     stem, unit = split_unit(name)
-    if unit is None and _by_words(name)[1] is None and (ending := split_ending(name)):
-        return *ending, True
+    # MATLAB makes underscores of brackets.
+    match = _ENDING.fullmatch(name.strip().lower().rstrip("_"))
+    if unit is None and match and _by_words(name)[1] is None:
+        ending = match[2].replace("_per_", "/").replace("_", "/")
+        if quantities(ending):
+            return match[1], ending, True
     return stem, unit, False
 
 
@@ -554,11 +548,9 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
-    numbers: dict[str, set[int | None]] = {}
-    for _, key, number in _columns(found):
-        numbers.setdefault(key, set()).add(number)
-    are_from_zero = all(0 in n for n in numbers.values())
-    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
+    numbers = grouped((key, number) for _, key, number in _columns(found)).values()
+    are_from_zero = all(0 in n for n in numbers)
+    are_of_pandas = count > 1 and all({*n} == {None, *range(1, count)} for n in numbers)
     if not (are_from_zero or are_of_pandas):
         return found
     return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
@@ -577,24 +569,21 @@ def _without_indices(names: Sequence[str], found: list[Found], count: int) -> li
     """Meanings without columns whose numbers are not those of maneuvers."""
     every = set(range(1, count + 1)) if count > 1 else None
     stems = [split_unit(name)[0].lower() for name in names]
-    plain: dict[str, dict[int, int | None]] = {}
-    words: dict[str, dict[int, int | None]] = {}
-    letters: dict[str, dict[int, int | None]] = {}
-    for i, key, number in _columns(found):
-        numbered = letters if _letter(stems[i]) else words
-        (plain if number is None else numbered).setdefault(key, {})[i] = number
-    of_words = {number for group in words.values() for number in group.values()}
-    # That of a letter is one if those of words are, or if its own are those of all maneuvers.
-    kept = [*words.values()]
-    for group in letters.values():
-        own = {*group.values()}
-        if own <= of_words or (own == every and not plain):
+    columns = [(i, key, number, bool(_letter(stems[i]))) for i, key, number in _columns(found)]
+    plain = {key for _, key, number, _ in columns if number is None}
+    numbered = grouped(((key, x), (i, n)) for i, key, n, x in columns if n is not None)
+    of_words = {n for _, _, n, is_letter in columns if n is not None and not is_letter}
+    kept = []
+    for (_, is_letter), group in numbered.items():
+        own = {n for _, n in group}
+        # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+        if not is_letter or own <= of_words or (own == every and not plain):
             kept.append(group)
-    trusted = set().union(*kept)
-    are_most = every in [{*group.values()} for group in kept] or len(kept) > len(plain)
+    trusted = {i for group in kept for i, _ in group}
+    are_most = every in [{n for _, n in group} for group in kept] or len(kept) > len(plain)
     if plain and not are_most and not any(_IN_WORDS.search(stems[i]) for i in trusted):
         trusted = set()
-    out = set().union(*words.values(), *letters.values()) - trusted
+    out = {i for group in numbered.values() for i, _ in group} - trusted
     return [None if i in out else f for i, f in enumerate(found)]
 
 

@@ -42,8 +42,12 @@ def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
     must agree. Of times one is enough: three rows in a row are no accident, and there may be no
     more.
     """
-    longest = max(len(significant(number)) for number in numbers)
-    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, 1 if is_time else 5)
+    long = [x for x in numbers if len(significant(x)) > BINARY64_DIGITS]
+    # So NumPy's savetxt writes 0.1 as 1.000000000000000056e-01: there is nothing beyond binary64.
+    are_written_out = len(long) >= (1 if is_time else 5) and all(
+        significant(f"{float(x):.{len(significant(x)) - 1}e}") == significant(x) for x in long
+    )
+    return bool(long) and not are_written_out
 
 
 def written_column(
@@ -119,23 +123,6 @@ def binary_digits(values: Array) -> int:
     """24 if all values are single precision numbers, and not only integers; else 53."""
     finite = values[np.isfinite(values)]
     return 24 if are_single(values) and (finite != np.rint(finite)).any() else 53
-
-
-def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
-    """True if decimals of more than 17 digits are binary64 numbers, written out further.
-
-    So NumPy's ``savetxt`` writes 0.1 as 1.000000000000000056e-01: there is nothing beyond binary64.
-    At least `enough` of them must be so long.
-    """
-    matches = 0
-    for number in numbers:
-        digits = significant(number)
-        if len(digits) <= BINARY64_DIGITS:
-            continue
-        if significant(f"{float(number):.{len(digits) - 1}e}") != digits:
-            return False
-        matches += 1
-    return matches >= enough
 
 
 def are_single(values: Array) -> bool:

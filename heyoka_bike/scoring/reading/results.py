@@ -1,7 +1,8 @@
 """Another program's results, as its file gives them, and the columns that they are made of."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,15 @@ class Rows:
     quantum: Mapping[str, Quantum] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     may_be: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def only(self, keys: Collection[str]) -> Self:
+        """The same rows with the values of these columns alone."""
+        return replace(self, values={key: x for key, x in self.values.items() if key in keys})
+
+    def at(self, rows: slice | NDArray[Any]) -> Self:
+        """Some of the rows, by a mask or by their indices."""
+        values, lo = ({k: x[rows] for k, x in of.items()} for of in (self.values, self.lo))
+        return replace(self, time=self.time[rows], time_lo=self.time_lo[rows], values=values, lo=lo)
 
     def __repr__(self) -> str:
         what = "unknown maneuver" if self.maneuver is None else f"maneuver {self.maneuver}"

@@ -20,7 +20,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, MissingPackageError, printable, quoted
-from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.findings import Finding, grouped, warning
 from heyoka_bike.scoring.reading import headings
 from heyoka_bike.scoring.reading.arrays import tables
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
@@ -439,12 +439,8 @@ def _settled(
     names: Sequence[str], found: Sequence[headings.Found], vectors: Vectors, request: Request
 ) -> _ColumnLayout:
     """Each meaning with the one column that has it."""
-    candidates: dict[tuple[str, int | None], list[int]] = {}
-    for i, f in enumerate(found):
-        if f is not None:
-            candidates.setdefault(f, []).append(i)
     meant = {}
-    for meaning, places in candidates.items():
+    for meaning, places in grouped((f, i) for i, f in enumerate(found) if f is not None).items():
         # Of several columns of one meaning the plainest name is meant.
         best, *others = sorted(places, key=lambda i: _oddity(names[i]))
         if others and _oddity(names[others[0]]) == _oddity(names[best]):

@@ -192,7 +192,7 @@ class Block:
     values: list[Array]
     lines: Ints
     written: list[tuple[str, ...]]
-    lo: dict[int, Array] = field(default_factory=dict)
+    lo: dict[int, Array]
 
 
 def parse_block(
@@ -220,44 +220,41 @@ def parse_block(
     """
     if not text.endswith(b"\n") or text.translate(None, _OF_NUMBERS + separator):
         return None
-    mark = separator.decode()
-    rows = [row.rstrip().removesuffix(mark) for row in text.decode().split("\n")]
-    lines = np.flatnonzero([bool(row) for row in rows])
-    rows = [row for row in rows if row]
     try:
-        return read_rows(rows, lines, mark or None, columns, exact, samples) if rows else None
+        return _read_lines(text.decode().split("\n"), columns, separator.decode(), exact, samples)
     except ValueError:
         return None
 
 
-def plain_row(numbers: Sequence[str]) -> str:
-    """Numbers that `float` reads, as a row for `read_rows`; what is not finite is too large."""
-    return " ".join(numbers).lower().replace("nan", "8e888")
-
-
-def read_rows(
-    rows: Sequence[str], lines: Ints, mark: str | None, columns: int, exact: Collection[int],
-    samples: int,
-) -> Block:  # fmt: skip
-    """Read rows of plain decimals; see `parse_block`.
+def _read_lines(
+    lines: Sequence[str], columns: int, separator: str, exact: Collection[int], samples: int
+) -> Block | None:
+    """Read lines of plain decimals as `parse_block` does; None if all of them are blank.
 
     Raises
     ------
     ValueError
-        A row has other numbers of columns, or no numbers.
+        A row has another number of columns, or what is no number.
     """
-    empty = np.empty((0, columns))
-    table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2) if rows else empty
+    rows = [line.rstrip().removesuffix(separator) for line in lines]
+    at = np.flatnonzero([bool(row) for row in rows])
+    rows = [row for row in rows if row]
+    if not rows:
+        return None
+    mark = separator or None
+    table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2)
     if table.shape != (len(rows), columns):
         raise ValueError("rows of another number of columns")
     values = [np.ascontiguousarray(column) for column in table.T]
     sampled = rows[:: max(1, len(rows) // samples)]
     written = [*zip(*([x.strip() for x in row.split(mark)] for row in sampled), strict=True)]
-    lo = {}
-    for j in exact:
-        numbers = (row.split(mark, j + 1)[j] for row in rows)
-        lo[j] = np.array([rest(x, hi) for x, hi in zip(numbers, values[j].tolist(), strict=True)])
-    return Block(values, lines, written or [()] * columns, lo)
+    lo = {j: rests((row.split(mark, j + 1)[j] for row in rows), values[j]) for j in exact}
+    return Block(values, at, written, lo)
+
+
+def rests(numbers: Iterable[str], values: Array) -> Array:
+    """The `rest` of each decimal beyond its value."""
+    return np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
 
 
 def rest(number: str, hi: float) -> float:
@@ -289,37 +286,7 @@ _TWO_BLANKS = re.compile(r"\s{2,}")
 _BRACKETS = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
 
-@dataclass(frozen=True, slots=True)
-class Opening:
-    """The layout of a text, as its first lines tell it.
-
-    Attributes
-    ----------
-    dialect : Dialect
-    width : int
-        Numbers in a row.
-    skip : int
-        Number of lines before the first row.
-    names : list of str or None
-        Column names, if a heading has them.
-    heading : int or None
-        Number of its line.
-    time : int
-        Index of the column of times.
-    exact : tuple of int
-        Columns with more digits than binary64 has.
-    """
-
-    dialect: Dialect
-    width: int
-    skip: int
-    names: list[str] | None
-    heading: int | None
-    time: int
-    exact: tuple[int, ...]
-
-
-def find_opening(text: str, request: Request) -> Opening:
+def _opened(text: str, request: Request) -> "_Reader":
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
@@ -363,7 +330,7 @@ def find_opening(text: str, request: Request) -> Opening:
     exact = tuple(
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
-    return Opening(dialect, width, first, names, heading, time, exact)
+    return _Reader(request, dialect, width, first, names, heading, time, exact)
 
 
 def _first_rows(
@@ -511,38 +478,59 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
     first = next(blocks, "")
     while not first.strip() and (block := next(blocks, "")):
         first += block
-    reader = _Reader(request, find_opening(first, request))
-    for block in chain([first], blocks):
+    reader = _opened(first, request)
+    for block in chain([first.split("\n", reader.line)[-1]], blocks):
         reader.read(block)
     return reader.finish()
 
 
+@dataclass(eq=False, slots=True)
 class _Reader:
-    """Rows of one dialect, from blocks of lines."""
+    """Reads rows from blocks of lines; the layout is that of the first lines.
 
-    def __init__(self, request: Request, opening: Opening) -> None:
-        self.request = request
-        self.opening = opening
-        self.exact = sorted({opening.time, *opening.exact})
-        self.blocks: list[Block] = []
-        self.line = 0
-        self.cut: InputError | None = None
+    Attributes
+    ----------
+    request : Request
+    dialect : Dialect
+    width : int
+        Numbers in a row.
+    line : int
+        Number of lines before the next block; before the first row if there was none.
+    names : list of str or None
+        Column names, if a heading has them.
+    heading : int or None
+        Number of its line.
+    time : int
+        Index of the column of times.
+    exact : tuple of int
+        Columns with more digits than binary64 has.
+    blocks : list of Block
+        What has been read.
+    cut : InputError or None
+        The error of a row that may be the last one, and incomplete.
+    """
+
+    request: Request
+    dialect: Dialect
+    width: int
+    line: int
+    names: list[str] | None
+    heading: int | None
+    time: int
+    exact: tuple[int, ...]
+    blocks: list[Block] = field(default_factory=list)
+    cut: InputError | None = None
 
     def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
-        if self.line == 0:
-            self.line = self.opening.skip
-            text = text.split("\n", self.line)[-1]
-        dialect, width = self.opening.dialect, self.opening.width
         samples = _COUNTED_LATER if self.blocks else _COUNTED
-        plain = text.rstrip("\n").encode().translate(_PLAIN[dialect.decimal]) + b"\n"
-        separator = dialect.separator.encode()
-        block = None if self.cut else parse_block(plain, width, separator, self.exact, samples)
+        plain = text.rstrip("\n").encode().translate(_PLAIN[self.dialect.decimal]) + b"\n"
+        separator, exact = self.dialect.separator.encode(), {self.time, *self.exact}
+        block = None if self.cut else parse_block(plain, self.width, separator, exact, samples)
         if block is None:
-            rows = self._line_by_line(text)
-            lines = np.array(list(rows), dtype=np.int64)
-            block = read_rows(list(rows.values()), lines, None, width, self.exact, samples)
-        self.blocks.append(replace(block, lines=block.lines + self.line + 1))
+            block = _read_lines(self._line_by_line(text), self.width, "", exact, samples)
+        if block is not None:
+            self.blocks.append(replace(block, lines=block.lines + self.line + 1))
         self.line += text.count("\n")
 
     def finish(self) -> Vectors:
@@ -552,26 +540,29 @@ class _Reader:
             number = self.cut.line
             said = f"The last row (line {number}) is not complete and left out."
             findings = (warning("last_row_incomplete", said, line=number),)
-        opening, blocks = self.opening, self.blocks
-        columns = []
-        for j in range(opening.width):
-            lo = np.concatenate([block.lo.pop(j) for block in blocks]) if j in self.exact else None
+        blocks, columns = self.blocks, []
+        for j in range(self.width):
+            has_rest = j in blocks[0].lo
+            lo = np.concatenate([block.lo.pop(j) for block in blocks]) if has_rest else None
             values = _together([block.values for block in blocks], j)
             written = chain.from_iterable(block.written[j] for block in blocks)
-            columns.append(written_column(values, lo, written, j == opening.time))
-        columns = evened(columns, opening.time)
-        if opening.time in opening.exact:
-            columns[opening.time] = replace(columns[opening.time], significant=None)
+            columns.append(written_column(values, lo, written, j == self.time))
+        columns = evened(columns, self.time)
+        if self.time in self.exact:
+            columns[self.time] = replace(columns[self.time], significant=None)
         lines = np.concatenate([block.lines for block in blocks])
-        return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
+        return Vectors(columns, self.names, lines, self.heading, findings=findings)
 
-    def _line_by_line(self, text: str) -> dict[int, str]:
-        """Rows of plain decimals, by index of the line; only the last one may be incomplete."""
-        dialect, width = self.opening.dialect, self.opening.width
+    def _line_by_line(self, text: str) -> list[str]:
+        """The lines as plain decimals, or blank; only the last row may be incomplete.
+
+        What is not finite is too large.
+        """
+        dialect, width = self.dialect, self.width
         lines = text.split("\n")
-        rows = {}
         for i, line in enumerate(lines):
             fields = dialect.split(without_comment(line))
+            lines[i] = ""
             if not any(fields):
                 continue
             if self.cut is not None:
@@ -579,13 +570,13 @@ class _Reader:
             row = dialect.numbers(fields)
             numbers = [x for x in row if x is not None]
             if len(numbers) == len(fields) == width:
-                rows[i] = plain_row(numbers)
+                lines[i] = " ".join(numbers).lower().replace("nan", "8e888")
                 continue
             error = row_error(fields, row, width, self.request, self.line + i + 1)
             if not dialect.is_cut(fields, width, at_end=i == len(lines) - 1):
                 raise error
             self.cut = error
-        return rows
+        return lines
 
 
 def _together(blocks: Sequence[list[Array]], j: int) -> Array:

@@ -2,13 +2,13 @@
 
 import csv
 import io
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from heyoka_bike.errors import required
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series
+from heyoka_bike.showing.formats.json import clean
 
 _MEASURES = (
     "max_abs_error", "time_of_max", "rms_error", "max_rel_error", "scd", "mescd",
@@ -47,7 +47,7 @@ def _rows(scored: Report | Series) -> list[tuple[Any, ...]]:
             for i, run in enumerate(scored.runs, start=1)
             for row in _rows(run.report)
         ]
-    path = _encodable(scored.file.path)
+    path = clean(scored.file.path)
     return [(path, *_values(m, c)) for m in scored.maneuvers for c in m.columns]
 
 
@@ -63,18 +63,8 @@ def _values(m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
 
 
 def _cell(x: Any) -> str:
-    if x is None:
-        return ""
-    if isinstance(x, str):
-        return _encodable(x)
-    if isinstance(x, float):
-        return repr(float(x)) if math.isfinite(x) else ""
-    return str(x)
-
-
-def _encodable(text: str) -> str:
-    """The text with escapes for bytes of a file's name that are no text."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+    found = clean(x)
+    return "" if found is None else repr(found) if isinstance(found, float) else str(found)
 
 
 def frame(scored: Report | Series) -> Any:
@@ -89,7 +79,7 @@ def frame(scored: Report | Series) -> Any:
     fields: Sequence[str] = FIELDS
     if isinstance(scored, Series):
         index, fields = [RUN_FIELDS[0], *index], (*RUN_FIELDS, *FIELDS)
-        rows = [(_encodable(name or "") or i, *row) for i, *row, name in rows]
+        rows = [(clean(name or "") or i, *row) for i, *row, name in rows]
     return _pandas().DataFrame(rows, columns=fields).set_index(index)
 
 

@@ -3,7 +3,6 @@
 The form is Jenkins' junit-10.xsd. Nothing in it depends on when or where it was written.
 """
 
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import fields
@@ -11,6 +10,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.report import Measures, Report, Series
+from heyoka_bike.showing.formats.json import clean
 from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, verdict
 
 
@@ -75,19 +75,15 @@ def _properties(report: Report) -> Iterator[tuple[str, object]]:
     yield "bicycle", report.bicycle
     for m in report.maneuvers:
         for name in ("performance", "coverage", "gap"):
-            yield f"{m.maneuver}.{name}", _number(getattr(m, name))
+            yield f"{m.maneuver}.{name}", clean(getattr(m, name))
         for c in m.columns:
             where, r = f"{m.maneuver}.{printable(c.key)}", c.as_understood
             for f in fields(Measures):
-                yield f"{where}.{f.name}", _number(getattr(r.measures, f.name))
-            yield f"{where}.floor", _number(c.floor)
+                yield f"{where}.{f.name}", clean(getattr(r.measures, f.name))
+            yield f"{where}.floor", clean(c.floor)
             for name in ("definition", "sign", "unit"):
                 yield f"{where}.{name}", getattr(r, name)
-            yield f"{where}.offset", _number(r.offset)
-
-
-def _number(x: float | None) -> float | None:
-    return None if x is None or not math.isfinite(x) else float(x)
+            yield f"{where}.offset", clean(r.offset)
 
 
 def _say(suite: Element, lines: list[str]) -> None:

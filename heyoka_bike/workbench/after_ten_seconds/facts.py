@@ -70,7 +70,6 @@ USED = (
 )
 """The facts that are taken as known."""
 
-_GUARD_BITS = 64
 _BITS = 400
 
 
@@ -107,7 +106,7 @@ def cycle_fact(run: Trajectory, like: Maneuver, progress: TimeReached | None = N
     cycle = prove_cycle(run, like, progress)
     if not cycle.is_attracting:
         raise NotCertifiedError(f"{run.maneuver.name}: it is not shown to be attracting")
-    at = evaluator(run, run.bits + _GUARD_BITS, cycle.certificate)
+    at = evaluator(run, certificate=cycle.certificate)
     with at.balls.precision():
         half = cycle.half_period
         start = at.columns(Fraction(0))
@@ -148,7 +147,7 @@ def fall_fact(run: Trajectory, progress: TimeReached | None = None) -> Fact:
         It is not shown to, or a wheel may be pulled down before.
     """
     certificate = enclose(run, progress)
-    at = evaluator(run, run.bits + _GUARD_BITS, certificate)
+    at = evaluator(run, certificate=certificate)
     lift = _first(run, zeros(run, KINDS[REAR_LIFT], REAR_LIFT, certificate), "the rear wheel lifts")
     with at.balls.precision():
         start = KINDS[FRONT_LIFT](at.equations, at.state(Fraction(0)))

@@ -163,7 +163,6 @@ class _FlowKeeper(Prover):
 _RADIUS = Fraction(1, 2**140)
 """Of the box: far above what G leaves at the candidate, far below what its derivative asks for."""
 
-_GUARD_BITS = 64
 _ROLL, _PITCH, _STEER, _SPIN = 0, 1, 2, 5
 _MIRRORED = (2, 3, 4)
 """Steer angle, roll rate and steer rate, in the state: of these the end is minus the start."""
@@ -220,7 +219,7 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: Progress | None = Non
     crossing = next(events(run, (UPRIGHT,), exact), None)
     if crossing is None:
         raise _refused(run, "it does not come upright again")
-    at = evaluator(run, run.bits + _GUARD_BITS, exact)
+    at = evaluator(run, certificate=exact)
     with at.balls.precision():
         equations, radius = at.equations, exact_ball(_RADIUS)
         time = crossing.time.mid()

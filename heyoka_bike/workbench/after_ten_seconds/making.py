@@ -42,7 +42,6 @@ _A_HALF = Fraction(17, 16)
 _SETTLING = Fraction(300)
 _NEWTON_STEPS = 8
 _ROUGH_DIGITS = 30
-_GUARD_BITS = 64
 # Below this many units in the last place Newton's method is at its end.
 _LAST_BITS = 12
 
@@ -85,7 +84,7 @@ class Section:
         """The next crossing, mirrored; its time [s]; the energy [J]."""
         run = self.run(x)
         crossing = next(events(run, (UPRIGHT,)))
-        at = evaluator(run, run.bits + _GUARD_BITS)
+        at = evaluator(run)
         with at.balls.precision():
             there = at.columns(crossing.time)
             point = [s * self.number(there[c]) for s, c in zip(MIRRORED, COLUMNS, strict=True)]
@@ -114,7 +113,7 @@ def settled(bicycle: Bicycle, maneuver: Maneuver) -> list[float]:
     """A rising upright crossing of the maneuver once it has settled, in binary64."""
     run = integrate(bicycle, replace(maneuver, duration=_SETTLING))
     crossing = [e for e in events(run, (UPRIGHT,)) if e.rises][-1]
-    at = evaluator(run, run.bits + _GUARD_BITS)
+    at = evaluator(run)
     with at.balls.precision():
         there = at.columns(crossing.time)
         return [float(there[c].mid()) for c in COLUMNS]
@@ -125,7 +124,7 @@ def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajec
     section = Section(bicycle, digits)
     mp = section.mp
     start = integrate(bicycle, replace(maneuver, duration=maneuver.spacing), digits)
-    at = evaluator(start, section.bits + _GUARD_BITS)
+    at = evaluator(start, section.bits + 64)
     with at.balls.precision():
         wanted = section.number(at.columns(Fraction(0))["mechanical_energy"])
     x = [mp.mpf(v) for v in settled(bicycle, maneuver)]

@@ -24,7 +24,6 @@ decides.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -203,37 +202,26 @@ _MOST_PEAKS = 8  # in a period
 _FINER = 32  # samples in place of one, where a wheel lifts
 
 
-@dataclass(frozen=True, slots=True)
-class Straight:
-    """Straight running with the energy of some motions.
+def _straight(runs: Runs, states: Array, which: Array) -> tuple[Array, Array]:
+    """The speed [m/s] of straight running with the energy of each motion, and its growth [1/s].
 
-    Attributes
-    ----------
-    speed : ndarray
-        [m/s]; NaN where the energy does not suffice.
-    growth : ndarray
-        Largest real part of the eigenvalues at that speed [1/s]; negative if it is stable.
+    NaN where the energy does not suffice. The growth is the largest real part of the eigenvalues at
+    that speed, negative if it is stable.
     """
-
-    speed: Array
-    growth: Array
-
-    @classmethod
-    def of(cls, runs: Runs, states: Array, which: Array) -> "Straight":
-        equations = runs.equations(which)
-        upright = np.zeros_like(states)
-        upright[:, SPIN] = 1 / equations.k.length
-        still = equations.energies(list(upright.T))
-        surplus = equations.energies(list(states.T)).total - still.potential
-        with np.errstate(invalid="ignore"):
-            speed = np.sqrt(surplus / still.kinetic) * np.where(states[:, SPIN] < 0, -1.0, 1.0)
-        is_known = np.isfinite(speed)
-        growth = np.full(len(states), np.nan)
-        upright[:, SPIN] *= speed
-        slopes = runs.slopes(upright[is_known, None], which[is_known])[:, 0]
-        lateral = slopes[:, LATERAL][:, :, LATERAL]
-        growth[is_known] = np.linalg.eigvals(lateral).real.max(axis=1)
-        return cls(speed, growth)
+    equations = runs.equations(which)
+    upright = np.zeros_like(states)
+    upright[:, SPIN] = 1 / equations.k.length
+    still = equations.energies(list(upright.T))
+    surplus = equations.energies(list(states.T)).total - still.potential
+    with np.errstate(invalid="ignore"):
+        speed = np.sqrt(surplus / still.kinetic) * np.where(states[:, SPIN] < 0, -1.0, 1.0)
+    is_known = np.isfinite(speed)
+    growth = np.full(len(states), np.nan)
+    upright[:, SPIN] *= speed
+    slopes = runs.slopes(upright[is_known, None], which[is_known])[:, 0]
+    lateral = slopes[:, LATERAL][:, :, LATERAL]
+    growth[is_known] = np.linalg.eigvals(lateral).real.max(axis=1)
+    return speed, growth
 
 
 def fates(
@@ -266,7 +254,7 @@ class _Course:
     def __init__(self, runs: Runs, starts: Array, which: Array) -> None:
         self.runs, self.which = runs, which
         self.states = runs.states(starts, which)
-        self.straight = Straight.of(runs, self.states, which)
+        self.speed, self.growth = _straight(runs, self.states, which)
         count = len(starts)
         self.found: dict[str, Array] = {
             name: np.zeros(count, np.int8) if v.flags else np.full(count, np.nan)
@@ -362,7 +350,7 @@ class _Course:
         found["fate_time"][left[has_fallen]] = begin + ends[has_fallen]
         is_straight = ~has_fallen & self._is_straight(samples)
         found["fate"][left[is_straight]] = UPRIGHT
-        found["final_speed"][left[is_straight]] = self.straight.speed[left[is_straight]]
+        found["final_speed"][left[is_straight]] = self.speed[left[is_straight]]
         is_open = ~has_fallen & ~is_straight
         end = begin + _DURATION
         if end >= _LOOK * _DURATION:
@@ -382,7 +370,7 @@ class _Course:
         An amplitude a obeys about da/dt = growth a + c a^3, where c is some 6 per s for the
         benchmark's weave: up to a = 0.03 sqrt(-growth) the second term is a hundredth of the first.
         """
-        growth = self.straight.growth[self.left]
+        growth = self.growth[self.left]
         with np.errstate(invalid="ignore"):
             small = np.minimum(_FLAT * np.sqrt(-growth), SETTLED)
         largest = np.abs(samples[:, :, LATERAL]).max(axis=(1, 2))

@@ -13,9 +13,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver, benchmark
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.figures.style import BLACK, WIDTH, style
 from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UNDECIDED, UPRIGHT, WEAVES, Atlas
 from heyoka_bike.workbench.atlas.store import load_atlas
+from heyoka_bike.workbench.style import BLACK, WIDTH, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -159,9 +159,7 @@ def _name_region(
         ax.annotate(name, (x[i], y[j]), ha="center", va="center", **_NOTE)
         return
     at = (x[i] + shift[0] * (x[-1] - x[0]), y[j] + shift[1] * (y[-1] - y[0]))
-    ax.annotate(
-        name, (x[i], y[j]), at, ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE
-    )
+    _point_at(ax, name, (x[i], y[j]), at)
 
 
 def _draw_edge(ax: Axes, atlas: Atlas) -> None:
@@ -172,31 +170,33 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
     ax.plot(edge.at, edge.stays, zorder=3, **_EDGE)
     highest = edge.stays >= np.quantile(edge.stays, 0.5)
     i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]
+    at = (edge.at[i] - 0.06 * (x[-1] - x[0]), edge.stays[i] + 0.1 * (y[-1] - y[0]))
+    _point_at(ax, "basin boundary", (edge.at[i], edge.stays[i]), at)
+
+
+def _point_at(ax: Axes, text: str, place: tuple[float, float], at: tuple[float, float]) -> None:
+    """Some text, with a line to the place that it names."""
+    ax.annotate(text, place, at, ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE)
+
+
+def _write_above(ax: Axes, text: str, x: float) -> None:
+    """Some text above the map."""
     ax.annotate(
-        "basin boundary", (edge.at[i], edge.stays[i]),
-        (edge.at[i] - 0.06 * (x[-1] - x[0]), edge.stays[i] + 0.1 * (y[-1] - y[0])),
-        ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE,
+        text, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
+        textcoords="offset points", ha="center", va="bottom", **_NOTE,
     )  # fmt: skip
 
 
 def _name_stable_ranges(ax: Axes, atlas: Atlas) -> None:
     for low, high in linearise(atlas.bicycle, _DIGITS).stable_ranges:
         if high is not None:
-            ax.annotate(
-                "stable by the\nlinear equations", (float(low + high) / 2, 1.0),
-                xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
-                ha="center", va="bottom", **_NOTE,
-            )  # fmt: skip
+            _write_above(ax, "stable by the\nlinear equations", float(low + high) / 2)
 
 
 def _draw_limit(ax: Axes, curve: EnergyCurve) -> None:
     ax.axvline(curve.limit, color=BLACK, linewidth=0.7, linestyle=(0, (4, 2)))
     ax.plot(curve.speed, curve.roll_rate, color=BLACK, linewidth=0.9, linestyle=(0, (1, 1.2)))
-    ax.annotate(
-        f"{curve.name}\n{curve.limit:.4f} m/s", (curve.limit, 1.0),
-        xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
-        ha="center", va="bottom", **_NOTE,
-    )  # fmt: skip
+    _write_above(ax, f"{curve.name}\n{curve.limit:.4f} m/s", curve.limit)
     i = np.searchsorted(curve.roll_rate, 0.93 * ax.get_ylim()[1])
     if i < len(curve.speed) and curve.speed[i] > ax.get_xlim()[0]:
         ax.annotate(

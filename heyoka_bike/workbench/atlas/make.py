@@ -1,6 +1,5 @@
-"""Making an atlas: what is missing is computed, chunk by chunk, and the edge as rows get whole."""
+"""Making an atlas: what is missing is computed, chunk by chunk, and from all of them the edge."""
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -12,7 +11,7 @@ from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.jobs import Job, Outcome
-from heyoka_bike.system.parallel import carry_out
+from heyoka_bike.system.parallel import carry_out, side_by_side
 from heyoka_bike.workbench.atlas.data import FALLS, UNDECIDED, Atlas, Edge
 from heyoka_bike.workbench.atlas.design import ACCURACY, EDGE_ACCURACY, Chunk, Design
 from heyoka_bike.workbench.atlas.fates import fates
@@ -134,67 +133,36 @@ def make_atlas(
         heyoka or zarr is not installed.
     """
     store = AtlasStore(Path(folder), design, force=force)
-    _AtlasMaking(design, store, progress).carry_out()
+    # An edge that is there followed from the chunks as they were, and will be again.
+    has_edge = store.has_edge
+    missing = {Job(chunk, (design, which)): which for which in store.missing()}
+    total = sum(1 for _ in design.chunks())
+
+    def ended(job: Job, outcome: Outcome) -> tuple[()]:
+        store.put(missing.pop(job), outcome.get())
+        progress((1 - _EDGE_SHARE) * (1 - len(missing) / total))
+        return ()
+
+    carry_out(list(missing), ended)
+    if not has_edge:
+        jobs = list(_edge_jobs(design, store))
+        parts = side_by_side(
+            edge, jobs, done=lambda n: progress(1 - _EDGE_SHARE * (1 - n / len(jobs)))
+        )
+        together = [np.concatenate(x) for x in zip(*parts, strict=True)]
+        store.put_edge(Edge(*together))
     progress(1.0)
     return load_atlas(folder)
 
 
-class _AtlasMaking:
-    """Chunks that are missing, and the edge along the second axis where all of them are there."""
-
-    def __init__(
-        self, design: Design, store: AtlasStore, progress: Callable[[float], None]
-    ) -> None:
-        self.design, self.store, self.progress = design, store, progress
-        self.chunks = {Job(chunk, (design, which)): which for which in store.missing()}
-        # An edge that is there followed from the chunks as they were, and will be again.
-        self.has_edge = store.has_edge
-        self.left = Counter(i for i, _ in self.chunks.values())
-        # By their rows, as they are put together.
-        self.edges: dict[Job, int] = {}
-        self.found: dict[int, tuple[Array, ...]] = {}
-
-    def carry_out(self) -> None:
-        """All of it; the edge comes last."""
-        whole: list[int] = []
-        if not self.has_edge:
-            whole = sorted({i for i, _ in self.design.chunks()} - self.left.keys())
-        carry_out([*self.chunks, *(job for i in whole for job in self._edge(i))], self._ended)
-        if self.has_edge:
-            return
-        parts = [self.found[place] for place in sorted(self.found)]
-        together = [np.concatenate(x) for x in zip(*parts, strict=True)]
-        self.store.put_edge(Edge(*together) if parts else Edge())
-
-    def _ended(self, job: Job, outcome: Outcome) -> list[Job]:
-        if job in self.edges:
-            self.found[self.edges[job]] = outcome.get()
-            done = len(self.found) / len(self.edges) if not self.left else 0.0
-            self._tell(done)
-            return []
-        which: Chunk = self.chunks.pop(job)
-        self.store.put(which, outcome.get())
-        self.left[which[0]] -= 1
-        self._tell(0.0)
-        if self.left[which[0]] or self.has_edge:
-            return []
-        del self.left[which[0]]
-        return list(self._edge(which[0]))
-
-    def _tell(self, done: float) -> None:
-        total = sum(1 for _ in self.design.chunks())
-        there = (total - len(self.chunks)) / total
-        self.progress((1 - _EDGE_SHARE) * there + _EDGE_SHARE * done)
-
-    def _edge(self, i: int) -> Iterator[Job]:
-        """Jobs for the changes along the rows of a line of chunks."""
-        first, second = (axis.values for axis in self.design.axes)
-        rows, _ = self.design.slices((i, 0))
-        ends = [changes(second, self.store.row(row)) for row in range(rows.start, rows.stop)]
+def _edge_jobs(design: Design, store: AtlasStore) -> Iterator[tuple[Design, Array, Array, Array]]:
+    """Arguments of `edge` for the changes of all rows, some together."""
+    first, second = (axis.values for axis in design.axes)
+    for begin in range(0, len(first), design.side):
+        rows = range(begin, min(begin + design.side, len(first)))
+        ends = [changes(second, store.row(row)) for row in rows]
         at = np.repeat(first[rows], [len(stays) for stays, _ in ends])
         stays, falls = (np.concatenate(x) for x in zip(*ends, strict=True))
-        for begin in range(0, len(at), _TOGETHER):
-            some = slice(begin, begin + _TOGETHER)
-            job = Job(edge, (self.design, at[some], stays[some], falls[some]))
-            self.edges[job] = i * len(first) * len(second) + begin
-            yield job
+        for i in range(0, len(at), _TOGETHER):
+            some = slice(i, i + _TOGETHER)
+            yield design, at[some], stays[some], falls[some]

@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from statistics import median
@@ -21,7 +21,7 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.workbench.bench.compiled import operations
-from heyoka_bike.workbench.bench.problem import seconds
+from heyoka_bike.workbench.bench.problem import Measured, seconds
 from heyoka_bike.workbench.fast.ensemble import Ensemble
 from heyoka_bike.workbench.fast.simulate import prepare
 from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, fused, module
@@ -31,34 +31,15 @@ _LOOPS, _TURNS, _RUNS = 5_000, 40, 20
 _PRODUCTS = ("*", "/", "sin", "cos")
 
 
-@dataclass(frozen=True, slots=True)
-class Floor:
-    """The least time of a run of Taylor steps on one processor of this machine.
+def floor(bicycle: Bicycle) -> Measured:
+    """What Taylor steps of a bicycle's equations need at least on one processor, measured now.
 
-    Attributes
-    ----------
-    products_per_second
-        The peak, of products with a sum, in binary64.
-    products
-        Of variables of the decomposition: quotients, sines and cosines counted as such.
-    scales
-        Products of a variable with a constant.
+    The peak, products of binary64 with a sum per second; and of each step the products of variables
+    of the decomposition, quotients, sines and cosines counted as such, and of one with a constant.
     """
-
-    products_per_second: float
-    products: int
-    scales: int
-
-    def seconds(self, order: int, steps: int) -> float:
-        """Of so many steps of an order [s]."""
-        count = (order + 1) * (self.products * (order + 2) / 2 + self.scales)
-        return steps * count / self.products_per_second
-
-
-def floor(bicycle: Bicycle) -> Floor:
-    """The floor for a bicycle's equations, measured now."""
     count = operations(bicycle)
-    return Floor(_peak(), sum(count.get(x, 0) for x in _PRODUCTS), count["scale"])
+    products = sum(count.get(x, 0) for x in _PRODUCTS)
+    return {"products_per_second": _peak(), "products": products, "scales": count["scale"]}
 
 
 def _peak() -> float:
@@ -107,54 +88,11 @@ print(imported - begin, time.perf_counter() - imported)
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Throughput:
-    """Motions of 10 s per second, of so many threads; shortest of some times."""
+def throughput() -> list[Measured]:
+    """Motions of 10 s to their ends, with one thread and with two, in turns.
 
-    accuracy: str | float
-    threads: int
-    motions_per_second: float
-
-
-@dataclass(frozen=True, slots=True)
-class LongRun:
-    """A maneuver for another duration.
-
-    Attributes
-    ----------
-    accuracy
-        As for `simulate`.
-    duration
-        [s]
-    steps
-        Of the integration.
-    time
-        Shortest of the runs [s].
-    performance
-        Eq. (1) [%].
-    error
-        Of the last state, in the variables of the few-product form, against a run in 80-bit long
-        double.
+    Of each accuracy and number of threads the motions per second, by the shortest time.
     """
-
-    accuracy: str | float
-    duration: float
-    steps: int
-    time: float
-    performance: float
-    error: float
-
-
-@dataclass(frozen=True, slots=True)
-class FirstResult:
-    """Median times of a new process [s]: the import of NumPy, and the first result after it."""
-
-    import_numpy_s: float
-    result_s: float
-
-
-def throughput() -> list[Throughput]:
-    """Ends of many motions, with one thread and with two, in turns."""
     random = np.random.default_rng(_SEED)
     starts = np.zeros((_MOTIONS, 5))
     for column, limits in ((2, _ROLL_RATES), (3, _STEER_RATES), (4, _SPEEDS)):
@@ -166,12 +104,17 @@ def throughput() -> list[Throughput]:
         runs = [partial(e.ends, starts, _DURATION) for e in ensembles]
         times = _in_turns(runs, _ENSEMBLE_TURNS)
         for n, x in zip(counts, times, strict=True):
-            found.append(Throughput(accuracy, n, _MOTIONS / min(x)))
+            rate = _MOTIONS / min(x)
+            found.append({"accuracy": accuracy, "threads": n, "motions_per_second": rate})
     return found
 
 
-def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
-    """A maneuver for each of `DURATIONS`, with as many rows."""
+def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[Measured]:
+    """A maneuver for each of `DURATIONS` [s], with as many rows, at each accuracy of `LONG`.
+
+    Their ``time`` is the shortest of the runs [s], ``performance`` eq. (1) [%], ``error`` that of
+    the last state, in the variables of the few-product form, against a run in 80-bit long double.
+    """
     found = []
     for duration in DURATIONS:
         m = replace(maneuver, duration=Fraction(duration), spacing=Fraction(duration))
@@ -184,15 +127,22 @@ def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
             error = float(max(abs(x - float(y.mid())) for x, y in pairs))
             energy = run()["mechanical_energy"]
             performance = float(100 * np.ptp(energy) / energy[0])
-            found.append(LongRun(accuracy, duration, run.steps[0], min(times), performance, error))
+            found.append({
+                "accuracy": accuracy, "duration": duration, "steps": run.steps[0],
+                "time": min(times), "performance": performance, "error": error,
+            })  # fmt: skip
     return found
 
 
-def first_result() -> FirstResult:
-    """Maneuver 2 in new processes; nothing that was compiled is kept."""
+def first_result() -> Measured:
+    """Maneuver 2 in new processes; nothing that was compiled is kept.
+
+    Median times [s] of the import of NumPy, and of the first result after it.
+    """
     command = [sys.executable, "-c", _FIRST_RESULT]
     found = [subprocess.check_output(command).split() for _ in range(_STARTS)]
-    return FirstResult(*(median(map(float, x)) for x in zip(*found, strict=True)))
+    imported, took = (median(map(float, x)) for x in zip(*found, strict=True))
+    return {"import_numpy_s": imported, "result_s": took}
 
 
 def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[float]]:

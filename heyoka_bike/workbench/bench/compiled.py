@@ -23,6 +23,7 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine, needed
+from heyoka_bike.workbench.fast.ensemble import FIFTH, STAGES, STEP, THIRD
 
 _STATE = 6
 _QUADRUPLE_DIGITS = 50  # binary128 has 34
@@ -118,6 +119,17 @@ def columns_source(bicycle: Bicycle) -> str:
     )
 
 
+def sums_source() -> str:
+    """Macros of DOP853: the weighted sums of slopes that `ensemble` has, too."""
+    rows = {f"STAGE_{n}": row for n, row in enumerate(STAGES, start=1)}
+    rows |= {"STEP": STEP, "THIRD": THIRD, "FIFTH": FIFTH}
+    sums = {
+        name: " + ".join(f"{weight!r} * k[{stage}][i]" for stage, weight in row.items())
+        for name, row in rows.items()
+    }
+    return "".join(f"#define {name} ({text})\n" for name, text in sums.items())
+
+
 def operations(bicycle: Bicycle) -> dict[str, int]:
     """Count each operation in the time derivatives; ``scale`` is one with a literal."""
     code = StraightLine()
@@ -162,8 +174,8 @@ class CompiledPeers:
     """
 
     def __init__(self, bicycle: Bicycle) -> None:
-        equations = slope_source(bicycle) + columns_source(bicycle)
-        library = _built("runge_kutta.c", equations, "-lm")
+        source = sums_source() + slope_source(bicycle) + columns_source(bicycle)
+        library = _built("runge_kutta.c", source, "-lm")
         # Their prototypes hold the library.
         self._solve = _SOLVE(("solve", library))
         self._evaluate = _EVALUATE(("evaluate", library))

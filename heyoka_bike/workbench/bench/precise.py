@@ -9,7 +9,6 @@ import contextlib
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 
@@ -19,11 +18,11 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.integrate import Native, integrate, require_heyoka, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
-from heyoka_bike.workbench.bench.problem import seconds
+from heyoka_bike.workbench.bench.problem import Measured, seconds
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
 """Those at which the codes are compared."""
@@ -43,56 +42,14 @@ _COST_SECONDS = 5.0  # of stepping for one precision, but one step after the fir
 _LONG_STEP = 60.0  # [s]; a first step that takes as long is the one that is timed
 
 
-@dataclass(frozen=True, slots=True)
-class Precise:
-    """A code at a precision.
+def precise(published: Trajectory) -> list[Measured]:
+    """The codes at each of `PRECISIONS`, on the maneuver of a published run.
 
-    Attributes
-    ----------
-    code, digits
-        Its name, and the decimal digits of the precision.
-    seconds
-        For the whole maneuver, building excluded; scaled if `measured_over` is less.
-    measured_over
-        Time of the motion that was integrated [s].
-    error
-        Largest difference of the state at the end of what was measured from the published run of 70
-        digits, in the variables of the few-product form.
+    Their ``seconds`` are for the whole maneuver, building excluded; scaled if the motion was
+    integrated over less, which ``measured_over`` says [s]. The ``error`` is the largest difference
+    of the state at the end of that from the published run of 70 digits, in the variables of the
+    few-product form.
     """
-
-    code: str
-    digits: float
-    seconds: float
-    measured_over: float
-    error: float
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """Cost of a precision with heyoka, with the yaw and exact accumulation as in `integrate`.
-
-    Attributes
-    ----------
-    digits, order
-        Decimal digits of the precision, and Taylor order.
-    steps
-        That were timed: all but the first, or what a few seconds allow.
-    seconds_per_step
-        Their mean.
-    seconds
-        For the whole maneuver: with the steps of the published run where not all were timed; their
-        number hardly depends on the digits.
-    """
-
-    digits: float
-    order: int
-    steps: int
-    seconds_per_step: float
-    seconds: float
-
-
-def precise(published: Trajectory) -> list[Precise]:
-    """The codes at each of `PRECISIONS`, on the maneuver of a published run."""
     found = []
     for name in PRECISIONS:
         p = Precision.of(name)
@@ -104,12 +61,18 @@ def precise(published: Trajectory) -> list[Precise]:
     return found
 
 
-def costs(published: Trajectory) -> list[Cost]:
-    """Cost of each of `DIGITS`, on the maneuver of a published run."""
+def costs(published: Trajectory) -> list[Measured]:
+    """Cost of each of `DIGITS` with heyoka, on the maneuver of a published run.
+
+    With the yaw and exact accumulation as in `integrate`. The ``steps`` are those that were timed:
+    all but the first, or what a few seconds allow. The ``seconds`` are for the whole maneuver: with
+    the steps of the published run where not all were timed; their number hardly depends on the
+    digits.
+    """
     return [_cost(published, Precision.of(name)) for name in DIGITS]
 
 
-def _heyoka(published: Trajectory, p: Precision) -> Precise:
+def _heyoka(published: Trajectory, p: Precision) -> Measured:
     hy, native = require_heyoka(), Native(p)
     duration = published.maneuver.duration
     start = [native.from_integer(*midpoint(x)) for x in _start(published, p)]
@@ -129,7 +92,7 @@ def _heyoka(published: Trajectory, p: Precision) -> Precise:
     return _result("heyoka", p, published, took, duration, [str(x) for x in integrator.state])
 
 
-def _mpmath(published: Trajectory, p: Precision) -> Precise:
+def _mpmath(published: Trajectory, p: Precision) -> Measured:
     a = Multiprecision(round(p.digits))
     mp = a.context
     equations = Equations.of(published.bicycle, a, is_regular=False)
@@ -143,18 +106,20 @@ def _mpmath(published: Trajectory, p: Precision) -> Precise:
     return _result("mpmath odefun", p, published, took, span, text)
 
 
-def _balls(published: Trajectory, p: Precision) -> Precise:
+def _balls(published: Trajectory, p: Precision) -> Measured:
     """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
-    balls, order = Balls(p.bits), _order(p.bits)
+    balls, order, longest = AtPoints(p.bits), _order(p.bits), flint.ctx.cap
     equations = Equations.of(published.bicycle, balls, is_regular=False)
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
-        series = PowerSeries(p.bits, n)
-        with series.precision():
-            rates = equations.over(series).rates([series.series(c) for c in y])
+        # flint keeps the length of all series in a global.
+        flint.ctx.cap = n
+        with balls.precision():
+            rates = equations.rates([flint.arb_series(c, n) for c in y])
             for c, rate in zip(y, rates, strict=True):
-                c.append(series.coefficients(rate)[n - 1] / n)
+                c.append(rate[n - 1] / n)
+    flint.ctx.cap = longest
     # The last term decides how long the step may be.
     last = max(abs(float(c[-1].mid())) for c in y)
     h = Fraction((last * 2.0 ** (p.bits + _SAFETY_BITS)) ** (-1 / order)).limit_denominator(1000)
@@ -165,7 +130,7 @@ def _balls(published: Trajectory, p: Precision) -> Precise:
     return _result("Taylor in balls", p, published, took, h, text)
 
 
-def _extrapolated(published: Trajectory, p: Precision) -> Precise:
+def _extrapolated(published: Trajectory, p: Precision) -> Measured:
     peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
     digits = round(p.digits) + 5
     start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
@@ -183,11 +148,14 @@ def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
 def _result(
     code: str, p: Precision, published: Trajectory, took: float, span: Fraction,
     state: Sequence[str],
-) -> Precise:  # fmt: skip
+) -> Measured:  # fmt: skip
     with Balls(published.bits + _GUARD).precision():
         pairs = zip(state, published.state(span), strict=False)
         error = max(abs(float((flint.arb(x) - y).mid())) for x, y in pairs)
-    return Precise(code, p.digits, took / _part(published, span), float(span), error)
+    return {
+        "code": code, "digits": p.digits, "seconds": took / _part(published, span),
+        "measured_over": float(span), "error": error,
+    }  # fmt: skip
 
 
 def _part(published: Trajectory, span: Fraction) -> float:
@@ -198,7 +166,7 @@ def _part(published: Trajectory, span: Fraction) -> float:
     return float(i + (span - begin) / (end - begin)) / whole if span < end else 1.0
 
 
-def _cost(published: Trajectory, p: Precision) -> Cost:
+def _cost(published: Trajectory, p: Precision) -> Measured:
     marks: list[float] = []
     begin = time.perf_counter()
 
@@ -217,7 +185,10 @@ def _cost(published: Trajectory, p: Precision) -> Cost:
     # A first step that is short is left out: what has to be built is made with it.
     timed = len(marks) - 1
     per_step = (marks[-1] - marks[0]) / timed
-    return Cost(p.digits, _order(p.bits + _TOLERANCE_BITS), timed, per_step, per_step * count)
+    return {
+        "digits": p.digits, "order": _order(p.bits + _TOLERANCE_BITS), "steps": timed,
+        "seconds_per_step": per_step, "seconds": per_step * count,
+    }  # fmt: skip
 
 
 def _order(bits: int) -> int:

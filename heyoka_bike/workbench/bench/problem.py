@@ -32,6 +32,8 @@ ERROR_LIMIT = 1e-12
 """Of the state error, in the second class of a comparison."""
 
 Array = np.ndarray[Any, Any]
+Measured = dict[str, Any]
+"""A line of the report, as JSON values."""
 
 _BITS = 256
 _STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")

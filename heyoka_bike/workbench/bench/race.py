@@ -21,7 +21,6 @@ import os
 import sys
 import time
 import warnings
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -39,6 +38,7 @@ from heyoka_bike.workbench.bench.problem import (
     ERROR_LIMIT,
     PERFORMANCE_LIMIT,
     Array,
+    Measured,
     ReferenceProblem,
     Trial,
     Unavailable,
@@ -110,7 +110,17 @@ class TimedCode:
         )
 
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        """Build and measure on one maneuver, None for the code's tolerance for roundoff."""
+        """Build and measure on one maneuver, None for the tolerance of the smallest error."""
+        if tolerance is None:
+            indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
+            tried = [self._trial(problem, tolerance_of(i)) for i in indices]
+            return min(tried, key=lambda x: x.error)
+        run, chosen, build = self._built(problem, tolerance)
+        rows, calls, _ = run()
+        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
+
+    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
+        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
         raise NotImplementedError
 
 
@@ -191,24 +201,7 @@ class Tuned(TimedCode):
         return Trial(run, tolerance, build, sum(run.steps), performance, error)
 
 
-class _Peer(TimedCode, ABC):
-    """A code whose steps are chosen by a tolerance; that of roundoff is of the smallest error."""
-
-    def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        if tolerance is None:
-            indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
-            tried = [self._trial(problem, tolerance_of(i)) for i in indices]
-            return min(tried, key=lambda x: x.error)
-        run, chosen, build = self._built(problem, tolerance)
-        rows, calls, _ = run()
-        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
-
-    @abstractmethod
-    def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
-        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
-
-
-class SciPy(_Peer):
+class SciPy(TimedCode):
     """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
@@ -226,7 +219,7 @@ class SciPy(_Peer):
         return run, tolerance, build
 
 
-class Compiled(_Peer):
+class Compiled(TimedCode):
     """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
 
     @cached_property
@@ -252,7 +245,7 @@ class Compiled(_Peer):
         return run, chosen, build
 
 
-class Sundials(_Peer):
+class Sundials(TimedCode):
     """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
@@ -398,30 +391,6 @@ class Timing:
     cold: list[float] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
-    """A code at a tolerance.
-
-    Attributes
-    ----------
-    code, precision
-        Its name and number type.
-    tolerance
-        In the code's own sense.
-    min_ms
-        Shortest of the runs [ms].
-    performance_percent, max_state_error
-        Eq. (1) [%] and state error.
-    """
-
-    code: str
-    precision: str
-    tolerance: float
-    min_ms: float
-    performance_percent: float
-    max_state_error: float
-
-
 def bench(
     problems: Sequence[ReferenceProblem],
     runs: int,
@@ -473,8 +442,11 @@ def bench(
     return lines
 
 
-def work_precision(problem: ReferenceProblem, progress: Progress | None = None) -> list[Point]:
-    """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not."""
+def work_precision(problem: ReferenceProblem, progress: Progress | None = None) -> list[Measured]:
+    """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not.
+
+    The tolerance is that of the code's own sense, ``min_ms`` the shortest of its runs [ms].
+    """
     points = []
     chosen = [
         x
@@ -496,8 +468,11 @@ def work_precision(problem: ReferenceProblem, progress: Progress | None = None) 
                 once = seconds(trial.run)
                 count = min(_SWEEP_RUNS, int(_SWEEP_SECONDS / once))
                 shortest = min([once, *(seconds(trial.run) for _ in range(count))])
-                measured = trial.tolerance, 1e3 * shortest, trial.performance, trial.error
-                points.append(Point(code.name, code.precision, *measured))
+                points.append({
+                    "code": code.name, "precision": code.precision, "tolerance": trial.tolerance,
+                    "min_ms": 1e3 * shortest, "performance_percent": trial.performance,
+                    "max_state_error": trial.error,
+                })  # fmt: skip
     return points
 
 

@@ -3,7 +3,8 @@
 
    The formulas and step laws are those of E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary
    Differential Equations I, 2nd edition, Springer 1993, and of their programs dopri5.f and
-   dop853.f, with the options' default values. equations.h is written from the model. */
+   dop853.f, with the options' default values. equations.h is written from the model, and has the
+   weighted sums of DOP853's step from ../fast/dop853.toml. */
 
 #include <math.h>
 
@@ -83,74 +84,34 @@ static void dopri5_dense(
 static double dop853_step(double h, const double *y, double (*k)[N], double *end, double tol)
 {
     double s[N], fifth = 0, third = 0;
-    EACH s[i] = y[i] + h * (
-        0.05260015195876773 * k[0][i]);
+    EACH s[i] = y[i] + h * STAGE_1;
     slope(s, k[1]);
-    EACH s[i] = y[i] + h * (
-        0.0197250569845379 * k[0][i] + 0.0591751709536137 * k[1][i]);
+    EACH s[i] = y[i] + h * STAGE_2;
     slope(s, k[2]);
-    EACH s[i] = y[i] + h * (
-        0.02958758547680685 * k[0][i] + 0.08876275643042054 * k[2][i]);
+    EACH s[i] = y[i] + h * STAGE_3;
     slope(s, k[3]);
-    EACH s[i] = y[i] + h * (
-        0.2413651341592667 * k[0][i] - 0.8845494793282861 * k[2][i]
-        + 0.924834003261792 * k[3][i]);
+    EACH s[i] = y[i] + h * STAGE_4;
     slope(s, k[4]);
-    EACH s[i] = y[i] + h * (
-        0.037037037037037035 * k[0][i] + 0.17082860872947386 * k[3][i]
-        + 0.12546768756682242 * k[4][i]);
+    EACH s[i] = y[i] + h * STAGE_5;
     slope(s, k[5]);
-    EACH s[i] = y[i] + h * (
-        0.037109375 * k[0][i] + 0.17025221101954405 * k[3][i]
-        + 0.06021653898045596 * k[4][i] - 0.017578125 * k[5][i]);
+    EACH s[i] = y[i] + h * STAGE_6;
     slope(s, k[6]);
-    EACH s[i] = y[i] + h * (
-        0.03709200011850479 * k[0][i] + 0.17038392571223998 * k[3][i]
-        + 0.10726203044637328 * k[4][i] - 0.015319437748624402 * k[5][i]
-        + 0.008273789163814023 * k[6][i]);
+    EACH s[i] = y[i] + h * STAGE_7;
     slope(s, k[7]);
-    EACH s[i] = y[i] + h * (
-        0.6241109587160757 * k[0][i] - 3.3608926294469414 * k[3][i]
-        - 0.868219346841726 * k[4][i] + 27.59209969944671 * k[5][i]
-        + 20.154067550477894 * k[6][i] - 43.48988418106996 * k[7][i]);
+    EACH s[i] = y[i] + h * STAGE_8;
     slope(s, k[8]);
-    EACH s[i] = y[i] + h * (
-        0.47766253643826434 * k[0][i] - 2.4881146199716677 * k[3][i]
-        - 0.590290826836843 * k[4][i] + 21.230051448181193 * k[5][i]
-        + 15.279233632882423 * k[6][i] - 33.28821096898486 * k[7][i]
-        - 0.020331201708508627 * k[8][i]);
+    EACH s[i] = y[i] + h * STAGE_9;
     slope(s, k[9]);
-    EACH s[i] = y[i] + h * (
-        -0.9371424300859873 * k[0][i] + 5.186372428844064 * k[3][i]
-        + 1.0914373489967295 * k[4][i] - 8.149787010746927 * k[5][i]
-        - 18.52006565999696 * k[6][i] + 22.739487099350505 * k[7][i]
-        + 2.4936055526796523 * k[8][i] - 3.0467644718982196 * k[9][i]);
+    EACH s[i] = y[i] + h * STAGE_10;
     slope(s, k[10]);
-    EACH s[i] = y[i] + h * (
-        2.273310147516538 * k[0][i] - 10.53449546673725 * k[3][i]
-        - 2.0008720582248625 * k[4][i] - 17.9589318631188 * k[5][i]
-        + 27.94888452941996 * k[6][i] - 2.8589982771350235 * k[7][i]
-        - 8.87285693353063 * k[8][i] + 12.360567175794303 * k[9][i]
-        + 0.6433927460157636 * k[10][i]);
+    EACH s[i] = y[i] + h * STAGE_11;
     slope(s, k[11]);
-    EACH end[i] = y[i] + h * (
-        0.054293734116568765 * k[0][i] + 4.450312892752409 * k[5][i]
-        + 1.8915178993145003 * k[6][i] - 5.801203960010585 * k[7][i]
-        + 0.3111643669578199 * k[8][i] - 0.1521609496625161 * k[9][i]
-        + 0.20136540080403034 * k[10][i] + 0.04471061572777259 * k[11][i]);
+    EACH end[i] = y[i] + h * STEP;
     slope(end, k[12]);
     EACH {
         const double weight = 1 / (tol + tol * larger(y[i], end[i]));
-        const double e5 = weight * (
-            0.01312004499419488 * k[0][i] - 1.2251564463762044 * k[5][i]
-            - 0.4957589496572502 * k[6][i] + 1.6643771824549864 * k[7][i]
-            - 0.35032884874997366 * k[8][i] + 0.3341791187130175 * k[9][i]
-            + 0.08192320648511571 * k[10][i] - 0.022355307863886294 * k[11][i]);
-        const double e3 = weight * (
-            -0.18980075407240762 * k[0][i] + 4.450312892752409 * k[5][i]
-            + 1.8915178993145003 * k[6][i] - 5.801203960010585 * k[7][i]
-            - 0.4226823213237919 * k[8][i] - 0.1521609496625161 * k[9][i]
-            + 0.20136540080403034 * k[10][i] + 0.02265179219836082 * k[11][i]);
+        const double e5 = weight * FIFTH;
+        const double e3 = weight * THIRD;
         fifth += e5 * e5;
         third += e3 * e3;
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +11,9 @@ from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.showing.document import Block, Chapter, Paragraph, TableBlock
 from heyoka_bike.showing.document.text import render
-from heyoka_bike.showing.figures import style as s
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
+from heyoka_bike.workbench import style as s
 from heyoka_bike.workbench.bench import race
 from heyoka_bike.workbench.bench.batches import first_result, floor, long_runs, throughput
 from heyoka_bike.workbench.bench.compiled import FLAGS
@@ -35,7 +34,7 @@ _WIDTH = 170
 
 def measure(
     main: ReferenceProblem, every: Sequence[ReferenceProblem], runs: int, progress: Progress, *,
-    is_quick: bool, with_points: bool,
+    is_quick: bool, with_points: bool, with_costs: bool, folder: str | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Time every code, as JSON values.
 
@@ -44,13 +43,18 @@ def measure(
     main
         What is timed.
     every
-        Timed as well, together; none leaves this out.
+        Timed as well, together, and what else there is of the fast path and beyond binary64; none
+        leaves this out.
     runs
         Timed runs of each code.
     is_quick
         Whether to leave out what is slow to build.
     with_points
         Whether to measure time over error, too.
+    with_costs
+        Whether to measure how the time grows with the duration and with the digits.
+    folder
+        Of the reference set; None for the published one.
     """
     tasks = {main.maneuver.name: [main]} | ({_ALL: list(every)} if every else {})
     results = []
@@ -69,34 +73,22 @@ def measure(
         "results": results,
     }
     if every:
-        found["floor"] = asdict(floor(main.bicycle))
+        found["floor"] = floor(main.bicycle)
     if with_points:
-        found["work_precision"] = [asdict(x) for x in race.work_precision(main, progress)]
+        found["work_precision"] = race.work_precision(main, progress)
+    if every:
+        progress("ensembles", 0.3)
+        found["ensembles"] = throughput()
+        progress("first result of a new process", 0.7)
+        found["first_result"] = first_result()
+        progress("34 and 70 digits", 0.0)
+        found["precise"] = precise(_published(folder))
+    if with_costs:
+        progress("long runs", 0.0)
+        found["durations"] = long_runs(main.bicycle, main.maneuver)
+        progress("up to 1000 digits", 0.1)
+        found["digits"] = costs(_published(folder))
     return found
-
-
-def measure_fast_path(progress: Progress) -> dict[str, Any]:
-    """Speed of the fast path besides one maneuver, as JSON values."""
-    progress("ensembles", 0.3)
-    ensembles = [asdict(x) for x in throughput()]
-    progress("first result of a new process", 0.7)
-    return {"ensembles": ensembles, "first_result": asdict(first_result())}
-
-
-def measure_precise(folder: str | None, progress: Progress) -> dict[str, Any]:
-    """The codes that go beyond binary64, as JSON values."""
-    progress("34 and 70 digits", 0.0)
-    return {"precise": [asdict(x) for x in precise(_published(folder))]}
-
-
-def measure_costs(
-    problem: ReferenceProblem, folder: str | None, progress: Progress
-) -> dict[str, Any]:
-    """Growth of the time with the duration and with the digits, as JSON values."""
-    progress("long runs", 0.0)
-    durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
-    progress("up to 1000 digits", 0.1)
-    return {"durations": durations, "digits": [asdict(x) for x in costs(_published(folder))]}
 
 
 def _published(folder: str | None) -> Trajectory:

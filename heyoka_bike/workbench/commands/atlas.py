@@ -31,10 +31,10 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import print_table
 from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
-    from heyoka_bike.numbers.exact import Exact
     from heyoka_bike.workbench.atlas.data import Atlas, GridAxis
     from heyoka_bike.workbench.atlas.design import Design
 
@@ -85,8 +85,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _point(word: str, wanted: Design) -> dict[str, Exact]:
     """The exact values of a point, by the names of the axes."""
-    from heyoka_bike.numbers.exact import Exact
-
     texts = word.split(",")
     if len(texts) != len(wanted.axes):
         names = ",".join(a.name for a in wanted.axes)
@@ -133,7 +131,6 @@ def _axes(args: argparse.Namespace) -> list[GridAxis]:
 
 def _start(args: argparse.Namespace) -> dict[str, float]:
     from heyoka_bike.bicycle.parameters import START
-    from heyoka_bike.numbers.exact import Exact
 
     found = {}
     for word in args.start:

@@ -19,6 +19,7 @@ from typing import Any
 from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import has_colors, stage_bar
+from heyoka_bike.workbench.style import FORMATS, render
 
 _MAX_RUNS = 10_000
 _RUNS, _QUICK_RUNS = 30, 5
@@ -58,26 +59,19 @@ def run(args: argparse.Namespace) -> int:
     main = benchmark_problem(args.reference, summary.JUDGED)
     every = [benchmark_problem(args.reference, n) for n in summary.ALL_THREE] if args.all else []
     with stage_bar() as progress:
-        with_points = figure_format is not None or args.all
         document = summary.measure(
-            main, every, runs, progress, is_quick=args.quick, with_points=with_points
-        )
-        if args.all:
-            document |= summary.measure_fast_path(progress)
-            document |= summary.measure_precise(args.reference, progress)
-        if args.costs:
-            document |= summary.measure_costs(main, args.reference, progress)
+            main, every, runs, progress, is_quick=args.quick,
+            with_points=figure_format is not None or args.all, with_costs=args.costs,
+            folder=args.reference,
+        )  # fmt: skip
     is_shown = args.output is None or figure_format is not None
     if args.format == "json":
         text = json.dumps(document, indent=2, allow_nan=False) + "\n"
     else:
         text = summary.as_text(document, is_shown and has_colors(sys.stdout.isatty()))
     if figure_format is not None:
-        from heyoka_bike.showing.figures.style import render
-        from heyoka_bike.workbench.bench.summary import draw
-
         title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
-        figure = draw(document["work_precision"], title)
+        figure = summary.draw(document["work_precision"], title)
         write_output(Path(args.output), render(figure, figure_format))
     if is_shown:
         sys.stdout.write(text)
@@ -88,8 +82,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _figure_format(output: str | None) -> str | None:
     """Format of a figure to be written, None if it is none."""
-    from heyoka_bike.showing.figures.style import FORMATS
-
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None
 

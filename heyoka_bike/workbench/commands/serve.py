@@ -109,11 +109,11 @@ def _board(args: argparse.Namespace) -> str | None:
     if args.leaderboard is None:
         return None
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.scoring.leaderboard import leaderboard
     from heyoka_bike.showing.document import html
-    from heyoka_bike.showing.formats.leaderboard import document
     from heyoka_bike.showing.wording import origin
     from heyoka_bike.system.console import progress_bar
+    from heyoka_bike.workbench.leaderboard.document import document
+    from heyoka_bike.workbench.leaderboard.ranking import leaderboard
 
     with progress_bar("scoring") as progress:
         board = leaderboard(args.leaderboard, [load_reference()], progress)

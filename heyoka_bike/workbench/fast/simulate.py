@@ -92,49 +92,39 @@ class Solution:
     largest_energy: float
 
 
-class MotionCode:
-    """Compiled code for motions of one bicycle, see `step_code`; any thread may call it.
+def _motion(run: Any, start: Array, times: Array, tolerance: float) -> Callable[..., Solution]:
+    """A motion from time 0 through ascending times, to be carried out again and again.
 
-    Raises
-    ------
-    MissingPackageError
-        llvmlite is not installed.
+    Parameters
+    ----------
+    run
+        Compiled, see `_code`.
+    start : ndarray, shape (6,)
+    times : ndarray, shape (rows,)
+        [s]
+    tolerance
+        Of a step: about the error of the state within it.
+
+    Returns
+    -------
+    callable
+        Carries it out; its argument, shape (6, rows), gets the states if it is there.
     """
+    # A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one: those
+    # that stay are taken once, and the one of the result through the buffer it is.
+    given = start.ctypes.data, len(times), times.ctypes.data, tolerance, MOST_STEPS
+    return partial(_carry_out, run, (start, times), given)
 
-    def __init__(self, bicycle: Bicycle, *, is_regular: bool) -> None:
-        source = run_source(Equations.binary64(bicycle, is_regular=is_regular))
-        self._run = function(source, RUN, *_ARGUMENTS)
 
-    def motion(self, start: Array, times: Array, tolerance: float) -> Callable[..., Solution]:
-        """A motion from time 0 through ascending times, to be carried out again and again.
-
-        Parameters
-        ----------
-        start : ndarray, shape (6,)
-        times : ndarray, shape (rows,)
-            [s]
-        tolerance
-            Of a step: about the error of the state within it.
-
-        Returns
-        -------
-        callable
-            Carries it out; its argument, shape (6, rows), gets the states if it is there.
-        """
-        # A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one:
-        # those that stay are taken once, and the one of the result through the buffer it is.
-        given = start.ctypes.data, len(times), times.ctypes.data, tolerance, MOST_STEPS
-        return partial(self._carry_out, (start, times), given)
-
-    def _carry_out(
-        self, arrays: tuple[Array, Array], given: tuple[Any, ...], states: Array | None = None
-    ) -> Solution:
-        columns, report = np.empty((len(BENCHMARK_COLUMNS), len(arrays[1]))), _Report()
-        steps = self._run(
-            *given, ctypes.byref(_Byte.from_buffer(columns.data)),
-            None if states is None else states.ctypes.data, report,
-        )  # fmt: skip
-        return Solution(columns, steps, *report)
+def _carry_out(
+    run: Any, arrays: tuple[Array, Array], given: tuple[Any, ...], states: Array | None = None
+) -> Solution:
+    columns, report = np.empty((len(BENCHMARK_COLUMNS), len(arrays[1]))), _Report()
+    steps = run(
+        *given, ctypes.byref(_Byte.from_buffer(columns.data)),
+        None if states is None else states.ctypes.data, report,
+    )  # fmt: skip
+    return Solution(columns, steps, *report)
 
 
 @dataclass(frozen=True, repr=False, slots=True)
@@ -285,11 +275,11 @@ class Prepared:
 
     def _prepare(self, *, is_regular: bool) -> None:
         self._is_regular = is_regular
-        self._code = _code(tuple(self.bicycle.values.items()), is_regular)
+        self._run = _code(tuple(self.bicycle.values.items()), is_regular)
         equations = Equations.of(self.bicycle, Balls(_BITS), is_regular=is_regular)
         states = [initial_state(equations, m)[:STATE] for m in self.maneuvers]
         self._starts = [np.array([float(x.mid()) for x in state]) for state in states]
-        self._motions = [self._code.motion(x, self.times, self.tolerance) for x in self._starts]
+        self._motions = [_motion(self._run, x, self.times, self.tolerance) for x in self._starts]
 
     def _solutions(self) -> list[Solution]:
         found = []
@@ -302,7 +292,7 @@ class Prepared:
                 tolerance *= _SHARPER
                 if tolerance < _LEAST_TOLERANCE:
                     raise _singular("before", x)
-                x = self._code.motion(start, self.times, tolerance)()
+                x = _motion(self._run, start, self.times, tolerance)()
             # Leave the few-product form where the mechanical trail is small or changes sign.
             is_clear = x.least_trail > LEAST_TRAIL or x.largest_trail < -LEAST_TRAIL
             if not self._is_regular and not (x.steps > 0 and is_clear):
@@ -318,8 +308,10 @@ def _singular(place: str, x: Solution) -> SingularMotionError:
 
 
 @lru_cache(_KEPT)
-def _code(values: _Values, is_regular: bool) -> MotionCode:
-    return MotionCode(Bicycle("bicycle", dict(values)), is_regular=is_regular)
+def _code(values: _Values, is_regular: bool) -> Any:
+    """Compiled code for motions of one bicycle, see `step_code`; any thread may call it."""
+    equations = Equations.binary64(Bicycle("bicycle", dict(values)), is_regular=is_regular)
+    return function(run_source(equations), RUN, *_ARGUMENTS)
 
 
 def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:

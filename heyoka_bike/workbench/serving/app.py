@@ -32,10 +32,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from heyoka_bike.errors import InputError
 from heyoka_bike.showing.document.html import PAGE_STYLE, policy
 from heyoka_bike.showing.document.html import SCRIPT as REPORT_SCRIPT
-from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
-from heyoka_bike.showing.replay.page import START
 from heyoka_bike.system.log import fault
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
+from heyoka_bike.workbench.replay.page import START
 from heyoka_bike.workbench.serving import pages
 from heyoka_bike.workbench.serving.pages import description
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
@@ -219,10 +219,9 @@ class Server:
             middleware=[
                 Middleware(Guard, hosts=[name.lower() for name in hosts], log=log, root=root),
             ],
-            exception_handlers={
-                HTTPException: _refused, InputError: _unreadable, ClientDisconnect: _gone,
-                OSError: _failed,
-            },
+            exception_handlers=dict.fromkeys(
+                (HTTPException, InputError, ClientDisconnect, OSError), _refused
+            ),
         )  # fmt: skip
         # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
         self.app.router.redirect_slashes = False
@@ -499,23 +498,17 @@ def _answer(
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    said = _USUAL.get(error.detail, error.detail)
-    return _answer(request, error.status_code, said, error.headers)
-
-
-async def _unreadable(request: Request, error: Exception) -> Response:
-    return _answer(request, 400, str(error))
-
-
-async def _failed(request: Request, error: Exception) -> Response:
-    assert isinstance(error, OSError)
-    if error.errno not in NO_ROOM:
-        raise error
-    # The part of the request that has not arrived is not read.
-    return _answer(request, 507, FULL, {"connection": "close"})
-
-
-async def _gone(request: Request, error: Exception) -> Response:
-    # Nobody reads it.
-    return PlainTextResponse("", 400)
+    """The answer to a request that cannot be carried out."""
+    match error:
+        case HTTPException():
+            said = _USUAL.get(error.detail, error.detail)
+            return _answer(request, error.status_code, said, error.headers)
+        case InputError():
+            return _answer(request, 400, str(error))
+        case ClientDisconnect():
+            # Nobody reads it.
+            return PlainTextResponse("", 400)
+        case OSError(errno=number) if number in NO_ROOM:
+            # The part of the request that has not arrived is not read.
+            return _answer(request, 507, FULL, {"connection": "close"})
+    raise error

@@ -23,15 +23,10 @@ from heyoka_bike.workbench.serving.tasks import Kind, Limits
 STATIC = Path(__file__).with_name("static")
 BAR_STYLE = (STATIC / "serve.css").read_text(encoding="utf-8")
 
-_SHELL, _HOME, _API = (
+_SHELL, _HOME, _API, _WAITING, _ERROR, _HINT = (
     Template(Path(__file__).with_name("templates").joinpath(name).read_text(encoding="utf-8"))
-    for name in ("shell.html", "home.html", "api.html")
+    for name in ("shell.html", "home.html", "api.html", "waiting.html", "error.html", "hint.html")
 )
-
-_HINT = """<p>Options are fields of the form. Go back and open “What the file does not say”: Columns
-takes <code>time,roll_deg,steer_deg</code>, or whatever they are, in the order of the file, and
-<code>-</code> for one that is left out.</p>
-"""
 
 _SAID: dict[Kind, str] = {
     "score": "Scoring", "diagnose": "Looking for the cause", "replay": "Drawing the replay",
@@ -92,13 +87,10 @@ def _starts() -> str:
 def waiting(root: str, result: StoredResult, kind: Kind, job: QueuedTask, ahead: int) -> str:
     """The page while something is done."""
     names = ", ".join(result.task.files)
-    place = f"{root}/results/{result.key}/{kind}"
     queue = f"{ahead} wait for a free processor." if job.state == "waiting" and ahead else ""
-    body = f"""<h1>{_SAID[kind]}: {escape(names)}</h1>
-<div data-state="{root}/jobs/{result.key}/{kind}">
-<p><progress aria-label="{_SAID[kind]}" max="1"></progress> <span class="share"></span></p>
-<p role="status">{queue}</p></div>
-<p><a href="{place}">Look again</a></p>"""
+    body = _WAITING.substitute(
+        root=root, key=result.key, kind=kind, said=_SAID[kind], names=escape(names), queue=queue
+    )
     # Without script the page asks again by itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
     return shell(root, _SAID[kind], body, head=head, bar=bar(root, result, kind))
@@ -110,10 +102,8 @@ def error(
 ) -> str:  # fmt: skip
     """A page that says what is wrong, in one line."""
     # The message is the command's; here its options are fields.
-    hint = _HINT if "column names" in message or "--" in message else ""
-    body = f"""<h1>{escape(title)}</h1>
-<p class="error" role="alert">{escape(message)}</p>
-{hint}<p><a href="{root}/">Score another file</a></p>"""
+    hint = _HINT.template if "column names" in message or "--" in message else ""
+    body = _ERROR.substitute(root=root, title=escape(title), message=escape(message), hint=hint)
     links = "" if result is None else bar(root, result, kind)
     return shell(root, title, body, bar=links)
 

@@ -190,8 +190,8 @@ def _carry_out(task: Task) -> TaskEnding:
     if task.kind == "replay":
         if len(results) > 1:
             raise InputError(f"found {len(results)} files, expected one to replay")
-        from heyoka_bike.showing.replay.page import render
-        from heyoka_bike.showing.replay.scenes import replay
+        from heyoka_bike.workbench.replay.page import render
+        from heyoka_bike.workbench.replay.scenes import replay
 
         page = render(replay(REFERENCE, results[0], task.maneuver), task.files[0])
         write_output(task.made(".html"), page.encode())

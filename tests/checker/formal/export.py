@@ -18,7 +18,7 @@ import numpy as np
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver, benchmark
-from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Balls
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
@@ -178,13 +178,14 @@ def _visit(x: Node, order: dict[Node, None]) -> None:
 
 def taylor(equations: Equations, start: Sequence[flint.arb]) -> list[list[flint.arb]]:
     """Taylor coefficients of the motion from a state, by variable."""
-    x = [[value] for value in start]
+    x, equations = [[value] for value in start], equations.over(AtPoints(BITS))
     for n in range(1, EXACT_DEGREE + 1):
-        series = PowerSeries(BITS, n)
-        with series.precision():
-            rates = equations.over(series).rates_with_yaw([series.series(c) for c in x])
+        # flint keeps the length of all series in a global.
+        flint.ctx.cap = n
+        with equations.precision():
+            rates = equations.rates_with_yaw([flint.arb_series(c, n) for c in x])
             for c, rate in zip(x, rates, strict=True):
-                c.append(series.coefficients(rate)[n - 1] / n)
+                c.append(rate[n - 1] / n)
     return x
 
 

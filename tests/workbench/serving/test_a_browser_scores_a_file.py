@@ -11,10 +11,10 @@ import uvicorn
 from support.submissions import copied
 
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.scoring.leaderboard import leaderboard
 from heyoka_bike.showing.document.html import render
-from heyoka_bike.showing.formats.leaderboard import document
 from heyoka_bike.showing.wording import origin
+from heyoka_bike.workbench.leaderboard.document import document
+from heyoka_bike.workbench.leaderboard.ranking import leaderboard
 from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
 

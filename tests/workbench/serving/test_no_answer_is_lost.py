@@ -6,8 +6,7 @@ import socket
 import sys
 
 import pytest
-
-from heyoka_bike.workbench.bench import serving_load
+import serving_load
 
 pytestmark = pytest.mark.proof
 

@@ -19,15 +19,7 @@ from heyoka_bike.bicycle.equations.bodies import Axes, Half
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.numbers.vectors import (
-    Vector,
-    cross,
-    from_turned_y,
-    from_turned_z,
-    minus,
-    plus,
-    scaled,
-)
+from heyoka_bike.numbers.vectors import Vector, cross, from_turned, minus, plus, scaled
 
 INDEPENDENT = range(3)
 _FRAME = {"R": "B", "B": "B", "H": "H", "F": "H"}
@@ -110,7 +102,7 @@ class Moving:
         out, back = (
             (axes.from_rear, axes.to_rear) if body == "B" else (axes.from_front, axes.to_front)
         )
-        stays = half.inertia_times(from_turned_z(a.sin(yaw), a.cos(yaw), out(v)))
+        stays = half.inertia_times(from_turned("z", a.sin(yaw), a.cos(yaw), out(v)))
         off = minus(back(self.ground(stays)), turning)
         return plus(turning, scaled(self._still, off))
 
@@ -137,7 +129,7 @@ class Moving:
     def ground(self, v: Vector) -> Vector:
         """Heading components of a vector given in ground axes."""
         a, yaw = self.equations.a, self.state[6]
-        return from_turned_z(-a.sin(yaw), a.cos(yaw), v)
+        return from_turned("z", -a.sin(yaw), a.cos(yaw), v)
 
     def free(self) -> list[Number]:
         """Generalised forces of weight and of what turns, at constant speeds: Newton and Euler."""
@@ -190,9 +182,9 @@ def _velocities(equations: Equations, state: Sequence[Number]) -> dict[str, Vect
         ("H", "F", b.front, axes.from_front, (u.v_f * o.cb_f, k.front.r * p_f, u.v_f * o.sb_f),
          (u.w1_f, u.q_f, u.w3_f), u.v_f / k.front.r),
     ):  # fmt: skip
-        x, _, z = from_turned_y(b.sin_tilt, b.cos_tilt, (w1, 0.0, w3))
+        x, _, z = from_turned("y", b.sin_tilt, b.cos_tilt, (w1, 0.0, w3))
         turning: Vector = (x, q, z)
-        of_hub = scaled(length, from_turned_y(b.sin_tilt, b.cos_tilt, hub))
+        of_hub = scaled(length, from_turned("y", b.sin_tilt, b.cos_tilt, hub))
         found[f"v_{wheel}"] = out(of_hub)
         found[f"v_{frame}"] = out(plus(of_hub, cross(turning, (half.x, 0.0, half.z))))
         found[f"w_{frame}"], found[f"w_{wheel}"] = turning, (x, -spin, z)

@@ -14,6 +14,7 @@ from fractions import Fraction
 from html import escape
 from itertools import groupby, product
 from pathlib import Path
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -38,12 +39,12 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.straight_line import Language, StraightLine
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
-from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
-from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
-from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits, maneuvers
 from heyoka_bike.workbench.atlas.store import load_atlas
+from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
+from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
+from heyoka_bike.workbench.replay.page import drawing, stage
 
 _LAST, _NONE = 65534, 65535
 
@@ -188,6 +189,7 @@ def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 
 
 _HERE = Path(__file__).parent
+_BODY = Template((_HERE / "page.html").read_text(encoding="utf-8"))
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
 _LONGEST = 200  # letters said of where it comes from: the inputs are more
 _SHAPES = 9  # along an axis that changes the bicycle
@@ -230,13 +232,11 @@ def render(atlas: Atlas) -> str:
         if name in atlas.variables
     }
     free = [axis.name for axis in atlas.axes if axis.name not in START]
-    body = f"""{_header(atlas)}
-<div class="atlas">
-{_map(atlas, packed)}
-{stage([("1", "1")], False)}
-</div>
-<section class="plots" aria-label="Charts over time"></section>
-{_about(packed)}"""
+    across, along = atlas.shape
+    body = _BODY.substitute(
+        _of_map(atlas, packed), name=escape(printable(atlas.bicycle.name)), across=across,
+        along=along, stage=stage([("1", "1")], False), **_of_words(packed),
+    )  # fmt: skip
     scripts = [
         motion_source(atlas.bicycle, free), MOTION_SCRIPT,
         *(file.read_text(encoding="utf-8") for file in (REPLAY_SCRIPT, *_SCRIPTS)),
@@ -255,15 +255,8 @@ def render(atlas: Atlas) -> str:
     )
 
 
-def _header(atlas: Atlas) -> str:
-    across, along = atlas.shape
-    return (
-        f'<header><p class="kicker">Atlas: {escape(printable(atlas.bicycle.name))}</p>'
-        f"<h1>Long-term behaviour from {across} × {along} initial conditions</h1></header>"
-    )
-
-
-def _map(atlas: Atlas, packed: dict[str, Packed]) -> str:
+def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
+    """Controls of the map."""
     options = "".join(
         f'<option value="{name}">{escape(_SHOWN[name][0])}</option>' for name in packed
     )
@@ -279,24 +272,11 @@ def _map(atlas: Atlas, packed: dict[str, Packed]) -> str:
         for i, mark in enumerate(_marks(atlas))
     )
     quick = f"<span>maneuver {quick}</span>" if quick else ""
-    return f"""<section class="sheet" aria-label="Map">
-<form class="choose" autocomplete="off"><label>Colour <select name="shown">\
-<option value="fate">long-term behaviour</option>{options}</select></label>
-<span><button type="button" data-zoom="0.5" aria-label="Nearer">+</button>
-<button type="button" data-zoom="2" aria-label="Farther">−</button>
-<button type="button" data-zoom="0">whole</button></span></form>
-<div class="map"><canvas tabindex="0" role="application" aria-label="Map of the starts. Arrow keys \
-move to the next start, with Shift by ten; Enter replays it; plus, minus and 0 zoom." \
-aria-describedby="said"></canvas></div>
-<div class="colours"></div>
-<p class="under" aria-hidden="true"></p>
-<form class="start" autocomplete="off">{boxes}<button>replay</button> {quick}</form>
-<p class="said" id="said" role="status"></p>
-<noscript><p>The map needs a browser with scripts.</p></noscript>
-</section>"""
+    return {"options": options, "boxes": boxes, "quick": quick}
 
 
-def _about(packed: dict[str, Packed]) -> str:
+def _of_words(packed: dict[str, Packed]) -> dict[str, str]:
+    """Meanings of the words, and the precision of the numbers."""
     fates = "".join(
         f"<dt>{escape(_SAID.get(name, name))}</dt><dd>{escape(meaning)}</dd>"
         for name, meaning in FATES.items()
@@ -306,21 +286,7 @@ def _about(packed: dict[str, Packed]) -> str:
         f"{'of itself' if p.is_log else _UNITS[VARIABLES[name].unit]}"
         for name, p in packed.items()
     )
-    return f"""<details><summary>What the words mean, how exact it is, and the keys</summary>
-<dl class="facts">{fates}</dl>
-<p>Each point of the map is a start that was computed, and the numbers said are those of the nearest
-one, here rounded: {kept}. The line is the basin boundary, found between neighbouring numbers of
-binary64.</p>
-<p>A replay is not read from a file: this page integrates the equations of motion from the start
-that is chosen, which may lie between those computed, by the formulas of Dormand and Prince. For the
-benchmark bicycle its angles, rates and speed are right to 1e-8 rad, rad/s and m/s after 10 s. Next
-to the basin boundary and where a motion weaves without end errors grow from there on, in the map
-as in the replay. Where a wheel would lift the model goes on, as if the floor could pull. A replay
-ends with its fall: where roll or steer come to a right angle, or the equations end.</p>
-<p>On the map: arrow keys go to the next start, with Shift by ten, Enter replays, plus and minus
-zoom, 0 shows the whole; drag to move a part. Space plays and pauses; left and right step by a
-frame, with Shift by a second. An address ending in <code>#at=4.6,0.5</code> opens that start,
-<code>&amp;t=3.2</code> may follow.</p></details>"""
+    return {"fates": fates, "kept": kept}
 
 
 def _title(axis: GridAxis) -> str:

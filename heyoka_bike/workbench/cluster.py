@@ -1,0 +1,169 @@
+"""Calls on a Dask cluster, by its interface of `concurrent.futures`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import contextmanager, suppress
+from functools import partial
+from itertools import count
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+from weakref import WeakValueDictionary
+
+from heyoka_bike.commands.printing import complain
+from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError, required
+from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
+from heyoka_bike.system.machine import versions
+
+_ANSWERS = 5  # [s] in which a scheduler does
+
+
+@contextmanager
+def connected(address: str) -> Iterator[ClusterExecutor]:
+    """A running Dask scheduler.
+
+    Parameters
+    ----------
+    address
+        Such as ``tcp://127.0.0.1:8786``, or a scheduler file.
+    """
+    said = "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
+    distributed: Any = required("distributed", said)
+    # It says in many lines what is said here in one.
+    for name in [x for x in logging.root.manager.loggerDict if x.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    given = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+
+    class Client(distributed.Client):  # type: ignore[misc]
+        def __del__(self) -> None:
+            """One that found nobody to talk to has nothing to close."""
+
+    try:
+        client = Client(**given, timeout=_ANSWERS, set_as_default=False)
+    except Exception as e:  # whatever answers there may say anything
+        why = " ".join(str(e).split()) or type(e).__name__
+        raise InputError(
+            f"--cluster: found no Dask scheduler at {address} within {_ANSWERS} s ({why:.100}), "
+            "expected the address of one that runs, such as tcp://127.0.0.1:8786"
+        ) from None
+    try:
+        cluster = ClusterExecutor(client, address)
+        cluster.check()
+        yield cluster
+    finally:
+        with suppress(Exception):
+            client.close(timeout=_ANSWERS)
+
+
+class ClusterExecutor(Executor):
+    """The workers of a scheduler, which begins a call again that ended its worker.
+
+    Its calls raise `BrokenExecutor` once they have ended three workers, and `WorkerLostError` when
+    the scheduler is gone.
+    """
+
+    def __init__(self, client: Any, address: str) -> None:
+        self.client, self.address = client, address
+        self._executor = client.get_executor(pure=False, retries=0)
+        self._topic = f"heyoka_bike-{uuid4()}"
+        self._numbers = count()
+        self._futures: WeakValueDictionary[int, ProgressFuture] = WeakValueDictionary()
+        client.subscribe_topic(self._topic, self._hear)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> ProgressFuture:
+        """Begin a call as soon as a worker is free."""
+        future, number = ProgressFuture(), next(self._numbers)
+        self._futures[number] = future
+        try:
+            call = self._executor.submit(_run, versions(), self._topic, number, fn, args, kwargs)
+        except Exception as e:
+            raise self._lost() from e
+        future.add_done_callback(lambda _: call.cancel())
+        call.add_done_callback(partial(self._end, future))
+        return future
+
+    def _hear(self, event: tuple[float, tuple[int, str, float]]) -> None:
+        number, stage, t = event[1]
+        if (future := self._futures.get(number)) is not None:
+            future.progress = stage, t
+
+    def _end(self, future: ProgressFuture, call: Future[Any]) -> None:
+        """Take the result of a call over."""
+        if not future.set_running_or_notify_cancel():
+            return
+        error = self._lost() if call.cancelled() else call.exception()
+        if type(error).__name__ == "KilledWorker":
+            error = BrokenExecutor("its worker ended")
+        if error is None:
+            future.set_result(call.result())
+        else:
+            future.set_exception(error)
+
+    def check(self) -> None:
+        """Refuse workers of other versions; those that come later refuse their jobs."""
+        try:
+            found = self.client.run(versions, on_error="return")
+            threads = self.client.nthreads()
+        except Exception as e:
+            raise self._lost() from e
+        for worker, there in found.items():
+            if isinstance(there, ImportError):
+                raise VersionsDifferError(
+                    f"{worker}: found no heyoka_bike, expected {versions()['heyoka_bike']}"
+                )
+            if isinstance(there, BaseException):
+                raise VersionsDifferError(f"{worker}: cannot tell its versions: {there}")
+            check_versions(versions(), there, worker)
+        if not found:
+            complain(f"no worker at {self.address} yet: waiting for one")
+        for worker, many in threads.items():
+            if many > 1:
+                complain(
+                    f"{worker} has {many} threads and does one job at a time: start workers with "
+                    "--nthreads 1, one for each processor"
+                )
+
+    def _lost(self) -> WorkerLostError:
+        """For when the scheduler is gone."""
+        return WorkerLostError(
+            f"--cluster: the scheduler at {self.address} ended or does not answer any more"
+        )
+
+
+def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> None:
+    """Raise `VersionsDifferError` that names the first package of another version."""
+    for name, expected in here.items():
+        if (found := there.get(name, "none")) != expected:
+            raise VersionsDifferError(
+                f"worker {worker}: found {name} {found}, expected {expected} as here: results "
+                "might differ"
+            )
+
+
+class _UnwantedError(Exception):
+    """Nobody waits for this call any more."""
+
+
+def _run(
+    here: dict[str, str], topic: str, number: int, fn: Callable[..., Any], args: Sequence[Any],
+    kwargs: Mapping[str, Any],
+) -> Any:  # fmt: skip
+    """A call, on a worker."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    check_versions(here, versions(), worker.address)
+    key = worker.get_current_task()
+    report = throttled(lambda stage, t: worker.log_event(topic, (number, stage, t)))
+
+    def report_if_wanted(stage: str, t: float) -> None:
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":
+            raise _UnwantedError
+        report(stage, t)
+
+    reporting.set(report_if_wanted)
+    return fn(*args, **kwargs)

@@ -1,0 +1,142 @@
+r"""Pack a result for the benchmark's collection.
+
+Write what the IFToMM library asks for as one .zip: the text file of 25 columns in binary64 as they
+were read, the two numbers of its form (eq. (1) of maneuver 2, and the processor time as you give
+it), and beside them what it does not ask for: the correct digits of every maneuver and the report.
+Nothing is sent. The result is read as by 'score', and holds all three maneuvers at the same times,
+in SI units.
+
+example: heyoka-bike submit my-results.txt --program 'Mine 1.0, RK4, h = 0.001' --cpu 0.8 \
+  --machine 'AMD EPYC 7763, 1 core'
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.commands import options
+from heyoka_bike.commands.printing import complain, print_text
+from heyoka_bike.commands.result_files import maneuvers_of, read
+from heyoka_bike.errors import Exit, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.scoring.reading.results import Results, Rows
+    from heyoka_bike.scoring.report import Report
+
+_MEASURED = 2
+"""The maneuver of which eq. (1) is asked for."""
+_FORM = Template(Path(__file__).with_name("submission.txt").read_text(encoding="utf-8"))
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = options.add_command(subparsers, run, __doc__, {"FILE": "result file"})
+    p.add_argument("--program", required=True, help="name, version, method and step, in a line")
+    p.add_argument("--cpu", metavar="S", required=True, help="processor time of the run [s]")
+    p.add_argument("--machine", required=True, help="processor, compiler and options, in a line")
+    output = {"-o --output ZIP submission.zip": "the archive (default: submission.zip)"}
+    options.add_arguments(p, options.COLUMNS | output)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.numbers.exact import positive_numbers
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.scoring.score import score
+    from heyoka_bike.showing.formats.output import render
+    from heyoka_bike.showing.wording import origin
+    from heyoka_bike.system.files import refuse_overwriting, write_output
+
+    (cpu,) = positive_numbers("--cpu", args.cpu)[:1]
+    given = {"program": args.program, "machine": args.machine}
+    for name, text in given.items():
+        if not text.strip() or not text.isprintable():
+            raise InputError(f"--{name}: expected one line of text")
+    refuse_overwriting([args.file], [Path(args.output)])
+    reference = load_reference()
+    results = read(args.file, maneuvers_of(None, 1, reference)[0], reference, args.columns)
+    report = score([results], reference)
+    table = _text(results, report)
+    said = _said(report, given, cpu)
+    files = {
+        "results.txt": table,
+        "submission.txt": said,
+        "report.html": render(report, "html", origin(args.words)),
+    }
+    write_output(Path(args.output), _packed(files))
+    print_text(said)
+    print(args.output)
+    if not report[_MEASURED].meets_limit:
+        complain(f"{args.file}: eq. (1) of maneuver {_MEASURED} is not below 1e-3 %")
+        return Exit.CHECK_FAILED
+    return Exit.OK
+
+
+def _text(results: Results, report: Report) -> str:
+    """The 25 columns, as the benchmark has them.
+
+    Raises
+    ------
+    InputError
+        A maneuver or column is missing, times differ, or a unit is not SI.
+    """
+    import numpy as np
+
+    by_number = {
+        m.maneuver: rows for m, rows in zip(report.maneuvers, results.maneuvers, strict=True)
+    }
+    if sorted(by_number) != [1, 2, 3]:
+        raise InputError(
+            f"found maneuvers {sorted(by_number)}, expected all three", file=results.path
+        )
+    parts: Sequence[Rows] = [by_number[n] for n in sorted(by_number)]
+    for number, rows in zip(sorted(by_number), parts, strict=True):
+        missing = [key for key in BENCHMARK_COLUMNS if key not in rows.values]
+        if missing:
+            said = f"maneuver {number}: found no {missing[0].replace('_', ' ')}, expected it"
+            raise InputError(said, file=results.path)
+        if not np.array_equal(rows.time, parts[0].time):
+            said = f"maneuver {number}: found other times than in maneuver 1, expected the same"
+            raise InputError(said, file=results.path)
+        for key, column in report[number].items():
+            if column.as_understood.unit != column.unit:
+                said = f"found {key} in {column.as_understood.unit}, expected {column.unit}"
+                raise InputError(f"maneuver {number}: {said}", file=results.path)
+    columns = [parts[0].time, *(rows.values[key] for rows in parts for key in BENCHMARK_COLUMNS)]
+    lines = (" ".join(repr(float(x)) for x in row) for row in zip(*columns, strict=True))
+    return "\n".join(lines) + "\n"
+
+
+def _said(report: Report, given: Mapping[str, str], cpu: float) -> str:
+    """The numbers of the form, and the true digits."""
+    measured = report[_MEASURED]
+    digits = (
+        f"maneuver {number}: "
+        + (f"{m.worst.scd:.1f} ({m.worst.column})" if m.worst else "nothing compared")
+        for number, m in report.items()
+    )
+    return _FORM.substitute(
+        given,
+        measured=_MEASURED,
+        accuracy="unknown" if measured.performance is None else f"{measured.performance:.4g} %",
+        cpu=f"{cpu:g}",
+        digits="\n".join(digits),
+        definitions="\n".join(f"{key}: {column.definition}" for key, column in measured.items()),
+    )
+
+
+def _packed(files: Mapping[str, str]) -> bytes:
+    """A .zip of texts, the same bytes for the same texts."""
+    from io import BytesIO
+    from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+
+    made = BytesIO()
+    with ZipFile(made, "w") as archive:
+        for name, text in files.items():
+            archive.writestr(ZipInfo(name), text.encode(), ZIP_DEFLATED)
+    return made.getvalue()

@@ -1,0 +1,1 @@
+"""Submissions of a folder, scored and ranked."""

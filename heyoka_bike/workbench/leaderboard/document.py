@@ -1,0 +1,160 @@
+"""The leaderboard: a document for text and pages, and JSON."""
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+from heyoka_bike.showing import document as doc
+from heyoka_bike.showing.charts.chart import Guide, Mark, chart, linear, spread, wide
+from heyoka_bike.showing.wording import label, number, readable, reference_words
+from heyoka_bike.version import __version__
+from heyoka_bike.workbench.leaderboard.ranking import Entry, Leaderboard
+
+SCHEMA_VERSION = 1
+
+_ABOUT = (
+    "Digits: the correct ones of the worst value of the worst column, which is named with its "
+    "maneuver: -log10 of its error over the column's largest value. Grade: the highest of 3, 6, 9, "
+    "12 that they reach. Eq. (1), the benchmark's own measure, sees only whether a program's own "
+    "energy stays constant. Times are those that the submissions state, of their own machines; "
+    "they rank nothing."
+)
+_COLUMNS = (
+    doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
+    doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
+)  # fmt: skip
+# What a submission says of itself, in the order in which it is shown.
+_SAID = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
+         "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
+_HEIGHT = 420
+# What a problem's picture can tell apart: an error of ten times the largest value is no motion.
+_LOWEST = -1.0
+
+
+def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Document:
+    """The submissions to each problem, by true error; for `made` see `wording.origin`."""
+    count = sum(map(len, board.entries.values()))
+    problems = (
+        doc.Chapter(
+            problem,
+            (_table(entries), doc.Chart(partial(_picture, problem, entries)), _diagnoses(entries)),
+            problem,
+        )
+        for problem, entries in board.entries.items()
+    )
+    refused = doc.Listing(tuple(map(doc.Item, board.refused)))
+    return doc.Document(
+        "Leaderboard – uncontrolled bicycle",
+        f"{count} submission{'s' * (count != 1)}, by true error",
+        "Uncontrolled bicycle: leaderboard",
+        (
+            doc.Paragraph(_ABOUT, only=doc.HTML),
+            *problems,
+            doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
+            doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
+        ),
+        [*made, *reference_words("benchmark bicycle", board.dataset_version)],
+    )  # fmt: skip
+
+
+def render_json(board: Leaderboard) -> str:
+    """The leaderboard as JSON."""
+    found = {
+        "schema_version": SCHEMA_VERSION,
+        "dataset_version": board.dataset_version,
+        "version": __version__,
+        "problems": [
+            {"problem": problem, "entries": [_as_json(p, e) for p, e in _places(entries)]}
+            for problem, entries in board.entries.items()
+        ],
+        "refused": list(board.refused),
+    }
+    return json.dumps(found, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _table(entries: Sequence[Entry]) -> doc.TableBlock:
+    """A row for each entry; equal digits share their place."""
+    rows: list[doc.Row] = [
+        [
+            str(place),
+            doc.Cell(entry.submission.name, facts=_facts(entry)),
+            f"{entry.digits:.1f}",
+            str(entry.grade or "-"),
+            f"{label(entry.worst[1])}, {entry.worst[0]}",
+            number(entry.performance),
+            readable(entry.submission.processor_time),
+        ]
+        for place, entry in _places(entries)
+    ]
+    return doc.TableBlock(_COLUMNS, rows, "submissions", "board", left=2)
+
+
+def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
+    found = ((place, e, diagnosis(e)) for place, e in _places(entries))
+    items = (doc.Item(f"{e.submission.name}. {said}", mark=f"{n}.") for n, e, said in found if said)
+    return doc.Listing(tuple(items), doc.TEXT)
+
+
+def _picture(problem: str, entries: Sequence[Entry]) -> str:
+    """Correct digits over the processor times that are stated."""
+    times = [e.submission.processor_time for e in entries]
+    digits = [max(e.digits, _LOWEST) for e in entries]
+    found = list(zip(_places(entries), times, digits, strict=True))
+    marks = [Mark(x, y, "mark", str(place), f"{place}. {e.submission.name}: {e.digits:.1f} digits")
+             for (place, e), x, y in found]  # fmt: skip
+    programs = dict.fromkeys(e.submission.said["program"] for e in entries)
+    guides = []
+    for program in programs:
+        same = sorted((x, y) for (_, e), x, y in found if e.submission.said["program"] == program)
+        guides += [Guide((a[0], b[0]), (a[1], b[1]), "") for a, b in pairwise(same)]
+    drawn = chart(
+        spread(min(times), max(times)), linear(min(digits) - 0.5, max(digits)), (),
+        about=f"Correct digits of the submissions to {problem} over their processor times",
+        title="correct digits", x_title="processor time [s]", height=_HEIGHT, guides=guides,
+        marks=marks,
+    )  # fmt: skip
+    return wide(
+        drawn,
+        "What digits cost: further up is more right, further left is cheaper. Numbers are the "
+        "places in the table, lines join runs of one program; what is below −1 is drawn there. "
+        "Each time is of the machine that its submission names.",
+    )
+
+
+def _facts(entry: Entry) -> doc.Facts:
+    said = entry.submission.said
+    facts = {key: said[key] for key in _SAID if key in said}
+    taken = ", ".join(f"{label(key)}: {name}" for key, name in entry.definitions.items())
+    facts["definitions"] = taken or "the default ones"
+    if found := diagnosis(entry):
+        facts["diagnosis"] = found
+    return doc.Facts(tuple((key.replace("_", " "), text, "") for key, text in facts.items()))
+
+
+def diagnosis(entry: Entry) -> str:
+    """Return the first finding of a diagnosis that names a cause; empty without a diagnosis."""
+    found = entry.report.diagnosis
+    telling = (f.message for f in found if f.code != "no_mistake_found")
+    return next(telling, found[0].message if found else "")
+
+
+def _places(entries: Sequence[Entry]) -> list[tuple[int, Entry]]:
+    shown = [f"{e.digits:.1f}" for e in entries]
+    return [(shown.index(digits) + 1, e) for digits, e in zip(shown, entries, strict=True)]
+
+
+def _as_json(place: int, entry: Entry) -> dict[str, Any]:
+    maneuver, key = entry.worst
+    return {
+        "place": place,
+        "source": entry.submission.source.name,
+        **entry.submission.said,
+        "scd": entry.digits,
+        "grade": entry.grade,
+        "worst": {"maneuver": maneuver, "column": key},
+        "performance": entry.performance,
+        "definitions": dict(entry.definitions),
+        "diagnosis": diagnosis(entry) or None,
+    }

@@ -1,0 +1,321 @@
+"""Scenes of a replay: the motion of each maneuver, and beside it that of a result file.
+
+A result file has no pitch, no yaw and no place. They are derived from its own state by the model:
+the pitch from roll and steer, both wheels on the floor; the yaw rate from rolling without slip; the
+place from the forward speed along the heading; the wheels from the lengths of their tracks. All of
+it starts where the reference is. The file's state between its rows is the reference plus their
+difference, interpolated linearly, so that a file of few digits or rows adds no error of its own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.errors import NothingScoredError
+from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.score import score
+from heyoka_bike.showing.wording import label
+from heyoka_bike.workbench.replay.motion_3d import (
+    STATE,
+    Motion3D,
+    Place,
+    State,
+    motion_3d,
+    reference_state,
+)
+
+RATE = 50
+"""Frames in a second, unless the runs are so long that there would be too many."""
+
+_WRITTEN = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
+# Of all maneuvers together: what a page of 3 MB holds.
+_MOST_FRAMES = 6000
+_LEAST_FRAMES = 50
+# Leaning farther, a bicycle lies on the floor, and the tangent of its roll means nothing [rad].
+_FALLEN = 1.4
+# A gap below a wheel that Newton's iteration for the pitch does not leave where there is a pitch.
+_GAP = 1e-9  # [m]
+# A result that is farther from the reference is out of sight [m].
+_OUT_OF_SIGHT = 1000.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shown:
+    """One motion at the frames, with the columns of the benchmark.
+
+    Attributes
+    ----------
+    motion : Motion3D
+    columns : mapping of str to ndarray, shape (n,)
+        By name of `columns.BENCHMARK_COLUMNS`, default definitions; of a result only what its
+        file has.
+    """
+
+    motion: Motion3D
+    columns: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShownResult(Shown):
+    """The motion of a result file, at the frames from `first` on.
+
+    Attributes
+    ----------
+    first
+        Index of its first frame among those of the reference.
+    notes : tuple of str
+        Sources of its quantities, and where it ends: sentences.
+    """
+
+    first: int
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """A maneuver.
+
+    Attributes
+    ----------
+    number, name
+    reference : Shown
+    result : ShownResult, optional
+    notes : tuple of str
+        Why there is no result, if a file was given.
+    """
+
+    number: int
+    name: str
+    reference: Shown
+    result: ShownResult | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Replay:
+    """All that is shown.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+    dataset_version
+        Of the reference.
+    scenes : tuple of Scene
+    report : Report, optional
+        Scores of the result file, if one was given.
+    """
+
+    bicycle: Bicycle
+    dataset_version: str
+    scenes: tuple[Scene, ...]
+    report: Report | None = None
+
+
+def replay(
+    reference: Reference,
+    results: Results | Sequence[Results] | None = None,
+    maneuver: int | None = None,
+    rate: float = RATE,
+) -> Replay:
+    """The maneuvers of a reference, with those of a result file beside them.
+
+    Parameters
+    ----------
+    reference : Reference
+    results : Results or sequence of Results, optional
+    maneuver
+        Only this one; by default all.
+    rate
+        Frames in a second.
+
+    Raises
+    ------
+    NothingScoredError
+        The file has nothing of the motion, or not this maneuver.
+    """
+    bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
+    equations = Equations.binary64(bicycle)
+    numbers = list(reference) if maneuver is None else [maneuver]
+    total = sum(float(reference[n].duration) for n in numbers)
+    rate = min(rate, _MOST_FRAMES / total)
+    scenes = [_scene(n, reference[n], equations, rate) for n in numbers]
+    if results is None:
+        return Replay(bicycle, reference.dataset_version, tuple(scenes))
+    scored = score(results, reference)
+    scenes = [_beside(scene, scored, equations) for scene in scenes]
+    if all(scene.result is None for scene in scenes):
+        said = dict.fromkeys(note for scene in scenes for note in scene.notes)
+        raise NothingScoredError(f"{scored.file.path}: nothing can be shown: {' '.join(said)}")
+    return Replay(bicycle, reference.dataset_version, tuple(scenes), scored)
+
+
+def _scene(number: int, maneuver: ReferenceManeuver, equations: Equations, rate: float) -> Scene:
+    end = float(maneuver.duration)
+    steps = max(round(end * rate), _LEAST_FRAMES)
+    time = np.linspace(0.0, end, steps + 1)
+    motion = motion_3d(equations, reference_state(maneuver), time)
+    shown = Shown(motion, maneuver.approximate(time, BENCHMARK_COLUMNS))
+    return Scene(number, maneuver.name, shown)
+
+
+def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
+    """A scene with the result's motion, or with a note why there is none."""
+    held = [m for m in scored.maneuvers if m.maneuver == scene.number]
+    if not held:
+        return replace(scene, notes=(f"The file does not hold maneuver {scene.number}.",))
+    said = _result(scene, held[0], equations)
+    return replace(scene, notes=(said,)) if isinstance(said, str) else replace(scene, result=said)
+
+
+def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownResult | str:
+    """The result's motion, or why there is none."""
+    part = found.part
+    columns = {c.key: c for c in found.columns if c.values}
+    moving = [name for name in _WRITTEN if name in columns]
+    if not moving:
+        return (
+            f"The file has no usable column of the motion in maneuver {scene.number} "
+            f"(found none of {', '.join(map(label, _WRITTEN))})."
+        )
+    finite = np.all([np.isfinite(part.values[name]) for name in moving], axis=0)
+    bad = np.flatnonzero(~finite)
+    rows = slice(0, bad[0] if len(bad) else None)
+    rows_time = part.time[rows]
+    time = scene.reference.motion.time
+    if not len(rows_time):
+        return f"The first row of maneuver {scene.number} in the file has no usable number."
+    # The last frame is within a rounding of the last row.
+    inside = np.flatnonzero((time >= rows_time[0]) & (time <= rows_time[-1] * (1 + 1e-12)))
+    if len(inside) < 2:
+        return f"The rows of maneuver {scene.number} in the file span less than two frames."
+    differences = {
+        name: (c.trace.time, c.trace.error) for name, c in columns.items() if len(c.trace.time)
+    }
+    state = _result_state(part.reference, equations, {name: differences[name] for name in moving})
+    first, last = int(inside[0]), int(inside[-1])
+    upright = _upright(equations, state(time[first : last + 1]))
+    shown = time[first : last + 1][:upright]
+    if len(shown) < 2:
+        return f"The bicycle of maneuver {scene.number} in the file does not stand on its wheels."
+    reference = scene.reference.motion
+    x, y, _ = reference.rear_contact[first]
+    start = Place(float(x), float(y), float(reference.yaw[first]))
+    motion, near = _in_sight(motion_3d(equations, state, shown, start), reference, first)
+    shown = shown[:near]
+    exact = part.reference.approximate(shown, list(differences))
+    values = {name: exact[name] + np.interp(shown, *differences[name]) for name in differences}
+    if near < upright:
+        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has left the scene."
+    elif upright < last + 1 - first:
+        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has fallen."
+    elif last == len(time) - 1:
+        end = ""
+    elif len(bad):
+        end = f"It is shown until {shown[-1]:.2f} s: the next row has no usable number."
+    else:
+        end = f"Its rows end at {rows_time[-1]:.4g} s."
+    notes = _notes(found, moving, columns, float(shown[0]), end)
+    return ShownResult(motion, values, first, notes)
+
+
+def _result_state(
+    maneuver: ReferenceManeuver,
+    equations: Equations,
+    differences: Mapping[str, tuple[Array, Array]],
+) -> State:
+    """The reference's state plus differences, with the pitch that puts both wheels on the floor."""
+
+    def state(t: Array) -> Mapping[str, Array]:
+        found = dict(maneuver.approximate(t, STATE))
+        for name, (rows_time, error) in differences.items():
+            found[name] = found[name] + np.interp(t, rows_time, error)
+        # Of a fallen bicycle this is anything; `_upright` looks at it.
+        with np.errstate(all="ignore"):
+            found["pitch"] = pitch_on_the_floor(
+                equations.k, found["roll_angle"], found["pitch"], found["steer_angle"]
+            )
+        return found
+
+    return state
+
+
+def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
+    """Number of frames before the bicycle has no posture with both wheels on the floor."""
+    roll = state["roll_angle"]
+    with np.errstate(all="ignore"):
+        gap = front_contact_height(
+            equations.k, Arrays(), roll, state["pitch"], state["steer_angle"]
+        )
+        stands = (np.abs(gap) < _GAP) & (np.abs(roll) < _FALLEN)
+        stands &= np.abs(state["steer_angle"]) < _FALLEN
+    return _leading(stands)
+
+
+def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3D, int]:
+    """The motion as long as it is near the reference, and the number of frames of that."""
+    beside = reference.rear_contact[first : first + len(found.time)]
+    with np.errstate(all="ignore"):
+        away = np.linalg.norm(found.rear_contact - beside, axis=1)
+        count = _leading(away < _OUT_OF_SIGHT)
+    cut = {name: getattr(found, name)[:count] for name in Motion3D.__slots__}
+    return Motion3D(**cut), count
+
+
+def _leading(good: NDArray[np.bool_]) -> int:
+    """Number of entries before the first that is not true."""
+    bad = np.flatnonzero(~good)
+    return int(bad[0]) if len(bad) else len(good)
+
+
+def _notes(
+    found: ManeuverScore, moving: Sequence[str], columns: Mapping[str, object], start: float,
+    end: str,
+) -> tuple[str, ...]:  # fmt: skip
+    said = [f"Of the file: {_listed([label(name) for name in moving])}{_understood(found)}."]
+    missing = [name for name in _WRITTEN if name not in moving]
+    if missing:
+        said.append(
+            f"The file has no usable {_listed([label(name) for name in missing])}: "
+            "taken from the reference instead."
+        )
+    if start > 0:
+        said.append(f"Its rows begin at {start:.4g} s, there at the place of the reference.")
+    said.append(
+        "Derived: the pitch from roll and steer, both wheels on the floor; the yaw from the yaw "
+        "rate that rolling without slip gives this state; the place from the forward speed along "
+        "that heading; the turning of the wheels from rolling."
+    )
+    return (*said, end) if end else tuple(said)
+
+
+def _understood(found: ManeuverScore) -> str:
+    """Columns that are not taken as written."""
+    taken = []
+    for c in found.columns:
+        u, w = c.as_understood, c.as_written
+        how = [u.definition] if u.definition != w.definition else []
+        how += ["the other sign"] if u.sign < 0 else []
+        how += [f"in {u.unit}"] if u.unit != w.unit else []
+        if c.key in _WRITTEN and u != w:
+            taken.append(f"{label(c.key)} taken as {', '.join(how)}")
+    if not taken:
+        return ""
+    return (
+        f"; {'; '.join(taken)} (a different definition is brought to the default one by its "
+        "difference from the reference)"
+    )
+
+
+def _listed(items: Sequence[str]) -> str:
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

@@ -1,0 +1,232 @@
+"""The replay is one page that needs nothing else, and a browser shows it without complaint."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from support.pages import Page, assert_runs_alone, browser, data, look, widths
+
+from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.replay.page import render
+from heyoka_bike.workbench.replay.scenes import replay
+
+RESULT = data_folder() / "peers" / "exudyn-h0.01.txt"
+PAGES = ["plain", "compared"]
+
+
+@pytest.fixture(scope="module")
+def pages(reference):
+    return {
+        "plain": render(replay(reference)),
+        "compared": render(replay(reference, read_results(RESULT, count=3)), str(RESULT)),
+    }
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_page_stands_alone(pages, name):
+    assert len(pages[name].encode()) < 3_000_000
+    assert_runs_alone(pages[name])
+
+
+def test_every_control_has_a_name(pages):
+    page = Page(pages["compared"])
+    named = re.findall(r"<label[^>]*>\s*(?:difference )?<(?:input|select)", pages["compared"])
+    inputs = [a for a in page.all("input") if a["type"] != "range"] + page.all("select")
+    assert len(named) == len(inputs) > 15
+    assert all(a.get("aria-label") for a in page.all("input") if a["type"] == "range")
+    assert all(a.get("aria-label") for a in page.all("button"))
+    assert all(a.get("aria-label") for a in page.all("canvas"))
+    assert pages["compared"].count("<fieldset") == pages["compared"].count("<legend>")
+
+
+def test_the_data_are_the_motion(pages, reference):
+    found = data(pages["compared"])
+    scenes = replay(reference, read_results(RESULT, count=3)).scenes
+    for m, scene in zip(found["maneuvers"], scenes, strict=True):
+        exact, other = scene.reference.motion, scene.result.motion
+        for name, one, two in (
+            ("x", exact.rear_contact[:, 0], other.rear_contact[:, 0]),
+            ("front_y", exact.front_contact[:, 1], other.front_contact[:, 1]),
+            ("yaw", exact.yaw, other.yaw), ("roll", exact.roll, other.roll),
+            ("front_wheel", exact.front_wheel, other.front_wheel),
+        ):  # fmt: skip
+            np.testing.assert_allclose(m["columns"][name], one, rtol=0, atol=5.1e-7)
+            difference = m["result"]["differences"][name]
+            np.testing.assert_allclose(difference, two - one, rtol=1e-4, atol=1e-13)
+    assert data(pages["plain"])["maneuvers"][0]["result"] is None
+
+
+def test_turns_of_a_late_file_are_counted_from_its_start(reference, tmp_path):
+    path = tmp_path / "late.txt"
+    np.savetxt(path, np.loadtxt(RESULT)[300:], fmt="%.12g")
+    found = data(render(replay(reference, read_results(path, count=3)), "late.txt"))
+    for m in found["maneuvers"]:
+        assert m["result"]["first"] == 150
+        for name in ("rear_wheel", "front_wheel", "track"):
+            assert np.abs(m["result"]["differences"][name]).max() < 0.1
+
+
+def test_derived_quantities_are_said(pages):
+    text = Page(pages["compared"]).text
+    assert text.count("Derived: the pitch from roll and steer") == 3
+    assert "roll angle taken as tait_bryan_xyz" in text
+    assert "Derived" not in Page(pages["plain"]).text
+
+
+def test_hostile_names_stay_text(reference):
+    name = '</script><b onclick="alert(1)">&\x1b[31m'
+    text = render(replay(reference, read_results(RESULT, count=3)), name)
+    page = Page(text)
+    assert len(page.all("script")) == 2
+    assert not any(key.startswith("on") for _, a in page.tags for key in a)
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", text)
+
+
+def clock(dom):
+    return float(re.search(r'<output class="clock">([\d.]+) s<', dom)[1])
+
+
+def values(dom):
+    rows = re.findall(r'<tr><th scope="row">(\w+) \[.*?</th>(.*?)</tr>', dom)
+    return {
+        name: [float(x.replace("−", "-")) for x in re.findall("<td>(.*?)</td>", cells)]
+        for name, cells in rows
+    }
+
+
+@browser
+@pytest.mark.parametrize("name", PAGES)
+def test_the_address_opens_a_moment(pages, reference, tmp_path, name):
+    dom, complaints = look(pages[name], tmp_path, "#t=3.2&maneuver=2&camera=behind")
+    assert complaints == []
+    assert clock(dom) == 3.2
+    exact = reference[2].evaluate("3.2")
+    found = values(dom)
+    assert found["roll"][0] == pytest.approx(exact["roll_angle"], abs=5.1e-5)
+    assert found["speed"][0] == pytest.approx(exact["forward_speed"], abs=5.1e-5)
+    assert found["yaw"][0] == pytest.approx(exact["yaw"], abs=5.1e-5)
+    assert re.findall(r'class="group current" data-maneuver="(\d)"', dom) == ["2"]
+    if name == "compared":
+        row = np.loadtxt(RESULT)[320]
+        assert found["speed"][1] == pytest.approx(row[1 + 8 + 2], abs=2e-3)
+        difference = row[1 + 8 + 6] - exact["steer_angle"]
+        assert found["steer"][2] == pytest.approx(difference, rel=0.05)
+
+
+@pytest.mark.proof
+@browser
+def test_it_plays_unless_motion_is_not_wanted(pages, tmp_path):
+    dom, complaints = look(pages["plain"], tmp_path)
+    assert complaints == []
+    assert 1 < clock(dom) < 2.6
+    flags = ["--force-prefers-reduced-motion"]
+    assert clock(look(pages["plain"], tmp_path, flags=flags)[0]) == 0
+    assert clock(look(pages["plain"], tmp_path, "#t=5")[0]) == 5
+
+
+@pytest.mark.proof
+@browser
+def test_errors_of_a_page_would_be_seen(tmp_path, pages):
+    broken = pages["plain"].replace("const draw = () => {", "const draw = () => { nothing();")
+    assert look(broken, tmp_path)[1] != []
+
+
+@pytest.mark.proof
+@browser
+def test_nothing_is_wider_than_the_window(pages, tmp_path):
+    found = widths(pages["compared"], tmp_path, "#t=3&maneuver=3&exaggerate=20")
+    for content, window in found:
+        assert window > 250
+        assert content <= window, found
+
+
+@browser
+@pytest.mark.parametrize(
+    "camera",
+    [
+        "follow",
+        *(pytest.param(x, marks=pytest.mark.proof) for x in ("side", "behind", "above", "rider")),
+    ],
+)
+def test_the_scene_shows_a_bicycle(pages, tmp_path, camera):
+    image = pytest.importorskip("matplotlib.image")
+    picture = tmp_path / "picture.png"
+    for name, seen in (("plain", False), ("compared", True)):
+        address = f"#t=4&maneuver=1&magnify=100&camera={camera}"
+        _, complaints = look(pages[name], tmp_path, address, what=f"--screenshot={picture}")
+        assert complaints == []
+        pixels = image.imread(picture)[100:640, 25:880, :3]
+        red, green, blue = np.moveaxis(pixels, -1, 0)
+        # Of the orange frame, of the black tyres, and of the blue result.
+        assert ((red > green + 0.3) & (green > blue + 0.1)).sum() > 150
+        assert (pixels.max(axis=-1) < 0.25).sum() > 150
+        is_blue = ((blue > red + 0.25) & (blue > green + 0.05)).sum() > 300
+        assert is_blue == seen
+
+
+HANDS = """
+<p id="out"></p><script>
+const out = {}, clock = () => Number(document.querySelector(".clock").textContent.split(" ")[0]);
+const key = (key, more = {}, on = document.body) =>
+  on.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more }));
+const soon = () => new Promise((done) => setTimeout(done, 50));
+const canvas = document.querySelector("canvas"), plot = () =>
+  document.querySelector(".group.current .plot svg.lines");
+const picture = () => canvas.toDataURL();
+const pointer = (type, x, y, id = 1) => canvas.dispatchEvent(
+  new PointerEvent(type, { clientX: x, clientY: y, pointerId: id, bubbles: true }));
+canvas.setPointerCapture = () => {};
+(async () => {
+  await soon();
+  out.start = clock();
+  key("ArrowRight"); await soon(); out.right = clock();
+  key("ArrowLeft", { shiftKey: true }); await soon(); out.back = clock();
+  key("End"); await soon(); out.end = clock();
+  key("Home"); await soon(); out.home = clock();
+  key(" "); out.playing = document.querySelector(".play").getAttribute("aria-label");
+  key(" "); out.paused = document.querySelector(".play").getAttribute("aria-label");
+  key("3"); await soon();
+  out.maneuver = document.querySelector(".group.current").dataset.maneuver;
+  const box = plot().getBoundingClientRect();
+  plot().dispatchEvent(new MouseEvent("click",
+    { clientX: box.left + 0.25 * box.width, clientY: box.top + 5, bubbles: true }));
+  await soon(); out.clicked = clock();
+  const seen = [picture()], look = async () => { await soon(); seen.push(picture()); };
+  pointer("pointerdown", 100, 100); pointer("pointermove", 160, 120);
+  pointer("pointerup", 160, 120);
+  await look();
+  canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: 60, bubbles: true, cancelable: true }));
+  await look();
+  pointer("pointerdown", 100, 100); pointer("pointerdown", 200, 100, 2);
+  pointer("pointermove", 260, 100, 2); pointer("pointerup", 0, 0); pointer("pointerup", 0, 0, 2);
+  await look();
+  key("ArrowLeft", { shiftKey: true }, canvas); await look();
+  document.querySelector('[name="exaggerate"][value="20"]').click(); await look();
+  out.scale = document.querySelector(".scale").textContent;
+  document.querySelector('[name="rider"]').click(); await look();
+  document.querySelector('[name="maneuver"][value="1"]').click(); await look();
+  out.disabled = document.querySelector('[name="exaggerate"][value="20"]').disabled;
+  out.hidden = document.querySelector(".scale").hidden;
+  location.hash = "#t=6.5&maneuver=2";
+  await new Promise((done) => setTimeout(done, 100)); await soon();
+  out.address = clock();
+  out.pictures = new Set(seen).size;
+  document.getElementById("out").textContent = JSON.stringify(out);
+})();
+</script></body>"""
+
+
+@browser
+def test_keys_pointer_and_address_do_what_they_say(pages, tmp_path):
+    page = pages["plain"].replace("</body>", HANDS)
+    dom, complaints = look(page, tmp_path, "#t=3&maneuver=2", budget=5000)
+    assert complaints == []
+    found = json.loads(re.search(r'<p id="out">(.*?)</p>', dom)[1])
+    assert found.pop("clicked") == pytest.approx(2.5, abs=0.05)  # the pointer has whole pixels
+    assert found == {
+        "start": 3, "right": 3.02, "back": 2.02, "end": 10, "home": 0, "playing": "Pause",
+        "paused": "Play", "maneuver": "3", "scale": "roll and steer drawn ×20",
+        "disabled": True, "hidden": True, "address": 6.5, "pictures": 8,
+    }  # fmt: skip

@@ -1,0 +1,246 @@
+"""The header of ``export --checker``: any C and C++, exact to 1e-15, small, the same every time."""
+
+import ctypes
+import itertools
+import subprocess
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from support.export_programs import STRICT, need, run
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.cli import main
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
+
+HEADER = "uncontrolled_bicycle.h"
+ALL = """
+#include "uncontrolled_bicycle.h"
+
+int main(void)
+{
+    static bicycle_check c;
+    char text[100];
+    bicycle_begin(&c);
+    bicycle_judge(&c);
+    return !(bicycle_line(&c, text, sizeof text)[0] == 'n') + bicycle_is_right(&c);
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    found = tmp_path_factory.mktemp("header")
+    assert main(["export", "--checker", "-o", f"{found}/"]) == 0
+    return found
+
+
+@pytest.fixture(scope="module")
+def library(folder):
+    return loaded(folder)
+
+
+def loaded(folder):
+    """The header in a folder as a shared library."""
+    command = [need("cc"), "-x", "c", "-std=c99", "-O1", "-DBICYCLE_API=", "-shared", "-fPIC"]
+    run([*command, HEADER, "-o", "libbicycle.so", "-lm"], folder)
+    found = ctypes.CDLL(str(folder / "libbicycle.so"))
+    number, array = ctypes.c_double, ctypes.c_void_p
+    found.bicycle_evaluate_all.argtypes = [ctypes.c_int, number, array]
+    found.bicycle_evaluate.argtypes = [ctypes.c_int, ctypes.c_int, number]
+    found.bicycle_evaluate.restype = number
+    return found
+
+
+def columns(reference):
+    known = reference[1].definitions
+    first = [known[key][0] for key in BENCHMARK_COLUMNS]
+    return first + [c for key in BENCHMARK_COLUMNS for c in known[key][1:]]
+
+
+def test_it_is_small_and_the_same_every_time(folder, tmp_path):
+    assert main(["export", "--checker", "-o", str(tmp_path / "again.h")]) == 0
+    written = (folder / HEADER).read_bytes()
+    assert written == (tmp_path / "again.h").read_bytes()
+    assert len(written) <= 500_000
+    assert written.decode("ascii").isascii()
+
+
+def test_its_words_are_those_of_score(folder):
+    text = (folder / HEADER).read_text()
+    assert f'"", "{WORDS[Grade.RIGHT]}", "{WORDS[Grade.UNTOLD]}"' in text
+    for name, words in PHRASES.items():
+        assert f'#define UB_{name.upper()} "{words}"\n' in text
+
+
+def values(library, names, maneuver, times):
+    found = np.empty((len(times), len(names)))
+    for row, t in zip(found, times, strict=True):
+        library.bicycle_evaluate_all(maneuver, t, row.ctypes.data)
+    return found
+
+
+def largest_errors(library, reference, times):
+    """Of every definition over the maneuvers, in scales; a short decimal means itself."""
+    names = [c.name for c in columns(reference)]
+    rest = [float(Fraction(repr(t)) - Fraction(t)) if len(repr(t)) < 10 else 0.0 for t in times]
+    for n in reference:
+        exact = reference[n].evaluate((np.array(times), np.array(rest)), names)
+        found = values(library, names, n, times)
+        for name, column in zip(names, found.T, strict=True):
+            error = np.abs((column - exact.hi[name]) - exact.lo[name]).max()
+            yield error / reference[n].scale(name), name
+
+
+def test_every_definition_is_exact_at_any_time(library, reference):
+    random = np.random.default_rng(7)
+    times = [*(np.arange(0, 1001, 10) / 100).tolist(), *random.uniform(0, 10, 150).tolist()]
+    assert max(largest_errors(library, reference, times)) < (1e-15, "")
+
+
+@pytest.mark.proof
+def test_it_is_exact_at_many_times(library, reference):
+    random = np.random.default_rng(8)
+    times = [*(np.arange(10001) / 1000).tolist(), *random.uniform(0, 10, 20000).tolist()]
+    assert max(largest_errors(library, reference, times)) < (1.5e-15, "")
+
+
+def test_what_is_not_there_is_not_a_number(library):
+    for maneuver, column, t in ((0, 0, 1), (4, 0, 1), (1, -1, 1), (1, 99, 1), (1, 0, -1e-9),
+                                (1, 0, 10.1), (1, 0, np.nan)):  # fmt: skip
+        assert np.isnan(library.bicycle_evaluate(maneuver, column, t))
+    assert library.bicycle_evaluate(2, 2, 0.0) == pytest.approx(4.6, rel=1e-15)
+
+
+def check_table(library, table, first=1, size=100):
+    """The grade, the digits and the line of a NumPy table of any strides."""
+    count = (table.shape[1] - 1) // 8
+    digits = np.full(8 * count, -1.0)
+    line = ctypes.create_string_buffer(size)
+    grade = library.bicycle_check_table(
+        ctypes.c_size_t(len(table)), ctypes.c_void_p(table.ctypes.data),
+        ctypes.c_ssize_t(table.strides[0] // 8), ctypes.c_ssize_t(table.strides[1] // 8),
+        first, count, ctypes.c_void_p(digits.ctypes.data), line, ctypes.c_size_t(size),
+    )  # fmt: skip
+    return grade, digits, line.value.decode()
+
+
+def published(reference, every=10):
+    rows = [reference[n][name] for n in reference for name in BENCHMARK_COLUMNS]
+    return np.column_stack([reference[1].time, *rows])[::every].copy()
+
+
+def test_arrays_lie_as_they_like(library, reference):
+    table = published(reference)
+    exact = check_table(library, table)
+    assert exact[0] == Grade.RIGHT
+    assert exact[1].tolist() == [14.0] * 24
+    assert exact[2].startswith("right, worst column 14.0 correct digits (maneuver 1 ")
+    for other in (np.asfortranarray(table), np.repeat(table, 2, axis=1)[:, ::2]):
+        grade, digits, line = check_table(library, other)
+        assert (grade, digits.tolist(), line) == (exact[0], exact[1].tolist(), exact[2])
+    alone = np.column_stack([table[:, 0], table[:, 9:17]])
+    assert check_table(library, alone, first=2)[:1] == (Grade.RIGHT,)
+    assert check_table(library, alone, first=1)[0] == Grade.WRONG
+    assert check_table(library, alone, first=4)[2] == PHRASES["nothing"]
+
+
+def test_a_part_is_not_called_right(library, reference):
+    table = published(reference)
+    for part in (table[:-20], table[20:], np.delete(table, range(30, 70), axis=0)):
+        grade, _, line = check_table(library, part)
+        assert grade == Grade.CLOSE
+        assert line.startswith("right, as far as it goes, worst")
+    table[5, 3] = np.nan
+    assert check_table(library, table)[0] == Grade.CLOSE
+
+
+def test_what_was_never_filled_is_left_out(library, reference):
+    table = published(reference)
+    table[:, 4] = 0.0
+    grade, digits, _ = check_table(library, table)
+    assert grade == Grade.CLOSE
+    assert np.isnan(digits[3])
+    assert digits[0] == 14.0
+
+
+def test_signs_that_contradict_are_wrong(library, reference):
+    for turned, expected in (((1, 2), Grade.RIGHT), ((2,), Grade.WRONG), ((8,), Grade.WRONG)):
+        table = published(reference)
+        for column in turned:
+            table[:, [column, column + 8, column + 16]] *= -1
+        assert check_table(library, table)[0] == expected
+
+
+def test_a_line_is_cut_where_the_room_ends(library, reference):
+    table = published(reference)
+    whole = check_table(library, table)[2]
+    for size in (1, 2, 10, len(whole), len(whole) + 1):
+        assert check_table(library, table, size=size)[2] == whole[: size - 1]
+
+
+def test_hostile_numbers_end(library):
+    random = np.random.default_rng(3)
+    for bad in (np.nan, np.inf, -np.inf, 1e308, 1e-320, 0.0):
+        table = random.standard_normal((50, 25))
+        table[random.integers(0, 50, 600), random.integers(0, 25, 600)] = bad
+        assert check_table(library, table)[0] in list(Grade)
+        assert check_table(library, np.full((20, 25), bad))[0] in list(Grade)
+    assert check_table(library, np.empty((0, 25)))[2] == PHRASES["nothing"]
+
+
+@pytest.mark.proof
+def test_any_compiler_takes_it_without_a_word(folder):
+    for name in ("all.c", "all.cpp"):
+        (folder / name).write_text(ALL)
+    kinds = [("gcc", "c99", "c"), ("gcc", "c17", "c"), *(("g++", f"c++{y}", "cpp")
+             for y in (11, 17, 20))]  # fmt: skip
+    for (compiler, standard, kind), level in itertools.product(kinds, ("-O0", "-O2")):
+        strict = [*STRICT, "-Wshadow", "-Wconversion", "-Wno-sign-conversion"]
+        run([need(compiler), f"-std={standard}", level, *strict, f"all.{kind}", "-o", "all", "-lm"],
+            folder)  # fmt: skip
+        run([folder / "all"], folder)
+    command = [need("gcc"), "-ffast-math", "all.c", "-o", "all", "-lm"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "without -ffast-math" in done.stderr
+
+
+@pytest.mark.proof
+def test_a_set_of_ones_own_has_a_judge_of_its_own(small_set, tmp_path):
+    folder = tmp_path / "header"
+    options = ["--reference", str(small_set), "-o", f"{folder}/"]
+    assert main(["export", "--checker", *options]) == 0
+    found = loaded(folder)
+    reference = load_reference(small_set)
+    names = [c.name for c in columns(reference)]
+    for n in reference:
+        exact = reference[n].evaluate("0.085", names)
+        (row,) = values(found, names, n, [0.085])
+        for name, value in zip(names, row, strict=True):
+            assert value == pytest.approx(
+                exact[name], rel=1e-14, abs=1e-15 * reference[n].scale(name)
+            )
+    assert np.isnan(found.bicycle_evaluate(1, 0, 0.4))
+    assert np.isnan(found.bicycle_evaluate(2, 0, 0.1))
+
+
+@pytest.mark.proof
+def test_no_byte_is_read_that_is_not_given(folder, reference):
+    """With the compiler's own checks of memory and arithmetic."""
+    table = published(reference, 100)
+    rows = ",\n".join(", ".join(map(repr, row)) for row in table.tolist())
+    (folder / "table.c").write_text(f"""
+#include "uncontrolled_bicycle.h"
+static const double table[] = {{{rows}}};
+int main(void)
+{{
+    double digits[24];
+    char text[40];
+    return bicycle_check_table({len(table)}, table, 25, 1, 1, 3, digits, text, sizeof text);
+}}
+""")
+    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"]
+    run([need("gcc"), "-std=c99", *checks, "table.c", "-o", "table", "-lm"], folder)
+    assert subprocess.run([folder / "table"], cwd=folder).returncode == Grade.CLOSE

@@ -1,0 +1,252 @@
+"""The page of ``export --page`` judges in the browser: alone, offline, and as `score` does."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+import zlib
+
+import numpy as np
+import pytest
+from checker_wasm import build, source_hash
+from support.pages import CHROMIUM, Page, browser
+
+from heyoka_bike import read_results, score
+from heyoka_bike.cli import main
+from heyoka_bike.errors import BicycleError
+from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.checker.page import KEPT
+
+PEERS = data_folder() / "peers"
+EXUDYN = PEERS / "exudyn-h0.01.txt"
+# Nothing is reached, were it asked for.
+OFF = ("--proxy-server=127.0.0.1:9", "--host-resolver-rules=MAP * ~NOTFOUND")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    assert main(["export", "--page", "-o", f"{folder}/"]) == 0
+    return (folder / "uncontrolled_bicycle.html").read_text(encoding="utf-8")
+
+
+def test_the_page_stands_alone(page):
+    assert len(page.encode()) < 1_500_000
+    found = Page(page)
+    (policy,) = [a["content"] for a in found.all("meta") if "http-equiv" in a]
+    assert re.fullmatch(
+        r"default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+        r"script-src 'sha256-[\w+/=]+' 'wasm-unsafe-eval'",
+        policy,
+    )
+    assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|sendBeacon|WebSocket", page)
+    urls = set(re.findall(r"https?://[^\s\"'<>)]+", page))
+    assert urls == {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
+    for tag, attributes in found.tags:
+        for key, value in attributes.items():
+            assert not key.startswith("on"), (tag, key)
+            assert key not in ("src", "href", "action") or value == "data:,", (tag, key)
+
+
+def test_every_control_has_a_name(page):
+    found = Page(page)
+    named = {a["for"] for a in found.all("label")}
+    controls = [*found.all("input"), *found.all("select"), *found.all("textarea")]
+    assert {a["id"] for a in controls} == named
+
+
+def test_the_judge_in_it_is_that_of_the_header():
+    """If not: python docs/_site/checker_wasm.py, with clang and lld."""
+    assert source_hash().encode() in KEPT.read_bytes()
+
+
+@pytest.mark.proof
+def test_the_judge_is_built_anew_as_it_is_kept():
+    if shutil.which("clang") is None or shutil.which("wasm-ld") is None:
+        pytest.skip("clang and lld are not installed")
+    version = subprocess.run(["clang", "--version"], capture_output=True, text=True).stdout
+    if "clang version 14.0.6" not in version:
+        pytest.skip("kept is what Debian's clang 14.0.6 builds")
+    assert build() == KEPT.read_bytes()
+
+
+def packed(kind, content):
+    compress = zlib.compressobj(9, zlib.DEFLATED, -15)
+    data = compress.compress(json.dumps(content).encode()) + compress.flush()
+    return f"#{kind}={base64.urlsafe_b64encode(data).decode().rstrip('=')}"
+
+
+def opened(page, folder, address="", *, more=""):
+    """What the page has become, and its complaints; `more` is a script of a test."""
+    if more:
+        allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'"
+        page = re.sub(r"script-src [^\"]*", allowed, page)
+        page = page.replace("</body>", f"<script>{more}</script></body>")
+    path, go = folder / "page.html", folder / "go.html"
+    path.write_text(page, encoding="utf-8")
+    # A fragment may be too long for a command line.
+    go.write_text(f"<script>location.replace({json.dumps(path.as_uri() + address)})</script>")
+    run = subprocess.run(
+        [
+            CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", *OFF,
+            f"--user-data-dir={folder / 'profile'}", "--enable-logging=stderr", "--v=0",
+            "--virtual-time-budget=5000", "--dump-dom", go.as_uri(),
+        ],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    return run.stdout, [line for line in run.stderr.splitlines() if "CONSOLE" in line]
+
+
+def said(dom, name):
+    return Page(re.search(rf'<p [^>]*id="{name}"[^>]*>.*?</p>', dom, re.DOTALL)[0]).text
+
+
+def matrix(dom):
+    """Digits by column and maneuver."""
+    found = {}
+    for key, row in re.findall(r'<tr><th scope="row">(\w+)</th>(.*?)</tr>', dom):
+        for maneuver, digits in re.findall(
+            r'aria-label="maneuver (\d) \w+: (-?[\d.]+) digits', row
+        ):
+            found[int(maneuver), key] = float(digits)
+    return found
+
+
+@pytest.mark.proof
+@browser
+@pytest.mark.parametrize("name", ["exudyn-h0.01.txt", "scipy-rtol1e-7.txt"])
+def test_it_says_what_score_says(page, tmp_path, name):
+    text = (PEERS / name).read_text()
+    dom, complaints = opened(page, tmp_path, packed("text", {"name": name, "text": text}))
+    assert complaints == []
+    assert said(dom, "problem") == ""
+    report = score(PEERS / name)
+    verdict = report.verdict.partition(": ")[2]
+    assert said(dom, "verdict") == verdict.partition(")")[0] + ")"
+    found = matrix(dom)
+    assert set(found) == {(m.maneuver, c.key) for m in report.maneuvers for c in m.columns}
+    for (m, key), digits in found.items():
+        assert digits == pytest.approx(min(report[m][key].scd, 14.0), abs=0.1)
+    # The worst rows, with marks where their digits begin to differ.
+    rows = re.findall(r"<tr><td>([\d.]+)</td><td>(.*?)</td><td>(.*?)</td><td>", dom)
+    assert len(rows) == 10
+    worst = report.worst
+    column = report[worst.maneuver][worst.column]
+    assert float(rows[0][0]) == column.time_of_max
+    for _, mine, exact in rows:
+        heads = [x.partition("<mark>")[0] for x in (mine, exact)]
+        assert heads[0] == heads[1]
+        assert "<mark>" in mine
+
+
+def table(reference, numbers=(1, 2, 3), every=10):
+    columns = ("roll_angle", "roll_rate", "forward_speed", "potential_energy", "kinetic_energy",
+               "mechanical_energy", "steer_angle", "steer_rate")  # fmt: skip
+    rows = [reference[n][c] for n in numbers for c in columns]
+    return np.column_stack([reference[1].time, *rows])[::every]
+
+
+def as_text(rows, separator=" ", heading=""):
+    lines = [separator.join(f"{x:.17g}" for x in row) for row in rows]
+    return "\n".join([heading, *lines] if heading else lines) + "\n"
+
+
+@pytest.mark.proof
+@browser
+def test_texts_of_many_kinds(page, tmp_path, reference):
+    rows = table(reference)
+    one = table(reference, (2,))
+    degrees = one[:, [0, 7, 1]] * np.array([1, -180 / np.pi, -180 / np.pi])
+    heading = "time,maneuver_2_steer_angle,m2_roll_angle [deg]"
+    constant = one.copy()
+    constant[:, 6] = np.round(one[0, 6], 1)  # of five digits, beside others of 17
+    cases = {
+        "comma": (as_text(rows, ","), "right, worst column 1", 24),
+        "semicolon": (as_text(rows, "; ", "a line; of text"), "right, worst column 1", 24),
+        "fortran": (as_text(rows).replace("e", "D"), "right, worst column 1", 24),
+        "one": (as_text(one), "right, worst column 1", 8),
+        "named": (as_text(degrees, ",", heading), "right, worst column 1", 2),
+        "part": (as_text(rows[:80]), "right, as far as it goes, worst column 1", 24),
+        "constant": (as_text(constant), "close, worst column 4.", 8),
+    }  # fmt: skip
+    for name, (text, verdict, count) in cases.items():
+        address = packed("text", {"name": name, "text": text})
+        dom, complaints = opened(page, tmp_path, address)
+        assert complaints == [], name
+        assert said(dom, "verdict").startswith(verdict), name
+        assert len(matrix(dom)) == count, name
+
+
+@pytest.mark.proof
+@browser
+def test_what_cannot_be_read_is_told_as_score_tells_it(page, tmp_path):
+    row = "1.0 " * 8
+    cases = [
+        "", "hello world\nfoo\n",
+        *(f"{'0.5 1.0 ' * n}\n{'0.6 1.0 ' * n}\n" for n in (3, 7)),
+        "".join(f"{i / 10} {row}\n" for i in range(7)) + f"0.7 {row[4:]}\n0.8 {row}\n",
+    ]  # fmt: skip
+    for text in cases:
+        path = tmp_path / "mine.txt"
+        path.write_text(text)
+        dom, _ = opened(page, tmp_path, packed("text", {"name": "mine.txt", "text": text}))
+        with pytest.raises(BicycleError) as raised:
+            read_results(path)
+        line = str(raised.value).replace(str(path), "mine.txt")
+        # What is found is said in the same words; what is expected of headings and options is not.
+        found, expected = line.split(", expected ", 1)
+        same = f"{found}, expected {re.split(',| columns', expected)[0]}"
+        assert said(dom, "problem").startswith(same), line
+        assert "heyoka-bike score mine.txt" in said(dom, "problem")
+        assert 'id="result" aria-label="Result" hidden' in dom
+
+
+@pytest.mark.proof
+@browser
+def test_a_file_is_dropped_and_its_result_is_linked(page, tmp_path):
+    drop = f"""
+        const text = {json.dumps(EXUDYN.read_text())};
+        const given = new DataTransfer();
+        given.items.add(new File([text], "dropped.txt"));
+        document.dispatchEvent(new DragEvent("drop", {{ dataTransfer: given }}));
+        setTimeout(() => document.getElementById("link").click(), 1000);
+        setTimeout(() => {{ document.title = location.hash; }}, 3000);
+    """
+    dom, complaints = opened(page, tmp_path, more=drop)
+    assert complaints == []
+    assert "dropped.txt: 1001 rows" in said(dom, "facts")
+    (address,) = re.findall("<title>(#result=[\\w-]+)</title>", dom)
+    assert len(address) < 8000
+    linked, complaints = opened(page, tmp_path, address)
+    assert complaints == []
+    assert said(linked, "verdict") == said(dom, "verdict")
+    assert matrix(linked) == matrix(dom)
+    assert "from a link" in said(linked, "facts")
+
+
+@pytest.mark.proof
+@browser
+@pytest.mark.parametrize(
+    "address",
+    [
+        "#result=AAAA", "#text=!!", packed("result", {"name": "x"}), packed("text", {}),
+        packed("result", {"name": "", "line": "", "style": "evil", "remarks": [], "cells": []}),
+    ],
+)  # fmt: skip
+def test_a_bad_link_shows_nothing(page, tmp_path, address):
+    dom, _ = opened(page, tmp_path, address)
+    assert 'id="result" aria-label="Result" hidden' in dom
+    assert said(dom, "verdict") == ""
+
+
+@pytest.mark.proof
+@browser
+def test_what_a_link_says_stays_text(page, tmp_path):
+    name = '<img src=x onerror="document.title=1">'
+    text = as_text(np.arange(50.0)[:, None] * np.ones(9) / 5)
+    dom, complaints = opened(page, tmp_path, packed("text", {"name": name, "text": text}))
+    assert complaints == []
+    assert "<img" not in dom
+    assert name in said(dom, "facts")
