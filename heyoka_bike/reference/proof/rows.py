@@ -17,7 +17,7 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, DEFINITIONS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
@@ -32,8 +32,10 @@ from heyoka_bike.reference.proof.enclose import Progress
 from heyoka_bike.reference.proof.variation import COUNT, Varied, slope
 from heyoka_bike.reference.values import RoundedRows
 
-_RING = flint.fmpz_mpoly_ctx.get([("t", 2)], flint.Ordering.lex)
+_RING = flint.fmpz_mpoly_ctx.get([("t", 4)], flint.Ordering.lex)
 _ONE = _RING.constant(1)
+# Stands for a pitch that is not known exactly.
+_ANY = Exact(Fraction(1), Fraction(1))
 
 
 _STARTS = {
@@ -50,18 +52,19 @@ _STARTS = {
 def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     """Columns of the initial state that are rational, by name.
 
-    A value that is missing is irrational, or not recognised as rational; with an initial steer
-    angle only the inputs themselves are recognised.
+    A value that is missing is irrational, or not recognised as rational: with an initial steer
+    angle, what is not the same at any pitch. Without a lean all roll angles are zero.
     """
     known = {name: getattr(maneuver, key) for name, key in _STARTS.items()}
     found = {name: x.rational for name, x in known.items() if x.is_rational} | {"yaw": Fraction(0)}
-    if not maneuver.steer.is_zero:
-        return found
+    if maneuver.roll.is_zero:
+        found |= {c.name: Fraction(0) for c in DEFINITIONS["roll_angle"]}
     a = RationalFunctions()
     equations = Equations.of(bicycle, a)
     zero = a.number(0)
+    pitch = zero if maneuver.steer.is_zero else a.number(_ANY)
     state = [
-        a.number(maneuver.roll), zero, zero,
+        a.number(maneuver.roll), pitch, a.number(maneuver.steer),
         a.number(maneuver.roll_rate), a.number(maneuver.steer_rate),
         a.number(maneuver.speed) / equations.k.length, zero,
     ]  # fmt: skip
@@ -173,7 +176,7 @@ def _element(x: Element | int) -> Element:
 
 
 class RationalFunctions(Arithmetic):
-    """The arithmetic of `Element`; sines and cosines of at most two different angles."""
+    """The arithmetic of `Element`; sines and cosines of at most four different angles."""
 
     def __init__(self) -> None:
         self._angles: list[Exact] = []
@@ -227,7 +230,7 @@ class RationalFunctions(Arithmetic):
         if value.is_zero:
             return _RING.constant(0)
         if value not in self._angles:
-            if len(self._angles) == 2:
+            if len(self._angles) == len(_RING.gens()):
                 return None
             self._angles.append(value)
         return _RING.gens()[self._angles.index(value)]

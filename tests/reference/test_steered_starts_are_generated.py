@@ -1,0 +1,47 @@
+"""A maneuver may begin steered: what is exact of its first row is recognised."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.cli import main
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.proof.rows import exact_columns
+
+
+@pytest.mark.parametrize("roll", ["0", "1/50"])
+def test_exact_columns_are_those_of_the_proved_pitch(bicycle, maneuvers, roll):
+    """Of a pitch that is only known to be anything; here it is enclosed."""
+    maneuver = replace(maneuvers[0], steer=Exact(Fraction(1, 40)), roll=Exact(Fraction(roll)))
+    exact = exact_columns(bicycle, maneuver)
+    assert exact["steer_angle"] == Fraction(1, 40)
+    assert exact["forward_speed"] == maneuver.speed.rational
+    if roll == "0":
+        assert exact["forward_speed_contact"] == maneuver.speed.rational
+        assert exact["roll_angle_zyx"] == exact["roll_angle_tait_bryan_xyz"] == 0
+    equations = Equations.of(bicycle, Balls(300))
+    with equations.precision():
+        columns = equations.columns(initial_state(equations, maneuver))
+        for name, value in exact.items():
+            found = columns[name] * value.denominator - value.numerator
+            assert found.contains(0), name
+            assert float(found.abs_upper()) < 1e-60, name
+
+
+@pytest.mark.proof
+def test_a_set_that_begins_steered_and_upright_is_made_and_verified(tmp_path):
+    (tmp_path / "m.toml").write_text(
+        'name = "steered"\n[[maneuver]]\nname = "steered"\nspeed = "4"\nsteer = "0.02"\n'
+        'roll_rate = "0.05"\nduration = "0.1"\nspacing = "0.1"\n'
+    )
+    out = tmp_path / "set"
+    assert main(["generate", "--maneuvers", str(tmp_path / "m.toml"), "--out", str(out)]) == 0
+    assert main(["verify", str(out)]) == 0
+    first = load_reference(out)[1].rows.hi
+    assert first["roll_angle_zyx"][0] == 0.0
+    assert first["forward_speed_contact"][0] == 4.0
