@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -130,6 +131,48 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
     assert said[0].code == "parameters"
     assert f"({symbol})" in said[0].message
     assert said[0].evidence["changes"][0][0]["unknown"] == symbol
+
+
+def partial(results, keys, every):
+    """One maneuver, in some of its columns and rows."""
+    m = results.maneuvers[1]
+    values = {key: m.values[key][::every] for key in keys}
+    time, lo = m.time[::every], m.time_lo[::every]
+    return replace(results, maneuvers=(replace(m, time=time, time_lo=lo, values=values, lo={}),))
+
+
+@pytest.mark.parametrize(
+    ("keys", "every"),
+    [
+        (("roll_angle", "steer_angle"), 10),
+        (("roll_angle", "steer_angle", "forward_speed"), 1),
+        (("roll_angle", "forward_speed", "kinetic_energy"), 5),
+        (BENCHMARK_COLUMNS, 20),
+    ],
+)
+@pytest.mark.parametrize(
+    ("changes", "starts", "name", "value"),
+    [
+        ({"xB": "0.01"}, None, "xB", 0.31),
+        (None, {2: {"steer": 0.003}}, "initial_steer", 0.003),
+    ],
+)
+def test_values_are_found_where_the_equations_do_not_show_them(
+    reference, simulator, keys, every, changes, starts, name, value
+):
+    file = partial(file_of(reference, changes, starts, level=1e-8), keys, every)
+    _, values = fitted(reference, simulator, file)
+    assert [n for n, _ in values] == [name]
+    (found,) = values.values()
+    assert found.value == pytest.approx(value, rel=1e-4)
+
+
+def test_errors_of_a_correct_program_seen_in_two_columns_are_no_parameter(reference, simulator):
+    """They resemble another inertia of the rear wheel by a factor of 47."""
+    file = read_results(data_folder() / "results" / "maximal-best.txt.gz")
+    one = replace(file, maneuvers=file.maneuvers[:1] * 2)
+    _, values = fitted(reference, simulator, partial(one, ("roll_angle", "steer_angle"), 5))
+    assert values == {}
 
 
 def test_the_start_of_one_maneuver_is_found(reference, simulator):

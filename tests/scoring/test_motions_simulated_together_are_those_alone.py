@@ -1,13 +1,18 @@
 """Motions that are simulated together are those that each is alone, also beside one that ends."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion
 
 TIME = np.linspace(0.0, 10.0, 101)
 # Over at once, after which nothing is reached.
 ENDING = (1.5, 0.0, 0.0, 5.0, 0.0, 4.0)
+# Over after some tenths of a second.
+FALLING = (0.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 STARTS = [(0.0, 0.0, 0.0, rate, 0.0, speed) for rate, speed in
           ((0.05, 4.0), (0.5, 4.6), (0.05, 8.0), (0.05, 5.0), (0.02, 6.0))]  # fmt: skip
 
@@ -50,3 +55,32 @@ def test_with_forces_and_without_terms(simulator, bicycle):
     found = check(simulator, motions)
     ends = [x["roll_angle"][-1] for x in found[::2]]
     assert len(set(ends)) == len(amounts)
+
+
+@pytest.mark.parametrize("amounts", [{}, {"air_drag": 0.1}])
+def test_motions_near_one_are_those_alone_to_first_order(simulator, bicycle, amounts):
+    """A parameter, a force and a start differ by next to nothing."""
+    heavier = replace(bicycle, values={**bicycle.values, "mB": Exact.parse("85.0001")})
+    start = list(STARTS[0])
+    start[2] = 1e-6
+    one = AskedMotion(bicycle, STARTS[0], TIME, amounts)
+    others = [
+        AskedMotion(heavier, STARTS[0], TIME, amounts),
+        AskedMotion(bicycle, STARTS[0], TIME, {**amounts, "steer_damping": 1e-6}),
+        AskedMotion(bicycle, start, TIME, amounts),
+    ]
+    here, *near = simulator.run_near(one, others)
+    _, *exact = simulator.run_all([one, *others])
+    for found, made in zip(near, exact, strict=True):
+        for name in ("roll_angle", "steer_rate", "forward_speed", "kinetic_energy"):
+            change = np.max(np.abs(made[name] - here[name]))
+            assert change > 1e-10, name
+            assert np.max(np.abs(found[name] - made[name])) < 1e-3 * change, name
+
+
+def test_motions_near_one_that_ends_end_as_well(simulator, bicycle):
+    one = AskedMotion(bicycle, FALLING, TIME)
+    here, near = simulator.run_near(one, [replace(one, amounts={"air_drag": 1e-6})])
+    good = np.isfinite(here["roll_angle"])
+    assert 0 < good.sum() < len(TIME)
+    assert np.array_equal(np.isfinite(near["roll_angle"]), good)

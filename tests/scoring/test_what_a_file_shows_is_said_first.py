@@ -63,6 +63,17 @@ def test_rows_that_repeat_are_named_with_their_time(reference):
     assert found.evidence["rows"] == 501
 
 
+def test_some_columns_that_repeat_are_named_alone(reference):
+    def freeze(key, values, m):
+        late = (np.arange(len(values)) > 500) & (m == 2) & (key == "kinetic_energy")
+        return np.where(late, values[500], values)
+
+    (found,) = shown(report_of(reference, freeze))
+    assert found.code == "rows_repeated"
+    assert found.evidence["columns"] == ["kinetic_energy"]
+    assert (found.evidence["time"], found.evidence["rows"]) == (5.0, 501)
+
+
 def test_columns_of_another_maneuver_are_named(reference):
     keys = ("steer_angle", "steer_rate")
 
@@ -110,3 +121,27 @@ def test_where_the_motion_is_wrong_no_column_is_blamed(reference):
         return values + sizes[key] * size * np.sin(np.linspace(0.0, 7.0, len(values)))
 
     assert columns_apart(report_of(reference, bend)) is None
+
+
+@pytest.mark.parametrize(("order", "digits"), [(0, 17), (0, 7), (1, 17), (1, 8)])
+def test_rows_between_those_of_an_integrator_are_named(reference, order, digits):
+    """Held, or on straight lines, in all angles and rates of one maneuver."""
+
+    def between(key, values, m):
+        if m != 2:
+            return values
+        rows = np.arange(len(values))
+        few = np.interp(rows, rows[::8], values[::8]) if order else values[rows // 8 * 8]
+        return np.array([float(f"{x:.{digits - 1}e}") for x in few])
+
+    (found,) = shown(report_of(reference, between))
+    assert found.code == "rows_between"
+    assert found.evidence["maneuver"] == 2
+    assert found.evidence["order"] == order
+
+
+def test_rows_of_few_digits_are_not_between_others(reference):
+    def rounded(key, values, m):
+        return np.round(values, 3)
+
+    assert not [f for f in shown(report_of(reference, rounded)) if f.code == "rows_between"]

@@ -26,7 +26,7 @@ NOTHING_WRONG = "nothing_to_explain"
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
 # What is seen at once and is the whole cause.
-_EXPLAIN = ("rows_repeated", "column_of_another_maneuver")
+_EXPLAIN = ("rows_repeated", "rows_between", "column_of_another_maneuver")
 # In which columns a start is written, and the part of a change by which a first row may miss what
 # is given and still have it.
 _STARTS = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}

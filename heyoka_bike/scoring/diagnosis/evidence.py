@@ -61,7 +61,8 @@ class Weights:
         A cause that is there leaves no column so much farther off.
     of_motion, mostly
         What is written wrongly is explained if no more is left than so many times the error of the
-        other columns, or if it falls by so much.
+        other columns, or if it falls by so much; and so are whole runs by values which the
+        equations do not show: two columns of a correct program resembled one by up to 47.
     little
         Of the scales: the motion is right to three digits.
     nearly
@@ -96,14 +97,13 @@ class Weights:
         Two mistakes that explain so many times more than each of them are compared: whole runs
         tell more of a small one beside a large one.
     promise
-        To first order a large change explains little: this power of its relief is hoped for.
+        To first order a large change explains little: this power of its relief is hoped for, of
+        accelerations, and of whole runs, whose first quarter counts by itself.
     enough
         What explains this part of all that the digits show needs no further value.
     subsets, further_subsets
         Of one, two and three unknowns, how many subsets are refined; and how many are tried with
         one unknown more.
-    known_well
-        Values that leave so small a part of whole runs need no refinement.
     above
         The best cause leaves of the equations so many times what the rates are off from the slopes
         of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
@@ -151,11 +151,10 @@ class Weights:
     leaders: int = 3
     starts: int = 8
     also: float = 1.05
-    promise: float = 4.0
+    promise: tuple[float, float] = (4.0, 2.0)
     enough: float = 0.1
     subsets: tuple[tuple[int, int], ...] = ((1, 6), (2, 3), (3, 2))
     further_subsets: int = 12
-    known_well: float = 1e-6
     above: float = 1000.0
     blown_up: float = 0.3
     spacing: float = 0.03

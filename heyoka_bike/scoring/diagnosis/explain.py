@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import log
 
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import understand
@@ -20,11 +21,11 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake
+from heyoka_bike.scoring.diagnosis.programs.program import apply, clock_mistake, differences
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual, WholeRuns
+from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS, Residual
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.report import Curve
 
@@ -92,9 +93,10 @@ def explain(
         found = _together(file, found)
     progress(0.9)
     classes = _compared(file, found)
-    if not classes and residual is not None and not residual.methods:
+    is_explained = bool(classes) and _explains_mostly(classes[0][0], residual)
+    if not (only_output or is_explained) and residual is not None and not residual.methods:
         # The start leaves nothing in the equations.
-        classes = _compared(file, [*found, *_of_start(file, residual)])
+        classes = _compared(file, [*found, *_of_start(file)])
     progress(1.0)
     tried = file.tried + (len(_OF_MODEL) if residual else 0)
     if not classes:
@@ -110,25 +112,29 @@ def _alone(file: SeenFile) -> list[Hypothesis]:
     The likeliest first; what leaves next to nothing ends the search.
     """
     found: list[Hypothesis] = []
-    for asked in _in_order(file):
-        found += file.judged(asked)
+    for judged in _in_order(file):
+        found += judged
         if any(h.leaves_nothing or _explains_mostly(h, file.residual) for h in found):
             break
     return found
 
 
-def _in_order(file: SeenFile) -> Iterator[list[Mistakes]]:
+def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
     """Programs that are worth a simulation, the likeliest by the equations of motion first."""
+    seen = file.residual
+    others: list[Mistakes] = []
     if file.has_one_speed:
-        yield [(m,) for m in LINEAR_PROGRAMS]
-    if file.residual is not None:
-        likely, others = _of_equations(file.residual)
-        yield [*likely, *((m,) for m in _values(file, file.residual))]
-        yield others
-    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(file.residual))
-    yield [(m,) for m in (*_starts(file), *beside)]
-    if file.residual is None or file.residual.is_blown_up:
-        yield file.possible([(m,) for m in _OF_MODEL])
+        yield file.judged((m,) for m in LINEAR_PROGRAMS)
+    if seen is not None:
+        likely, others = _of_equations(seen)
+        yield [*file.judged(likely), *_values(file, seen)]
+    yield file.judged(others)
+    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
+    yield file.judged((m,) for m in (*_starts(file), *beside))
+    if seen is None or not (seen.is_blown_up or (seen.is_shown and not seen.is_open)):
+        yield _of_whole_runs(file)
+    if seen is None or seen.is_blown_up:
+        yield file.judged(file.possible([(m,) for m in _OF_MODEL]))
 
 
 def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
@@ -149,18 +155,41 @@ def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
     return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
 
 
-def _values(file: SeenFile, residual: Residual) -> list[Mistake]:
+def _values(file: SeenFile, residual: Residual) -> Sequence[Hypothesis]:
     """Values of parameters and forces that the equations speak for, as whole runs show them."""
     least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
     likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
-    values = [h.mistakes[0] for h in likely]
     if residual.is_open or residual.is_blown_up:
         # Where a force is left, or no motion is seen, no values are those of the file.
-        return values
-    runs = WholeRuns(residual.motions, file.program, file.simulator)
-    return runs.refined(values, with_others=True)
+        return file.judged(h.mistakes for h in likely)
+    # Whole runs show a small value beside a large one.
+    return _fitted(file, [*PARAMETERS], [h.mistakes[0] for h in likely]) if likely else ()
+
+
+def _of_whole_runs(file: SeenFile) -> list[Hypothesis]:
+    """Values of parameters, forces and starts that whole runs speak for, and mistakes of these."""
+    starts = [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
+    found = [h for h in _fitted(file, [*UNKNOWNS, *starts]) if h.relief > WEIGHTS.mostly]
+    names = {x.key for h in found for x in h.found}
+    alike = [m for m in _OF_MODEL if differences(apply(file.program, (m,)), file.program) <= names]
+    return [*found, *file.judged((m,) for m in (*alike, *(_OF_START if names & {*starts} else ())))]
+
+
+def _fitted(
+    file: SeenFile, names: Sequence[str], begun: Sequence[Mistake] = (), maneuver: int | None = None
+) -> tuple[Hypothesis, ...]:
+    """The fewest of some values that explain whole runs, of one maneuver or all.
+
+    Or values that are `begun` with, and others beside them.
+    """
+    return file.whole_runs(tuple(begun[:1]), maneuver).fewest(
+        names,
+        lambda m: file.judged([(m,)]),
+        lambda h: h.leaves_nothing,
+        begun=[m.changes for m in begun],
+    )
 
 
 def _starts(file: SeenFile) -> list[Mistake]:
@@ -211,11 +240,18 @@ def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
     return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
 
 
-def _of_start(file: SeenFile, residual: Residual) -> list[Hypothesis]:
-    """Starts to which the file's rows lead back: that of each maneuver must be likely by itself."""
-    runs = WholeRuns(residual.motions, file.program, file.simulator)
-    found = file.judged([(m,) for m in runs.refined(residual.other_starts())])
-    found = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
+def _of_start(file: SeenFile) -> list[Hypothesis]:
+    """Starts that whole runs speak for: that of each maneuver must be likely by itself.
+
+    They begin where the file's own rows lead back to.
+    """
+    found: list[Hypothesis] = []
+    seen = {
+        m.found[0].maneuver: [m] for m in (file.residual.other_starts() if file.residual else ())
+    }
+    for n in file.maneuvers:
+        values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
+        found += [h for h in values if h.is_possible and h.log_odds > WEIGHTS.said][:1]
     return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
 
 
@@ -260,10 +296,16 @@ def _compared(file: SeenFile, found: Sequence[Hypothesis]) -> tuple[tuple[Hypoth
 
 def _explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
-    if h.unexplained is not None or h.relief < WEIGHTS.explains:
+    is_seen = residual is not None and residual.is_shown
+    is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
+    least = WEIGHTS.mostly if is_mistake and not is_seen else WEIGHTS.explains
+    if h.unexplained is not None or h.relief < least:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)
     if residual is None or residual.is_blown_up or not is_of_motion:
+        return True
+    if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
+        # The equations were asked in other definitions.
         return True
     return not residual.leaves_force(residual.relief(h.mistakes))
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
@@ -22,6 +22,8 @@ from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.
 _SAME = 0.9
+# Of the rows, so many are between others.
+_BETWEEN = 0.3
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _START, _AT_FLOOR = 1e-6, 4.0
 # Worse at all than the other columns, and explained to a hundredth by one number or two.
@@ -54,7 +56,7 @@ class Scaled:
 
 def shown(report: Report) -> tuple[Finding, ...]:
     """Return what is seen at once, whatever else is found."""
-    finders = (_falls_over, _standing_still, _of_other_maneuvers, _other_starts)
+    finders = (_falls_over, _standing_still, _between, _of_other_maneuvers, _other_starts)
     return tuple(found for finder in finders for found in finder(report.maneuvers))
 
 
@@ -83,23 +85,75 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 
 def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
-    """Last rows that repeat one another, of a motion that does not."""
+    """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
     for m in maneuvers:
-        columns = [c.trace for c in m.columns if c.values == m.rows and np.ptp(c.trace.reference)]
-        if m.rows < _FEW_ROWS or not columns:
+        moving = [c for c in m.columns if c.values == m.rows and _moves(c, 0)]
+        still = {c.key: m.rows - _last_step(c) for c in moving}
+        held = [c for c in moving if still[c.key] >= _FEW_ROWS and _moves(c, -still[c.key])]
+        others = [c for c in moving if c not in held]
+        if not held or any(_worst(c) > RIGHT for c in others):
             continue
-        moves = np.flatnonzero(np.any([np.diff(c.value) != 0.0 for c in columns], axis=0))
-        still = m.rows - int(moves[-1]) - 1 if len(moves) else 0
-        if still >= _FEW_ROWS:
-            time = float(columns[0].time[m.rows - still])
-            yield warning(
-                "rows_repeated",
-                f"From {time:.6g} s on all {still} rows of maneuver {m.maneuver} hold the same "
-                "numbers: the motion ended there, and its last row was written again",
-                maneuver=m.maneuver,
-                time=time,
-                rows=still,
-            )
+        rows = min(still[c.key] for c in held)
+        time = float(held[0].trace.time[m.rows - rows])
+        which = f"rows of {named([c.key for c in held])}" if others else "rows"
+        why = "they were" if others else "the motion ended there, and its last row was"
+        yield warning(
+            "rows_repeated",
+            f"From {time:.6g} s on all {rows} {which} of maneuver {m.maneuver} hold the same "
+            f"numbers: {why} written again",
+            maneuver=m.maneuver,
+            time=time,
+            rows=rows,
+            columns=[c.key for c in held],
+        )
+
+
+def _last_step(c: ColumnScore) -> int:
+    """The last row that is another one than the row before; 0 if none is."""
+    return int(np.max(np.flatnonzero(np.diff(c.trace.value)) + 1, initial=0))
+
+
+def _moves(c: ColumnScore, first: int) -> bool:
+    """True if the right column moves, from a row on."""
+    return float(np.ptp(c.trace.reference[first:])) > _WORSE * (c.floor or 0.0)
+
+
+def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Rows held, or on straight lines between fewer rows, in all angles and rates."""
+    for m in maneuvers:
+        lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
+        for order, what in (
+            (1, "repeat the row before"),
+            (2, "are on straight lines between rows"),
+        ):
+            share = min((_flat(c, order) for c in lateral), default=0.0)
+            if share > _BETWEEN:
+                yield warning(
+                    "rows_between",
+                    f"{100 * share:.0f} % of the rows of maneuver {m.maneuver} {what}, in all its "
+                    "angles and rates, as no motion does: rows of the integrator were held or "
+                    "interpolated. Write its own rows, or its dense output at the times asked for",
+                    maneuver=m.maneuver,
+                    order=order - 1,
+                    share=share,
+                )
+                break
+
+
+def _flat(c: ColumnScore, order: int) -> float:
+    """Share of the rows without a step, or without a bend, of those where the right motion has.
+
+    Until the last step, after which all stands still.
+    """
+    tiny = _AT_FLOOR * 2.0**order * (c.floor or 0.0)
+    rows = slice(_last_step(c) + 1)
+    step = np.diff(c.trace.time[rows])
+    found, right = (
+        np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
+        for x in (c.trace.value[rows], c.trace.reference[rows])
+    )
+    moves = right > _WORSE * tiny
+    return float(np.mean(found[moves] <= tiny)) if 2 * moves.sum() > len(moves) else 0.0
 
 
 def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

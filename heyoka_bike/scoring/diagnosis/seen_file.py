@@ -8,6 +8,7 @@ from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
@@ -25,13 +26,17 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.diagnosis.residual.observed import observe, readings
+from heyoka_bike.scoring.diagnosis.residual.fits import Fits
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
 # Rows that are compared, and rows that are simulated, of each maneuver.
 _COMPARED, _SIMULATED = 251, 2001
+# Parts of a run whose errors have a size each: those of values grow, at first in proportion.
+_SPLIT = 4
 _COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
 _TOGETHER = 32
@@ -54,6 +59,8 @@ class _SeenPart:
         The rows that are compared: among those that are simulated, and among all.
     names : list of str
         The columns that are compared.
+    of_motion : list of str
+        Keys of the file's columns that values are fitted to: those of the state, if it has any.
     """
 
     def __init__(self, part: Part) -> None:
@@ -63,6 +70,8 @@ class _SeenPart:
         self.pick = spread(len(rows), _COMPARED)
         self.compared = rows[self.pick]
         self.names = [name for name in _COLUMNS if name in part.reference.at_any_time]
+        there = [key for key, values in part.values.items() if np.isfinite(values).any()]
+        self.of_motion = [key for key in there if key in STATE] or there
 
     def right(self) -> Columns:
         """Columns of the right motion."""
@@ -75,9 +84,14 @@ class _SeenPart:
         return {name: columns[name][self.pick] for name in self.names}
 
     def asked(self, program: Program) -> AskedMotion:
-        """Return the motion of a program."""
+        """Return the motion of a program, at the rows that are simulated."""
+        return self.motion(program, self.time)
+
+    def motion(self, program: Program, time: Array | None = None) -> AskedMotion:
+        """Return the motion of a program, at the rows that are compared."""
+        rows = self.time[self.pick] if time is None else time
         start = beginning(program, self.part.number)
-        meant = program.clock(self.time, self.step)
+        meant = program.clock(rows, self.step)
         return AskedMotion(program.bicycle, start, meant, dict(program.amounts))
 
 
@@ -92,6 +106,8 @@ class SeenFile:
         It, and what is left of it.
     residual : Residual or None
         What the equations leave of the file's motion; None where it does not show it.
+    maneuvers : list of int
+        Their numbers.
     has_one_speed
         True if the forward speed never changes.
     tried
@@ -111,6 +127,7 @@ class SeenFile:
         self.simulator = simulator
         self.tried = 0
         self._parts = [_SeenPart(part) for part in parts]
+        self.maneuvers = [part.number for part in parts]
         self._seen = {self._key(self.program)}
         right = [p.right() for p in self._parts]
         understood, typical = self._typical(right)
@@ -147,6 +164,34 @@ class SeenFile:
         kept = [h.mistakes for h in first.judged(hypotheses) if h.gain > 1.0 / WEIGHTS.worse]
         self.tried += first.tried - len(kept)
         return kept
+
+    def whole_runs(self, mistakes: tuple[Mistake, ...] = (), maneuver: int | None = None) -> Fits:
+        """Fits of whole runs of one maneuver or all.
+
+        With the definitions that the file has if it makes some mistakes.
+        """
+        understood, _ = self._typical(*self._written([apply(self.program, mistakes)]))
+        parts = [p for p in self._parts if maneuver in (None, p.part.number)]
+        written = [
+            {key: in_si(p.part, understood, key)[p.compared] for key in p.of_motion} for p in parts
+        ]
+
+        def leaves(programs: Sequence[Program]) -> list[list[Array]]:
+            found: list[list[Array]] = [[] for _ in programs]
+            # Together they take little longer than one alone.
+            self.simulator.run_all([p.motion(programs[0]) for p in parts])
+            for p, rows in zip(parts, written, strict=True):
+                one, *others = [p.motion(program) for program in programs]
+                made = self.simulator.run_near(one, others)
+                for blocks, columns in zip(found, made, strict=True):
+                    for key, values in rows.items():
+                        off = _part_off(columns[understood[key].column.name], values)
+                        blocks += np.array_split(off, split)
+            return found
+
+        split = min(_SPLIT, *(len(p.compared) for p in parts))
+        floors = np.full(split * sum(len(rows) for rows in written), WEIGHTS.resolved)
+        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split)
 
     def _judge(
         self, mistakes: tuple[Mistake, ...], program: Program, expected: Expected
@@ -296,6 +341,14 @@ class SeenFile:
             for p, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
+
+
+def _part_off(values: Array, written: Array) -> Array:
+    """Return the error of a column in parts of its size; 1 after the end of the motion."""
+    there = np.isfinite(written)
+    size = (rms(written[there]) if there.any() else 0.0) or 1.0
+    off = np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)
+    return np.where(there, off, 0.0)
 
 
 def _start(inputs: Mapping[str, str]) -> Start:

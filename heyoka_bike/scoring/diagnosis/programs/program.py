@@ -201,6 +201,12 @@ def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
     return program
 
 
+def differences(one: Program, other: Program) -> set[str]:
+    """Names of the parameters, forces and terms in which two programs differ."""
+    a, b = ({**p.bicycle.values, **dict(p.amounts)} for p in (one, other))
+    return {name for name in a.keys() | b.keys() if a.get(name) != b.get(name)}
+
+
 def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
     """Roll, pitch, steer, roll rate, steer rate [rad, rad/s] and speed [m/s] of a start.
 

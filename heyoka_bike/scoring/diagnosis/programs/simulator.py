@@ -98,10 +98,7 @@ class Simulator:
         """Return the columns that `run` has of each motion, in less time."""
         values = [tuple(m.bicycle.values.items()) for m in motions]
         constants = [_constants(v) for v in values]
-        keys = [
-            (v, tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
-            for m, v in zip(motions, values, strict=True)
-        ]
+        keys = [_key(m) for m in motions]
         new: dict[object, tuple[AskedMotion, _Constants]] = {}
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is not None and key not in self._known:
@@ -124,6 +121,34 @@ class Simulator:
                 found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
             else:
                 found.append(self._columns(m, c[0], _at(self._known[key], m.time, _intervals(m))))
+        return found
+
+    def run_near(
+        self, motion: AskedMotion, others: Sequence[AskedMotion]
+    ) -> list[dict[str, Array]]:
+        """Return the columns of a motion, and of others whose values differ by next to nothing.
+
+        These to first order in the difference, in a small part of the time.
+        """
+        found = self.run_all([motion])
+        values = [tuple(m.bicycle.values.items()) for m in (motion, *others)]
+        constants = [c for c in map(_constants, values) if c is not None]
+        if len(constants) <= len(others):
+            return [*found, *({name: np.nan * v for name, v in found[0].items()} for _ in others)]
+        starts = np.array([
+            [*m.start[:-1], m.start[-1] / unit, 0.0]
+            for m, (_, unit) in zip((motion, *others), constants, strict=True)
+        ])  # fmt: skip
+        names = sorted({name for m in (motion, *others) for name in m.amounts})
+        nodes = _nodes_nearby(
+            self._with(np.array([c for c, _ in constants]).T),
+            {n: np.array([m.amounts.get(n, 0.0) for m in (motion, *others)]) for n in names},
+            (starts[1:] - starts[0]).T,
+            self._known[_key(motion)],
+            _INTERVALS[0] * _intervals(motion),
+        )
+        for k, (m, (c, _)) in enumerate(zip(others, constants[1:], strict=True)):
+            found.append(self._columns(m, c, _at(nodes[..., k], m.time, _intervals(m))))
         return found
 
     def _nodes(
@@ -152,6 +177,11 @@ class Simulator:
         """Equations with these constants, each a number or an array."""
         left = iter(constants)
         return self._any.convert(lambda _: next(left), Arrays())
+
+
+def _key(m: AskedMotion) -> object:
+    values = tuple(m.bicycle.values.items())
+    return values, tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m)
 
 
 @lru_cache(512)
@@ -231,6 +261,40 @@ def _nodal_states(
             f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
+    return found
+
+
+def _nodes_nearby(
+    equations: Equations, amounts: Mapping[str, Array], starts: Array, nodes: Array, duration: float
+) -> Array:
+    """States of motions near one, shape (intervals, 1 + points, 7, motions), to first order.
+
+    The equations of all: of the one whose states are `nodes`, then of those nearby, which start
+    elsewhere by `starts`, shape (7, motions).
+    """
+    _, integral, whole = _points()
+    count, h = len(nodes), duration / len(nodes)
+    found = np.full((*nodes.shape, starts.shape[1]), np.nan)
+    y = list(nodes[:, 1:].reshape(-1, _STATES).T[..., None])
+    with np.errstate(all="ignore"):
+        made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
+        rates = np.array(np.broadcast_arrays(*made)).reshape(_STATES, count, _POINTS, -1)
+        off = np.moveaxis(rates[..., 1:] - rates[..., :1], 0, 2)
+        one = equations.convert(lambda x: x[:1] if np.ndim(x) else x, equations.a)
+        first = {name: x[:1] for name, x in amounts.items()}
+        slopes = _rates(one, first, nodes[:, 1:].reshape(-1, _STATES, 1))[1][..., 0]
+    slopes = slopes.reshape(count, _POINTS, _STATES, _STATES)
+    for i in range(count):
+        if not (np.isfinite(slopes[i]).all() and np.isfinite(off[i]).all()):
+            break
+        matrix = np.eye(_POINTS * _STATES) - h * np.einsum(
+            "ij,jab->iajb", integral, slopes[i]
+        ).reshape(_POINTS * _STATES, -1)
+        right = starts + h * np.tensordot(integral, off[i], 1)
+        apart = np.linalg.solve(matrix, right.reshape(len(matrix), -1)).reshape(right.shape)
+        found[i] = nodes[i][..., None] + np.concatenate([starts[None], apart])
+        change = np.einsum("jab,jbk->jak", slopes[i], apart) + off[i]
+        starts = starts + h * np.tensordot(whole, change, 1)
     return found
 
 

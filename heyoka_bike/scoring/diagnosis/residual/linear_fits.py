@@ -11,6 +11,7 @@ Newton's method repeats this at the changed values.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,11 @@ class Blocks:
     def left(self) -> float:
         """Geometric mean of the root mean squares of the blocks."""
         return float(np.exp(np.mean(np.log(self.squares + self.floors)) / 2))
+
+    def every(self, nth: int) -> Self:
+        """Return only the first block and every nth after it."""
+        each = (self.squares, self.moments, self.products, self.floors)
+        return type(self)(*(x[::nth] for x in each))
 
 
 def left(errors: Sequence[Array], floors: Array) -> float:

@@ -68,6 +68,8 @@ class Observed:
     kinematic : ndarray, shape (2, w)
         Averages of the derivative of roll and steer, less their rates.
     kinematic_uncertain : ndarray, shape (2, w)
+    definitions : mapping of str to str
+        Names of the columns of `STATE`, as they were understood.
     beginning : ndarray, shape (5,), or None
         The columns of `STATE` at t = 0, to which the right equations lead back from the rows after
         the first: that may be as given, whatever was computed. None where the rows begin later, or
@@ -84,6 +86,7 @@ class Observed:
     uncertain: Array
     kinematic: Array
     kinematic_uncertain: Array
+    definitions: Mapping[str, str]
     beginning: Array | None
     scatter: Array
 
@@ -134,8 +137,8 @@ def _turns_back(
     total = 0.0
     for part in parts:
         if angle in part.values and rate in part.values and len(part.time) > 1:
-            slope = np.gradient(_si(part, understood, angle), part.time)
-            total += float(np.nansum(np.sign(slope) * np.sign(_si(part, understood, rate))))
+            slope = np.gradient(in_si(part, understood, angle), part.time)
+            total += float(np.nansum(np.sign(slope) * np.sign(in_si(part, understood, rate))))
     return total < 0.0
 
 
@@ -143,7 +146,7 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
     if "roll_angle" not in part.values or "roll_angle" not in understood:
         return part
-    is_up = np.abs(_si(part, understood, "roll_angle")) <= _LYING
+    is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LYING
     height = part.values.get("potential_energy", np.zeros_like(part.time))
     lies = ~is_up & (height < _LOW * height[0])
     # Without a height: angles in degrees come back.
@@ -187,6 +190,7 @@ def observe(
         uncertain=off[2:],
         kinematic=slopes[:2] - rates,
         kinematic_uncertain=off[:2],
+        definitions=names,
         beginning=None if time[0] > 2 * (time[1] - time[0]) else np.median(began, axis=1),
         scatter=np.ptp(began, axis=1),
     )
@@ -197,7 +201,7 @@ def _rows_that_move(
     part: Part, understood: Mapping[str, Understanding]
 ) -> tuple[Array, dict[str, Array]] | None:
     """Return times and columns of `STATE` [SI]; None where they are no motion, or too few."""
-    columns = {k: _si(part, understood, k) for k in STATE if k in part.values and k in understood}
+    columns = {k: in_si(part, understood, k) for k in STATE if k in part.values and k in understood}
     if not {*STATE[:-1]} <= columns.keys():
         return None
     rows = np.flatnonzero(np.all([np.isfinite(x) for x in columns.values()], axis=0))
@@ -227,7 +231,8 @@ def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> 
     return found
 
 
-def _si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
+def in_si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
+    """Return a column in SI, with the sign and the zero of the definition."""
     u = understood[key]
     values: Array = u.sign * factor(u.unit)[0] * part.values[key] - u.offset
     return values

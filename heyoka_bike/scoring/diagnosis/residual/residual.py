@@ -11,14 +11,13 @@ whose values are fitted. They are compared by their odds, see `evidence`, with t
 place of the columns. The likeliest values are then refined by whole runs.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING, Moving
 from heyoka_bike.scoring.diagnosis.programs.program import (
@@ -27,20 +26,10 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     Values,
     apply,
     beginning,
-    changed,
     equations_of,
     other_values,
 )
-from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
-    Errors,
-    best_subsets,
-    gauss_newton,
-    left,
-    linearised,
-    solve,
-    uncertain,
-)
+from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, state_vector
 
@@ -53,9 +42,6 @@ UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fi
 # Left by equations that have no solution, in parts of the accelerations.
 _ALL = 1e9
 _TINY = float(np.finfo(np.float64).tiny)
-_COMPARED = 251
-# Nothing is seen of a column below this part.
-_NOTHING = 1e-12
 
 
 class Residual:
@@ -89,7 +75,8 @@ class Residual:
         True if the rows are near enough and have digits enough to see what remains, or at least to
         judge the equations; False without the speed, whose start may be another.
     is_blown_up
-        True if rates and angles have nothing to do with each other.
+        True if rates and angles have nothing to do with each other, or the right equations have no
+        solution there.
     observed : ndarray, shape (n,)
         Averages of the file's accelerations, block by block.
     """
@@ -123,7 +110,7 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        self.is_blown_up = max(slopes) > WEIGHTS.blown_up
+        self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _ALL)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_near = all(np.median(np.diff(m.time)) <= WEIGHTS.spacing for m in motions)
         is_motion = is_near and not self.is_blown_up and self.equations == EQUATIONS
@@ -159,6 +146,11 @@ class Residual:
         Where the speed is not in the file, it may be that of the speed.
         """
         return self.equations == EQUATIONS and self.above > WEIGHTS.above * relief
+
+    @property
+    def definitions(self) -> Mapping[str, str]:
+        """Names of the columns of `STATE`, as they were understood."""
+        return self.motions[0].definitions
 
     @property
     def best(self) -> Hypothesis | None:
@@ -214,8 +206,9 @@ class Residual:
         with np.errstate(all="ignore"):
             rows = self.blocks(self._weights * (self.observed - accelerations))
             squares = np.array([np.mean(x**2) for x in rows]) + self._floors**2
-            left: Array = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_ALL, posinf=_ALL)
-        return left
+            left = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_ALL, posinf=_ALL)
+            found: Array = np.minimum(left, _ALL)
+        return found
 
     def _relief(self, accelerations: Array) -> float:
         return float(np.exp(np.mean(np.log(self._before / self._left(accelerations)))))
@@ -262,39 +255,15 @@ class Residual:
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
+        fits = Fits(self.program, self._leaves, self._floors, len(self.motions), WEIGHTS.promise[0])
         least = max(0.0, known.log_odds)
-        best: list[Hypothesis] = []
-        sizes = np.array([size_of(self.program.bicycle, name) for name in UNKNOWNS])
-        first = linearised(self._errors(UNKNOWNS), 0.0 * sizes, sizes, self._floors)
-        members = None
-        for size, count in WEIGHTS.subsets:
-            if any(h.relief > enough for h in best):
-                break
-            subsets = best_subsets(first, size, WEIGHTS.further_subsets, members)
-            members = subsets.members
-            promised = WEIGHTS.values * len(self.motions) * np.log(subsets.gains[0])
-            if WEIGHTS.promise * promised < (WEIGHTS.fitted + WEIGHTS.unknown) * size:
-                continue
-            found = [self._refined([UNKNOWNS[i] for i in m], sizes[m]) for m in members[:count]]
-            best += [h for h in found if h.log_odds > least]
-        best.sort(key=lambda h: -h.log_odds)
-        # Further values explain more always. Whole runs tell which causes are right.
-        return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
+        return fits.fewest(
+            UNKNOWNS, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
+        )
 
-    def _errors(self, names: Sequence[str]) -> Errors:
-        """From values of unknowns, as changes, to what they leave."""
-
-        def missing(x: Array) -> list[Array]:
-            changes = {name: float(v) for name, v in zip(names, x, strict=True) if v}
-            made = self.of(changed(self.program, changes))
-            return self.blocks(self._weights * (self.observed - made))
-
-        return lambda several: [missing(x) for x in several]
-
-    def _refined(self, names: Sequence[str], sizes: Array) -> Hypothesis:
-        x, b = gauss_newton(self._errors(names), 0.0 * sizes, sizes, self._floors)
-        changes, off = (dict(zip(names, v, strict=True)) for v in (x.tolist(), uncertain(b)))
-        return self._judged(other_values(changes, off, self.program))
+    def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
+        """Blocks of what the accelerations of each program leave."""
+        return [self.blocks(self._weights * (self.observed - self.of(p))) for p in programs]
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Mistakes of the start that come nearer to the file's own than the right one does."""
@@ -319,6 +288,7 @@ class Residual:
                 continue
             off = m.beginning - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
+            # By more than the rows disagree, and not next to nothing of what is off most.
             least = WEIGHTS.sure * m.scatter + WEIGHTS.small * np.max(np.abs(off) / size) * size
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
@@ -328,102 +298,6 @@ class Residual:
         return found
 
 
-class WholeRuns:
-    """Whole runs of programs with changed values, compared with the motions of a file.
-
-    What is minimised is the sum of the logarithms of what is left in roll, steer, their rates and
-    the speed of each maneuver, each in parts of its size.
-    """
-
-    def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
-        self._motions, self._right, self._simulator = motions, right, simulator
-        self._rows = [spread(len(m.time), _COMPARED) for m in motions]
-        self._floors = np.full(sum(len(m.keys) for m in motions), _NOTHING)
-
-    def refined(self, several: Iterable[Mistake], *, with_others: bool = False) -> list[Mistake]:
-        """Values near some, that whole runs show.
-
-        Or, of rivals, those that leave nothing, or also the single one with others beside it.
-        """
-        found = []
-        for mistake in several:
-            found.append(self._of_values(mistake.changes, mistake))
-            if with_others and found[-1][1] < WEIGHTS.known_well:
-                return [found[-1][0]]
-        alone = next((x for x in found if len(x[0].found) == 1), None)
-        if with_others and alone is not None:
-            found.append(self._with_others(*alone))
-        return [mistake for mistake, _ in found]
-
-    def _with_others(self, best: Mistake, left: float) -> tuple[Mistake, float]:
-        """Add the parameter that leaves least, as long as it leaves far less."""
-        while len(best.found) < len(WEIGHTS.subsets):
-            more, rest = self._of_values(self._further(best.changes))
-            fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
-            cost = WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said
-            if fall < cost or left < WEIGHTS.beside * rest:
-                break
-            best, left = more, rest
-        return best, left
-
-    def _of_values(
-        self, changes: Mapping[str, float], known: Mistake | None = None
-    ) -> tuple[Mistake, float]:
-        """Values nearby that leave least, and how much that is; those that are known if enough."""
-        errors, start = self._errors(changes), np.array([*changes.values()])
-        if known is not None:
-            near = left(errors([start])[0], self._floors)
-            if near < WEIGHTS.known_well:
-                return known, near
-        x, b = gauss_newton(errors, start, self._sizes(changes), self._floors)
-        found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
-        return other_values(found, off, self._right), b.left
-
-    def _further(self, changes: Mapping[str, float]) -> dict[str, float]:
-        """Values with one more parameter, that to first order leaves least of what these leave."""
-        every = {**changes, **{name: 0.0 for name in PARAMETERS if name not in changes}}
-        names, x = [*every], np.array([*every.values()])
-        b = linearised(self._errors(names), x, self._sizes(names), self._floors)
-        known = range(len(changes))
-        subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
-        steps, gains = solve(b, subsets)
-        i = int(np.argmax(gains))
-        values = x[subsets[i]] + steps[i]
-        return dict(zip([names[k] for k in subsets[i]], values.tolist(), strict=True))
-
-    def _sizes(self, names: Iterable[str]) -> Array:
-        return np.array([size_of(self._right.bicycle, name) for name in names])
-
-    def _errors(self, names: Iterable[str]) -> Errors:
-        """From values to the errors of their programs in the states, in parts of each column."""
-
-        def errors(several: Sequence[Array]) -> list[list[Array]]:
-            asked = []
-            for x in several:
-                p = changed(self._right, dict(zip(names, x.tolist(), strict=True)))
-                asked += [
-                    AskedMotion(p.bicycle, beginning(p, m.number), m.time[rows], dict(p.amounts))
-                    for m, rows in zip(self._motions, self._rows, strict=True)
-                ]
-            made = iter(self._simulator.run_all(asked))
-            return [
-                [
-                    _part(columns[key], m.state[key][rows])
-                    for m, rows, columns in zip(self._motions, self._rows, made, strict=False)
-                    for key in m.keys
-                ]
-                for _ in several
-            ]
-
-        return errors
-
-
-def _part(values: Array, written: Array) -> Array:
-    """Return the error of a column in parts of its size; 1 after the end of the motion."""
-    size = float(np.sqrt(np.mean(written**2))) + float(np.finfo(np.float64).tiny)
-    return np.nan_to_num((written - values) / size, nan=1.0, posinf=1.0, neginf=1.0)
-
-
 def _rms(x: Array) -> float:
     return float(np.sqrt(np.mean(np.square(x))))
 
@@ -431,15 +305,3 @@ def _rms(x: Array) -> float:
 def _given(program: Program, number: int) -> Array:
     """Columns of `observed.STATE` at the start of a maneuver."""
     return np.delete(np.array(beginning(program, number)), 1)
-
-
-def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
-    """True if one cause explains nearly as much as another with further values."""
-    return one.parts < other.parts and other.relief < WEIGHTS.beside * one.relief
-
-
-def size_of(bicycle: Bicycle, name: str) -> float:
-    """Size of an unknown; one for starts, and for parameters that are zero."""
-    if name in FORCES:
-        return FORCES[name].size
-    return abs(float(bicycle[name])) or 1.0 if name in bicycle.values else 1.0

@@ -1,0 +1,152 @@
+"""Values of parameters, forces and starts that explain an error: of the equations, or of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, changed, other_values
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
+    Blocks,
+    Errors,
+    best_subsets,
+    gauss_newton,
+    linearised,
+    solve,
+    uncertain,
+)
+
+Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
+"""From a program, and others near it, to the blocks of the error that each leaves."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fits:
+    """Programs with other values than the right one, and what they leave of an error.
+
+    Attributes
+    ----------
+    right : Program
+    leaves
+        From programs to the blocks of the error that each leaves.
+    floors : ndarray, shape (B,)
+        What cannot be seen of each block.
+    maneuvers
+        Number of maneuvers: each has some independent values.
+    promise
+        Values whose relief to first order, to this power, is too small are not refined.
+    split
+        Number of blocks, one after the other in time, into which each column is split.
+    """
+
+    right: Program
+    leaves: Leaves
+    floors: Array
+    maneuvers: int
+    promise: float
+    split: int = 1
+
+    def fewest(
+        self,
+        names: Sequence[str],
+        judged: Callable[[Mistake], Sequence[Hypothesis]],
+        is_enough: Callable[[Hypothesis], bool],
+        *,
+        least: float = 0.0,
+        begun: Sequence[Mapping[str, float]] = (),
+    ) -> tuple[Hypothesis, ...]:
+        """The fewest values that are likelier than fewer are, and than `least`; best first.
+
+        Of one, two and three names those subsets that explain most to first order, or some that are
+        begun with, until one is enough; then the best with further ones beside it.
+        """
+        best: list[Hypothesis] = []
+
+        def add(several: Iterable[Mapping[str, float]]) -> bool:
+            """Judge what is refined, unless there is enough; true if something is better."""
+            before = best[0] if best else None
+            if before is None or not is_enough(before):
+                found = [h for changes in several for h in judged(self._refined(changes))]
+                best.extend(h for h in found if h.log_odds > least)
+                best.sort(key=lambda h: -h.log_odds)
+            return bool(best) and best[0] is not before
+
+        for several in [begun] if begun else self._likely(names):
+            add(several)
+        while best and len(best[0].found) < len(WEIGHTS.subsets):
+            if not add([self._further(best[0].mistakes[0].changes, names)]):
+                break
+        # Further values explain more always.
+        return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
+
+    def _likely(self, names: Sequence[str]) -> Iterator[list[dict[str, float]]]:
+        """One, two and three of the names that explain most to first order, as they begin.
+
+        What is large later may be so in the first blocks only.
+        """
+        whole = self._first_order(dict.fromkeys(names, 0.0))
+        views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
+        members: list[NDArray[np.intp] | None] = [None] * len(views)
+        cost = (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise)
+        for size, count in WEIGHTS.subsets[: len(names)]:
+            found: dict[tuple[int, ...], None] = {}
+            for i, view in enumerate(views):
+                subsets = best_subsets(view, size, WEIGHTS.further_subsets, members[i])
+                members[i] = subsets.members
+                if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
+                    most = max(1, count // len(views))
+                    found |= dict.fromkeys(map(tuple, subsets.members[:most].tolist()))
+            yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
+
+    def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
+        """Some values with the one that to first order leaves least of what these leave."""
+        every = {**changes, **{name: 0.0 for name in names if name not in changes}}
+        known = len(changes)
+        subsets = np.array([[*range(known), i] for i in range(known, len(every))])
+        _, gains = solve(self._first_order(every), subsets)
+        return {**changes, [*every][known + int(np.argmax(gains))]: 0.0}
+
+    def _refined(self, changes: Mapping[str, float]) -> Mistake:
+        """The values that leave least, from some on, without those that are as they should be."""
+        x, b = gauss_newton(*self._problem(changes))
+        found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))
+        other = {name: x for name, x in changes.items() if abs(found[name]) > off[name]}
+        if 0 < len(other) < len(found):
+            return self._refined(other)
+        return other_values(found, off, self.right)
+
+    def _first_order(self, changes: Mapping[str, float]) -> Blocks:
+        return linearised(*self._problem(changes))
+
+    def _problem(self, changes: Mapping[str, float]) -> tuple[Errors, Array, Array, Array]:
+        """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
+        sizes = np.array([size_of(self.right.bicycle, name) for name in changes])
+        return self._errors([*changes]), np.array([*changes.values()]), sizes, self.floors
+
+    def _errors(self, names: Sequence[str]) -> Errors:
+        """From values of unknowns, as changes, to what they leave."""
+
+        def program(x: Array) -> Program:
+            values = zip(names, x.tolist(), strict=True)
+            return changed(self.right, {name: v for name, v in values if v})
+
+        return lambda several: self.leaves([program(x) for x in several])
+
+
+def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
+    """True if one cause explains nearly as much as another with further values."""
+    return one.parts < other.parts and other.relief < WEIGHTS.beside * one.relief
+
+
+def size_of(bicycle: Bicycle, name: str) -> float:
+    """Size of an unknown; one for starts, and for parameters that are zero."""
+    if name in FORCES:
+        return FORCES[name].size
+    return abs(float(bicycle[name])) or 1.0 if name in bicycle.values else 1.0
