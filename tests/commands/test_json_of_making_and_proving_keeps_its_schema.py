@@ -77,7 +77,7 @@ def test_what_was_not_made_is_told():
 
 def test_facts_are_told():
     facts = [{"about": "maneuver 1", "statement": "It comes back."}]
-    check(certify._document("here", {"after-ten-seconds.json": []}, {}, facts=facts), "certify")
+    check(certify._document("here", {"after-ten-seconds.json": []}, facts=facts), "certify")
 
 
 @pytest.mark.parametrize("command", ["generate", "certify"])
