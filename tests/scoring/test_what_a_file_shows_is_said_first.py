@@ -110,6 +110,19 @@ def test_a_column_that_is_wrong_alone_is_named_alone(reference, key):
     assert found.evidence["max_rel_error_of_others"] < 1e-12
 
 
+def test_two_right_columns_are_enough(reference):
+    """The potential energy of the frame's mass alone, and the sum; lean and kinetic are right."""
+
+    def lighter(key, values, m):
+        lost = 0.1 * reference[m]["potential_energy"]
+        return values - lost if key in ("potential_energy", "mechanical_energy") else values
+
+    kept = ("roll_angle", "potential_energy", "kinetic_energy", "mechanical_energy")
+    found = columns_apart(report_of(reference, lighter, names=kept))
+    assert found.evidence["columns"] == {"potential_energy": [1, 2, 3]}
+    assert found.evidence["factors"]["potential_energy"] == pytest.approx(0.9)
+
+
 def test_where_the_motion_is_wrong_no_column_is_blamed(reference):
     """All columns are off, some of them much less: that is what integrators leave."""
     sizes = dict(

@@ -321,7 +321,7 @@ def _unit_contradicted(key: str, places: Sequence[Place]) -> Iterator[Finding]:
 _FAR_WORSE = 1000.0
 # ... and the others must be good enough to say that the motion is right.
 RIGHT = 1e-3
-_OTHERS = 3
+_OTHERS = 2
 _AT_FLOOR = 4.0
 
 
