@@ -19,12 +19,7 @@ from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.rows import (
-    EVALUATION_BITS,
-    constant_columns,
-    round_rows,
-    rounded_times,
-)
+from heyoka_bike.reference.proof.rows import constant_columns, round_rows, rounded_times
 from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.resources import find_input
@@ -102,7 +97,7 @@ def _proved(bicycle, maneuver):
 def _computed(bicycle, maneuver):
     """Rows of a run, rounded, and what lies between."""
     run = integrate(bicycle, maneuver, Precision.of(DIGITS[0]))
-    at = evaluator(run, run.bits + EVALUATION_BITS)
+    at = evaluator(run)
     with at.balls.precision():
         found = [at.columns(maneuver.time(i)) for i in range(maneuver.rows)]
         hi = {c.name: np.array([float(x[c.name].mid()) for x in found]) for c in COLUMNS}
@@ -116,5 +111,9 @@ def _computed(bicycle, maneuver):
 
 def _between(run, rows):
     scales = {name: rows.scale(name) for name in rows.hi}
-    at = evaluator(run, run.bits + EVALUATION_BITS)
-    return interpolate(at.near, at.end, at.balls, scales, constant_columns(run), _silent)
+    at = evaluator(run)
+
+    def near(t, about):
+        return at.columns(t, run.piece_at(about))
+
+    return interpolate(near, run.breaks[-1], at.balls, scales, constant_columns(run), _silent)

@@ -19,7 +19,7 @@ from heyoka_bike.numbers.arithmetic import exact_ball, upper_fraction
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.cauchy import moved, rho
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.rows import EVALUATION_BITS, constant_columns, enclose_rows
+from heyoka_bike.reference.proof.rows import constant_columns, enclose_rows
 
 pytestmark = pytest.mark.proof
 
@@ -131,7 +131,7 @@ def test_the_bound_covers_the_true_error_of_every_precision(bicycle, run, exact,
 
 
 def test_an_energy_that_does_not_meet_its_constant_is_refused(run):
-    at = evaluator(run, run.bits + EVALUATION_BITS, enclose(run))
+    at = evaluator(run, certificate=enclose(run))
     constant = constant_columns(run)
     assert len(enclose_rows(at, {}, constant)) == run.maneuver.rows
     with at.balls.precision():
