@@ -22,8 +22,8 @@ from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.
 _SAME = 0.9
-# Of the rows, so many are between others.
-_BETWEEN = 0.3
+# Of the rows in each part of the run, so many are between others.
+_BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _START, _AT_FLOOR = 1e-6, 4.0
 # Worse at all than the other columns, and explained to a hundredth by one number or two.
@@ -130,9 +130,9 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             if share > _BETWEEN:
                 yield warning(
                     "rows_between",
-                    f"{100 * share:.0f} % of the rows of maneuver {m.maneuver} {what}, in all its "
-                    "angles and rates, as no motion does: rows of the integrator were held or "
-                    "interpolated. Write its own rows, or its dense output at the times asked for",
+                    f"At least {100 * share:.0f} % of the rows of maneuver {m.maneuver} {what}, "
+                    "in all its angles and rates, as no motion does: rows of the integrator were "
+                    "held or interpolated. Write its own rows, or its dense output at the times asked for",
                     maneuver=m.maneuver,
                     order=order - 1,
                     share=share,
@@ -141,7 +141,7 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 
 def _flat(c: ColumnScore, order: int) -> float:
-    """Share of the rows without a step, or without a bend, of those where the right motion has.
+    """Least share of rows without a step, or a bend, of those where the right motion has one.
 
     Until the last step, after which all stands still.
     """
@@ -153,7 +153,12 @@ def _flat(c: ColumnScore, order: int) -> float:
         for x in (c.trace.value[rows], c.trace.reference[rows])
     )
     moves = right > _WORSE * tiny
-    return float(np.mean(found[moves] <= tiny)) if 2 * moves.sum() > len(moves) else 0.0
+    # Between others it goes on by steps of any size; few digits make many of the same.
+    steps = np.round(found[moves & (found > _WORSE * tiny)] / (tiny or 1.0), 1)
+    if 2 * moves.sum() <= len(moves) or 2 * len(np.unique(steps)) <= len(steps):
+        return 0.0
+    # In all parts of the run: a motion that dies away ends on a straight line.
+    return min(float(np.mean(x)) for x in np.array_split(found[moves] <= tiny, _PARTS_OF_RUN))
 
 
 def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
