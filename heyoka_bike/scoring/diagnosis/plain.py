@@ -132,7 +132,8 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                     "rows_between",
                     f"At least {100 * share:.0f} % of the rows of maneuver {m.maneuver} {what}, "
                     "in all its angles and rates, as no motion does: rows of the integrator were "
-                    "held or interpolated. Write its own rows, or its dense output at the times asked for",
+                    "held or interpolated. Write its own rows, or its dense output at the times "
+                    "asked for",
                     maneuver=m.maneuver,
                     order=order - 1,
                     share=share,
@@ -154,8 +155,10 @@ def _flat(c: ColumnScore, order: int) -> float:
     )
     moves = right > _WORSE * tiny
     # Between others it goes on by steps of any size; few digits make many of the same.
-    steps = np.round(found[moves & (found > _WORSE * tiny)] / (tiny or 1.0), 1)
-    if 2 * moves.sum() <= len(moves) or 2 * len(np.unique(steps)) <= len(steps):
+    if len(moves) < _FEW_ROWS or 2 * moves.sum() <= len(moves):
+        return 0.0
+    steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
+    if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
     # In all parts of the run: a motion that dies away ends on a straight line.
     return min(float(np.mean(x)) for x in np.array_split(found[moves] <= tiny, _PARTS_OF_RUN))
