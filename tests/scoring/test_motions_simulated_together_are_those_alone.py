@@ -69,7 +69,7 @@ def test_motions_near_one_are_those_alone_to_first_order(simulator, bicycle, amo
         AskedMotion(bicycle, STARTS[0], TIME, {**amounts, "steer_damping": 1e-6}),
         AskedMotion(bicycle, start, TIME, amounts),
     ]
-    here, *near = simulator.run_near(one, others)
+    ((here, *near),) = simulator.run_near([[one, *others]])
     _, *exact = simulator.run_all([one, *others])
     for found, made in zip(near, exact, strict=True):
         for name in ("roll_angle", "steer_rate", "forward_speed", "kinetic_energy"):
@@ -80,7 +80,7 @@ def test_motions_near_one_are_those_alone_to_first_order(simulator, bicycle, amo
 
 def test_motions_near_one_that_ends_end_as_well(simulator, bicycle):
     one = AskedMotion(bicycle, FALLING, TIME)
-    here, near = simulator.run_near(one, [replace(one, amounts={"air_drag": 1e-6})])
+    ((here, near),) = simulator.run_near([[one, replace(one, amounts={"air_drag": 1e-6})]])
     good = np.isfinite(here["roll_angle"])
     assert 0 < good.sum() < len(TIME)
     assert np.array_equal(np.isfinite(near["roll_angle"]), good)

@@ -89,13 +89,15 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     for m in maneuvers:
         moving = [c for c in m.columns if c.values == m.rows and _moves(c, 0)]
         still = {c.key: m.rows - _last_step(c) for c in moving}
-        held = [c for c in moving if still[c.key] >= _FEW_ROWS and _moves(c, -still[c.key])]
-        others = [c for c in moving if c not in held]
+        standing = [c for c in moving if still[c.key] >= _FEW_ROWS]
+        held = [c for c in standing if _moves(c, -still[c.key])]
+        others = [c for c in moving if c not in standing]
         if not held or any(_worst(c) > RIGHT for c in others):
             continue
-        rows = min(still[c.key] for c in held)
+        shown = held if others else standing
+        rows = min(still[c.key] for c in shown)
         time = float(held[0].trace.time[m.rows - rows])
-        which = f"rows of {named([c.key for c in held])}" if others else "rows"
+        which = f"rows of {named([c.key for c in shown])}" if others else "rows"
         why = "they were" if others else "the motion ended there, and its last row was"
         yield warning(
             "rows_repeated",
@@ -104,7 +106,7 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             maneuver=m.maneuver,
             time=time,
             rows=rows,
-            columns=[c.key for c in held],
+            columns=[c.key for c in shown],
         )
 
 

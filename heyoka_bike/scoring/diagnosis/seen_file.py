@@ -83,13 +83,8 @@ class _SeenPart:
             columns = change(columns, self.time)
         return {name: columns[name][self.pick] for name in self.names}
 
-    def asked(self, program: Program) -> AskedMotion:
-        """Return the motion of a program, at the rows that are simulated."""
-        return self.motion(program, self.time)
-
-    def motion(self, program: Program, time: Array | None = None) -> AskedMotion:
-        """Return the motion of a program, at the rows that are compared."""
-        rows = self.time[self.pick] if time is None else time
+    def motion(self, program: Program, rows: Array) -> AskedMotion:
+        """Return the motion of a program at the times of some rows [s]."""
         start = beginning(program, self.part.number)
         meant = program.clock(rows, self.step)
         return AskedMotion(program.bicycle, start, meant, dict(program.amounts))
@@ -177,12 +172,9 @@ class SeenFile:
         ]
 
         def leaves(programs: Sequence[Program]) -> list[list[Array]]:
+            asked = [[p.motion(one, p.time[p.pick]) for one in programs] for p in parts]
             found: list[list[Array]] = [[] for _ in programs]
-            # Together they take little longer than one alone.
-            self.simulator.run_all([p.motion(programs[0]) for p in parts])
-            for p, rows in zip(parts, written, strict=True):
-                one, *others = [p.motion(program) for program in programs]
-                made = self.simulator.run_near(one, others)
+            for made, rows in zip(self.simulator.run_near(asked), written, strict=True):
                 for blocks, columns in zip(found, made, strict=True):
                     for key, values in rows.items():
                         off = _part_off(columns[understood[key].column.name], values)
@@ -253,12 +245,12 @@ class SeenFile:
             if p.part.number not in best:
                 continue
             key = best[p.part.number]
-            u = h.understood[key]
-            values = u.sign * factor(u.unit)[0] * p.part.values[key][p.compared] - u.offset
-            before, after = (np.abs(values - e[u.column.name]) for e in expected)
+            column = h.understood[key].column
+            values = in_si(p.part, h.understood, key)[p.compared]
+            before, after = (np.abs(values - e[column.name]) for e in expected)
             good = np.isfinite(after)
             time = p.time[p.pick][good]
-            found.append(Curve(p.part.number, key, u.column.unit, time, before[good], after[good]))
+            found.append(Curve(p.part.number, key, column.unit, time, before[good], after[good]))
         return tuple(sorted(found, key=lambda c: c.maneuver))
 
     def _residual(self, library: Sequence[Mistake]) -> Residual | None:
@@ -291,7 +283,7 @@ class SeenFile:
 
     def _written(self, programs: Sequence[Program]) -> Iterator[Expected]:
         """Columns that each program writes."""
-        asked = [(p, part, part.asked(p)) for p in programs for part in self._parts]
+        asked = [(p, part, part.motion(p, part.time)) for p in programs for part in self._parts]
         made = iter(self.simulator.run_all([m for p, _, m in asked if not p.linear]))
         each = (
             part.written_by(

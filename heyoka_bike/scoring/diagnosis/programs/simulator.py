@@ -123,47 +123,53 @@ class Simulator:
                 found.append(self._columns(m, c[0], _at(self._known[key], m.time, _intervals(m))))
         return found
 
-    def run_near(
-        self, motion: AskedMotion, others: Sequence[AskedMotion]
-    ) -> list[dict[str, Array]]:
-        """Return the columns of a motion, and of others whose values differ by next to nothing.
+    def run_near(self, groups: Sequence[Sequence[AskedMotion]]) -> list[list[dict[str, Array]]]:
+        """Return the columns of the first motion of each group, and of the others, near it.
 
-        These to first order in the difference, in a small part of the time.
+        Those differ by next to nothing, and are found to first order in the difference, in a small
+        part of the time.
         """
-        found = self.run_all([motion])
+        first = self.run_all([motion for motion, *_ in groups])
+        return [
+            [columns, *self._near(columns, *group)]
+            for columns, group in zip(first, groups, strict=True)
+        ]
+
+    def _near(
+        self, columns: Mapping[str, Array], motion: AskedMotion, *others: AskedMotion
+    ) -> Iterator[dict[str, Array]]:
+        """Columns of motions near one that is known."""
         values = [tuple(m.bicycle.values.items()) for m in (motion, *others)]
         constants = [c for c in map(_constants, values) if c is not None]
         if len(constants) <= len(others):
-            return [*found, *({name: np.nan * v for name, v in found[0].items()} for _ in others)]
-        starts = np.array([
-            [*m.start[:-1], m.start[-1] / unit, 0.0]
-            for m, (_, unit) in zip((motion, *others), constants, strict=True)
-        ])  # fmt: skip
-        names = sorted({name for m in (motion, *others) for name in m.amounts})
-        nodes = _nodes_nearby(
-            self._with(np.array([c for c, _ in constants]).T),
-            {n: np.array([m.amounts.get(n, 0.0) for m in (motion, *others)]) for n in names},
-            (starts[1:] - starts[0]).T,
-            self._known[_key(motion)],
-            _INTERVALS[0] * _intervals(motion),
-        )
-        for k, (m, (c, _)) in enumerate(zip(others, constants[1:], strict=True)):
-            found.append(self._columns(m, c, _at(nodes[..., k], m.time, _intervals(m))))
-        return found
+            yield from ({name: np.nan * v for name, v in columns.items()} for _ in others)
+            return
+        asked = list(zip((motion, *others), constants, strict=True))
+        equations, amounts, starts = self._side_by_side(asked)
+        apart, duration = starts[:, 1:] - starts[:, :1], _INTERVALS[0] * _intervals(motion)
+        nodes = _nodes_nearby(equations, amounts, apart, self._known[_key(motion)], duration)
+        for k, (m, (found, _)) in enumerate(asked[1:]):
+            yield self._columns(m, found, _at(nodes[..., k], m.time, _intervals(m)))
 
     def _nodes(
         self, asked: Sequence[tuple[AskedMotion, _Constants]], length: float
     ) -> Iterator[Array]:
         """States of motions, see `_nodal_states`."""
-        names = sorted({name for m, _ in asked for name in m.amounts})
-        equations = self._with(np.array([values for _, (values, _) in asked]).T)
-        amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
-        starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
         each = round(_INTERVALS[0] / length)
         counts = [each * _intervals(m) for m, _ in asked]
-        nodes = _nodal_states(equations, amounts, np.array(starts).T, max(counts), length)
+        nodes = _nodal_states(*self._side_by_side(asked), max(counts), length)
         for k, count in enumerate(counts):
             yield nodes[:count, ..., k]
+
+    def _side_by_side(
+        self, asked: Sequence[tuple[AskedMotion, _Constants]]
+    ) -> tuple[Equations, dict[str, Array], Array]:
+        """Equations, amounts and starts, shape (7, motions), of several motions."""
+        names = sorted({name for m, _ in asked for name in m.amounts})
+        amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
+        starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
+        equations = self._with(np.array([values for _, (values, _) in asked]).T)
+        return equations, amounts, np.array(starts).T
 
     def _columns(self, motion: AskedMotion, values: Array, states: Array) -> dict[str, Array]:
         equations = self._with(values)

@@ -127,7 +127,7 @@ class Fits:
 
     def _problem(self, changes: Mapping[str, float]) -> tuple[Errors, Array, Array, Array]:
         """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
-        sizes = np.array([size_of(self.right.bicycle, name) for name in changes])
+        sizes = np.array([_size_of(self.right.bicycle, name) for name in changes])
         return self._errors([*changes]), np.array([*changes.values()]), sizes, self.floors
 
     def _errors(self, names: Sequence[str]) -> Errors:
@@ -145,7 +145,7 @@ def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
     return one.parts < other.parts and other.relief < WEIGHTS.beside * one.relief
 
 
-def size_of(bicycle: Bicycle, name: str) -> float:
+def _size_of(bicycle: Bicycle, name: str) -> float:
     """Size of an unknown; one for starts, and for parameters that are zero."""
     if name in FORCES:
         return FORCES[name].size

@@ -90,11 +90,6 @@ class Observed:
     beginning: Array | None
     scatter: Array
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Those of `STATE` that the file has."""
-        return STATE[: 2 + len(self.accelerations)]
-
     def without_speed(self) -> Observed:
         """Return it without what is known of the speed only where that is in the file."""
         return replace(
