@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from after_ten_seconds import committed
 from after_ten_seconds import number as first_number
+from support.drawn_bicycles import OTHER_PARAMETERS
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import MissingPackageError
@@ -445,14 +446,7 @@ def is_vertical(line):
     return len(x) == 2 and x[0] == x[1]
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"c": "-0.05"}, {"lam": "0"}, {"lam": "-pi/20"}, {"lam": "2*pi/5"}, {"w": "10"},
-        {"rR": "0.01", "rF": "0.01"}, {"zB": "-5"}, {"zB": "-0.05", "xB": "-0.2"}, {"g": "0"},
-        {"IRyy": "0", "IFyy": "0"},
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("changes", OTHER_PARAMETERS)
 @pytest.mark.parametrize("name", ["bicycle", "overview"])
 def test_other_bicycles_are_drawn(reference, name, changes):
     other = replace(reference, parameters={**reference.parameters, **changes})

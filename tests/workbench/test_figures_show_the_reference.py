@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.drawn_bicycles import OTHER_PARAMETERS
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
@@ -153,14 +154,7 @@ def test_modes_are_named_only_where_they_are_those_of_the_benchmark(reference):
 
 
 @pytest.mark.proof
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"c": "-0.05"}, {"lam": "0"}, {"lam": "-pi/20"}, {"lam": "2*pi/5"}, {"w": "10"},
-        {"rR": "0.01", "rF": "0.01"}, {"zB": "-5"}, {"zB": "-0.05", "xB": "-0.2"}, {"g": "0"},
-        {"IRyy": "0", "IFyy": "0"},
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("changes", OTHER_PARAMETERS)
 def test_other_bicycles_are_drawn(reference, changes):
     other = replace(reference, parameters={**reference.parameters, **changes})
     (draw,) = plates(other, "stability").values()
