@@ -74,6 +74,51 @@ def test_some_columns_that_repeat_are_named_alone(reference):
     assert (found.evidence["time"], found.evidence["rows"]) == (5.0, 501)
 
 
+DEPARTURES = {
+    # From row 500 on each row is the next one; one row is the one before; two blocks are exchanged.
+    "a row is left out": (np.r_[:500, 501:1001, 1000], 0.01),
+    "a row is written again": (np.r_[:500, 499:1000], -0.01),
+    "one row is not its own": (np.r_[:500, 499, 501:1001], None),
+    "blocks are exchanged": (np.r_[:500, 520:540, 500:520, 540:1001], None),
+}
+
+
+@pytest.mark.parametrize("what", DEPARTURES)
+def test_a_motion_that_is_right_up_to_a_row_is_told_so(reference, what):
+    rows, shift = DEPARTURES[what]
+
+    def altered(key, values, m):
+        return values[rows] if m == 2 else values
+
+    report = report_of(reference, altered)
+    (found,) = diagnosed(report, reference).diagnosis
+    assert found.code == "departs"
+    assert (found.evidence["maneuver"], found.evidence["time"]) == (2, 5.0)
+    assert found.evidence["shift"] == (shift and pytest.approx(shift, rel=0.02))
+
+
+def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
+    """From 5 s on it is another one, that grows or dies as motions do."""
+
+    def altered(key, values, m):
+        time = np.linspace(0.0, 10.0, len(values))
+        other = 1e-5 * np.max(np.abs(values)) * np.exp(-0.5 * (time - 5.0)) * np.cos(time)
+        return np.where((time >= 5.0) & (m == 1), values + other, values)
+
+    (found,) = shown(report_of(reference, altered))
+    assert (found.code, found.evidence["time"]) == ("departs", 5.0)
+    assert found.evidence["shift"] is None
+
+
+def test_an_error_that_begins_small_is_no_departure(reference):
+    """It grows with a high power of the time, from the first row on."""
+
+    def altered(key, values, m):
+        return values + 1e-3 * np.max(np.abs(values)) * np.linspace(0.0, 1.0, len(values)) ** 8
+
+    assert shown(report_of(reference, altered)) == ()
+
+
 def test_columns_of_another_maneuver_are_named(reference):
     keys = ("steer_angle", "steer_rate")
 

@@ -26,7 +26,7 @@ NOTHING_WRONG = "nothing_to_explain"
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
 # What is seen at once and is the whole cause.
-_EXPLAIN = ("rows_repeated", "rows_between", "column_of_another_maneuver")
+_EXPLAIN = ("rows_repeated", "rows_between", "column_of_another_maneuver", plain.DEPARTS)
 # In which columns a start is written, and the part of a change by which a first row may miss what
 # is given and still have it.
 _STARTS = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
@@ -59,6 +59,10 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
         return (_linearised(diagnosis.classes[0][0]), *units)
     first = plain.shown(report)
     falls = [f for f in first if f.code == plain.FALLS]
+    departs = {f.evidence["maneuver"] for f in first if f.code == plain.DEPARTS}
+    if departs and departs >= {m.maneuver for m, c in columns if not c.is_at_floor(_AT_FLOOR)}:
+        # What is wrong in the model or at the start is wrong from the start.
+        return first
     if diagnosis.classes:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
         named = [f for f in first if f not in falls and f.code != "another_start"]

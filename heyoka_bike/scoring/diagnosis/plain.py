@@ -16,7 +16,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
 from heyoka_bike.scoring.judge.columns import RIGHT, far_worse, is_far
-from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 
 _FEW_ROWS = 10
@@ -26,8 +26,8 @@ _SAME = 0.9
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _START, _AT_FLOOR = 1e-6, 4.0
-# Worse at all than the other columns, and explained to a hundredth by one number or two.
-_WORSE, _MOSTLY = 10.0, 100.0
+# Worse at all than others, and explained to a thirtieth, or a hundredth, by one number or two.
+_WORSE, _NEARLY, _MOSTLY = 10.0, 30.0, 100.0
 # Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
 # energy less than so much, as other units of the angle do not make it.
 _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
@@ -37,6 +37,8 @@ _GIVEN = ("roll_rate", "forward_speed")
 # An energy that is wrong makes the sum wrong.
 _PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 _ADVICE = "look at how it is computed and written"
+DEPARTS = "departs"
+"""Code of the finding that the motion is right up to some row."""
 FALLS = "falls_over"
 """Code of the finding that the bicycle falls over."""
 
@@ -57,7 +59,9 @@ class Scaled:
 def shown(report: Report) -> tuple[Finding, ...]:
     """Return what is seen at once, whatever else is found."""
     finders = (_falls_over, _standing_still, _between, _of_other_maneuvers, _other_starts)
-    return tuple(found for finder in finders for found in finder(report.maneuvers))
+    found = [found for finder in finders for found in finder(report.maneuvers)]
+    known = {f.evidence.get("maneuver") for f in found}
+    return (*found, *_departures([m for m in report.maneuvers if m.maneuver not in known]))
 
 
 def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -164,6 +168,54 @@ def _flat(c: ColumnScore, order: int) -> float:
         return 0.0
     # In all parts of the run: a motion that dies away ends on a straight line.
     return min(float(np.mean(x)) for x in np.array_split(found[moves] <= tiny, _PARTS_OF_RUN))
+
+
+def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """A row from which on all is a hundred times farther off than in every row before."""
+    for m in maneuvers:
+        columns = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
+        if not columns:
+            continue
+        error = np.array([c.trace.error / c.scale for c in columns])
+        digits = max((c.floor or 0.0) / c.scale for c in columns)
+        off = np.maximum(np.max(np.abs(error), axis=0), max(digits, ROUNDING))
+        before = np.maximum.accumulate(off)[:-1]
+        jumps = np.flatnonzero(off[1:] > _MOSTLY * before)
+        row = next((int(i) + 1 for i in jumps if i >= _FEW_ROWS), 0)
+        if not row or before[row - 1] > RIGHT:
+            continue
+        right, time = before[row - 1], columns[0].trace.time
+        end = int(np.flatnonzero(off > _MOSTLY * right)[-1]) + 1
+        is_back = m.rows - end >= _FEW_ROWS
+        between = np.array([np.gradient(c.trace.value - c.trace.error / 2, time) / c.scale
+                            for c in columns])  # fmt: skip
+        after, slopes = error[:, row:].ravel(), between[:, row:].ravel()
+        ahead = float(after @ slopes / (slopes @ slopes))
+        is_shifted = rms(after) > _NEARLY * rms(after - ahead * slopes)
+        if is_back:
+            what = f"to {time[end - 1]:.6g} s. All rows after these are right: look at these alone"
+        elif is_shifted:
+            way, why = ("later", "left out") if ahead > 0.0 else ("earlier", "made twice")
+            what = (
+                f"on, where it is the right motion {abs(ahead):.3g} s {way}: a row or a step was "
+                f"{why}"
+            )
+        else:
+            what = (
+                "on. A mistake in the model or at the start is seen from the first rows on: look "
+                "at what happens there, such as an event, an input or an impulse that sets in, or "
+                "a restart from rounded numbers"
+            )
+        yield warning(
+            DEPARTS,
+            f"Maneuver {m.maneuver} is right to {right:.1g} of the scales until "
+            f"{time[row - 1]:.6g} s, and off by {off[row]:.2g} from {time[row]:.6g} s {what}",
+            maneuver=m.maneuver,
+            time=float(time[row]),
+            before=float(right),
+            after=float(off[row]),
+            shift=ahead if is_shifted and not is_back else None,
+        )
 
 
 def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
