@@ -19,7 +19,9 @@ AMOUNTS = {
     "air_drag": 0.3, "frame_push": 2.0, "side_wind": 1.0, "slope_along": 3e-3, "slope_across": 3e-3,
     "wheel_friction": 0.02, "wheel_friction_R": 0.02, "wheel_friction_F": 0.02,
     "rolling_resistance": 1.5, "rolling_resistance_R": 1.5, "rolling_resistance_F": 1.5,
-    "velocity_damping": 0.04, "scrub_R": 2.0, "scrub_F": 2.0,
+    "brake": 1.5, "brake_R": 1.5, "brake_F": 1.5, "velocity_damping": 0.04, "linear_damping": 0.04,
+    "angular_damping": 0.04, "scrub_R": 2.0, "scrub_F": 2.0,
+    "steer_by_steer_angle_steer_angle_steer_angle": -300.0, "steer_by_steer_rate_steer_rate": -2.0,
     "no_spin_moment": 0.3, "no_spin_moment_R": 0.3, "no_spin_moment_F": 0.3,
     "gyroscopic_R": 0.3, "gyroscopic_F": 0.3, "wheels_gyroscopic": 0.3, "frames_gyroscopic": 1.0,
     "weight_R": 0.1, "weight_F": 0.1, "weight_B": 3e-3, "weight_H": 0.1, "wheels_weight": 0.1,
@@ -98,7 +100,9 @@ def applied(name, amount, program):
         "steer_stiffness": on_steer_axis(program, lambda angle, rate: -angle),
         "steer_torque": on_steer_axis(program, lambda angle, rate: 1.0),
         "wheel_friction": on_axles(wheels, lambda rate: -rate),
-        "rolling_resistance": on_axles(wheels, lambda rate: -np.sign(rate)),
+        "brake": on_axles(wheels, lambda rate: -np.sign(rate)),
+        "steer_by_steer_angle_steer_angle_steer_angle": on_steer_axis(program, lambda q, _: q**3),
+        "steer_by_steer_rate_steer_rate": on_steer_axis(program, lambda _, rate: rate * abs(rate)),
     }
     bodies = {
         "roll_damping": lambda i, m, t, a, v, w, h: (0.0, -(i == B) * (w[B] @ h) * h),
@@ -108,6 +112,10 @@ def applied(name, amount, program):
         "slope_along": lambda i, m, t, a, v, w, h: (-m * GRAVITY * along, 0.0),
         "slope_across": lambda i, m, t, a, v, w, h: (-m * GRAVITY * across, 0.0),
         "velocity_damping": lambda i, m, t, a, v, w, h: (-m * v, -t @ w[i]),
+        "linear_damping": lambda i, m, t, a, v, w, h: (-m * v, 0.0),
+        "angular_damping": lambda i, m, t, a, v, w, h: (0.0, -t @ w[i]),
+        # Forward rolling is a turn about minus y.
+        "rolling_resistance": lambda i, m, t, a, v, w, h: (0.0, (i in wheels) * (a @ AXLE)),
         "scrub": lambda i, m, t, a, v, w, h: (0.0, -(i == FRAME[wheels[0]]) * w[i][2] * DOWN),
         "weight": lambda i, m, t, a, v, w, h: (-(i == body) * m * GRAVITY * DOWN, 0.0),
         "wheels_weight": lambda i, m, t, a, v, w, h: (-(i in (R, F)) * m * GRAVITY * DOWN, 0.0),

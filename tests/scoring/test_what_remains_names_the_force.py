@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.programs.forces import Moving, rates_altered
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
@@ -189,22 +189,55 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
         assert np.max(np.abs(found - right)) < 1e-12
 
 
-@pytest.mark.proof
-def test_a_term_that_nobody_knows_is_told_as_such(reference, equations):
-    """A steer spring that stiffens with the cube of the angle."""
+def pushed(reference, equations, force):
+    """Maneuver 2 with a torque in the equation of roll, and one on the steer axis, by SciPy."""
     program = correct(reference)
     start = np.array(initial_state(program.bicycle, program.starts[2]))
     start[5] /= equations.k.length
 
     def slope(t, y):
-        state = list(y)
-        return rates_altered(equations, state, {"steer_stiffness": 4e3 * y[2] ** 2})
+        moving = Moving(equations, list(y))
+        speed = y[5] * equations.k.length
+        added = moving.added([*force(t, *y[[0, 2, 3, 4]], speed), 0.0])
+        rates = moving.rates
+        return [*rates[:3], *(a + b for a, b in zip(rates[3:6], added, strict=True)), rates[6]]
 
     time = np.arange(151) / 100
     run = solve_ivp(slope, (0, 1.5), [*start, 0.0], "DOP853", t_eval=time, rtol=1e-8, atol=1e-11)
     columns = equations.columns(list(run.y))
     rows = Rows(2, time, 0 * time, {key: columns[key] for key in BENCHMARK_COLUMNS})
-    said = diagnose(Results("made", "text", (rows,), 17), reference).diagnosis
+    return diagnose(Results("made", "text", (rows,), 17), reference).diagnosis
+
+
+LAWS = {
+    "steer_by_steer_angle_steer_angle_steer_angle": lambda t, r, s, rr, sr, v: (0, -4e3 * s**3),
+    "steer_by_roll_angle": lambda t, r, s, rr, sr, v: (0, 3.0 * r),
+    "roll_by_roll_rate_speed": lambda t, r, s, rr, sr, v: (-0.5 * rr * v, 0),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("steer_by_steer_angle_steer_angle_steer_angle", -4e3),
+        pytest.param("steer_by_roll_angle", 3.0, marks=pytest.mark.proof),
+        pytest.param("roll_by_roll_rate_speed", -0.5, marks=pytest.mark.proof),
+    ],
+)
+def test_a_force_of_the_state_is_named_with_its_law(reference, equations, name, value):
+    """A spring that stiffens, a controller, a damping that grows with the speed."""
+    said = pushed(reference, equations, LAWS[name])
+    assert said[0].code == "parameters"
+    every = [c for changes in said[0].evidence["changes"] for c in changes]
+    assert every[0]["unknown"].startswith(name.removesuffix("_speed"))
+    found = next(c for c in every if c["unknown"] == name)
+    assert found["value"] == pytest.approx(value, rel=1e-4)
+
+
+@pytest.mark.proof
+def test_a_term_that_nobody_knows_is_told_as_such(reference, equations):
+    """A torque on the steer axis that follows the time."""
+    said = pushed(reference, equations, lambda t, *_: (0.0, 0.3 * np.sin(7.0 * t)))
     told = next(f for f in said if f.code == "term_unexplained")
     assert "equation of steer" in told.message
     assert not {"mistake", "parameters"} & {f.code for f in said}

@@ -73,6 +73,9 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
         return (*named, *said, *units, *falls)
     if any(f.code in _EXPLAIN for f in first):
         return first
+    times = plain.other_times(report)
+    if times is not None:
+        return (times,)
     # Nothing about the motion where it is right.
     whole = plain.columns_apart(report) or _method(diagnosis.causes)
     nothing = _no_mistake(diagnosis, columns)

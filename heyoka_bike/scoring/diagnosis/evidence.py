@@ -110,8 +110,6 @@ class Weights:
         solves for the rates), in those of engines that slip and yield up to 662.
     blown_up
         Where the rates are off by more than so much of themselves.
-    spacing
-        Rows that are farther apart do not show the castering mode, which decays at 25 1/s [s].
     shows
         The equations are judged where what remains is so many times what is uncertain, or that is
         less than such a part of the accelerations.
@@ -157,7 +155,6 @@ class Weights:
     further_subsets: int = 12
     above: float = 1000.0
     blown_up: float = 0.3
-    spacing: float = 0.03
     shows: tuple[float, float] = (30.0, 1e-5)
     sure: float = 3.0
     small: float = 1e-3

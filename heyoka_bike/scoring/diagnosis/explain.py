@@ -131,10 +131,10 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
     yield file.judged(others)
     beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
     yield file.judged((m,) for m in (*_starts(file), *beside))
-    if seen is None or not (seen.is_blown_up or (seen.is_shown and not seen.is_open)):
-        yield _of_whole_runs(file)
     if seen is None or seen.is_blown_up:
         yield file.judged(file.possible([(m,) for m in _OF_MODEL]))
+    if seen is None or not (seen.is_blown_up or (seen.is_shown and not seen.is_open)):
+        yield _of_whole_runs(file)
 
 
 def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:

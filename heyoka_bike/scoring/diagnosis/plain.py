@@ -28,6 +28,11 @@ _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 _START, _AT_FLOOR = 1e-6, 4.0
 # Worse at all than others, and explained to a thirtieth, or a hundredth, by one number or two.
 _WORSE, _NEARLY, _MOSTLY = 10.0, 30.0, 100.0
+# Of the rows, between which times are told, and times that are the same.
+_MOST_ROWS, _SAME_TIME = (0.05, 0.95), 0.1
+# So many columns tell the time: of correct programs one is left a sixth of the error, in one
+# maneuver a thirtieth.
+_OTHERS = 3
 # Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
 # energy less than so much, as other units of the angle do not make it.
 _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
@@ -91,11 +96,11 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
     for m in maneuvers:
-        moving = [c for c in m.columns if c.values == m.rows and _moves(c, 0)]
-        still = {c.key: m.rows - _last_step(c) for c in moving}
-        standing = [c for c in moving if still[c.key] >= _FEW_ROWS]
+        whole = [c for c in m.columns if c.values == m.rows]
+        still = {c.key: m.rows - _last_step(c) for c in whole}
+        others = [c for c in whole if still[c.key] < _FEW_ROWS]
+        standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
-        others = [c for c in moving if c not in standing]
         if not held or any(_worst(c) > RIGHT for c in others):
             continue
         shown = held if others else standing
@@ -173,10 +178,10 @@ def _flat(c: ColumnScore, order: int) -> float:
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     """A row from which on all is a hundred times farther off than in every row before."""
     for m in maneuvers:
-        columns = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
+        columns = _whole(m)
         if not columns:
             continue
-        error = np.array([c.trace.error / c.scale for c in columns])
+        error, slopes = _along(columns)
         digits = max((c.floor or 0.0) / c.scale for c in columns)
         off = np.maximum(np.max(np.abs(error), axis=0), max(digits, ROUNDING))
         before = np.maximum.accumulate(off)[:-1]
@@ -187,19 +192,14 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         right, time = before[row - 1], columns[0].trace.time
         end = int(np.flatnonzero(off > _MOSTLY * right)[-1]) + 1
         is_back = m.rows - end >= _FEW_ROWS
-        between = np.array([np.gradient(c.trace.value - c.trace.error / 2, time) / c.scale
-                            for c in columns])  # fmt: skip
-        after, slopes = error[:, row:].ravel(), between[:, row:].ravel()
-        ahead = float(after @ slopes / (slopes @ slopes))
-        is_shifted = rms(after) > _NEARLY * rms(after - ahead * slopes)
+        after, slope = error[:, row:].ravel(), slopes[:, row:].ravel()
+        ahead = float(after @ slope / (slope @ slope))
+        is_shifted = rms(after) > _NEARLY * rms(after - ahead * slope)
         if is_back:
             what = f"to {time[end - 1]:.6g} s. All rows after these are right: look at these alone"
         elif is_shifted:
-            way, why = ("later", "left out") if ahead > 0.0 else ("earlier", "made twice")
-            what = (
-                f"on, where it is the right motion {abs(ahead):.3g} s {way}: a row or a step was "
-                f"{why}"
-            )
+            why = "left out" if ahead > 0.0 else "made twice"
+            what = f"on, where it is the right motion {_later(ahead)}: a row or a step was {why}"
         else:
             what = (
                 "on. A mistake in the model or at the start is seen from the first rows on: look "
@@ -216,6 +216,48 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             after=float(off[row]),
             shift=ahead if is_shifted and not is_back else None,
         )
+
+
+def other_times(report: Report) -> Finding | None:
+    """Rows that are the right motion at other times than those that are written."""
+    found, relief = {}, []
+    for m in report.maneuvers:
+        columns = _whole(m)
+        if len(columns) < _OTHERS or m.rows <= _FEW_ROWS:
+            return None
+        error, slopes = _along(columns)
+        ahead = np.sum(error * slopes, axis=0) / np.sum(slopes**2, axis=0)
+        relief.append(rms(error.ravel()) / rms((error - ahead * slopes).ravel()))
+        found[str(m.maneuver)] = tuple(np.quantile(ahead, _MOST_ROWS).tolist())
+    if max(relief) < _MOSTLY or np.exp(np.mean(np.log(relief))) < _NEARLY:
+        return None
+    least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
+    is_one = most - least < _SAME_TIME * abs(most + least)
+    when = _later((least + most) / 2) if is_one else f"{_later(least)} to {_later(most)}"
+    return warning(
+        "other_times",
+        f"Each row is the right motion, but at another time, {when} than is written. Look at how the times are written, and at when a row is: before or after "
+        "the step, at the time asked for or at the step next to it",
+        ahead=found,
+        relief=relief,
+    )
+
+
+def _whole(m: ManeuverScore) -> list[ColumnScore]:
+    """Columns with a value in every row, whose definition is known."""
+    return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
+
+
+def _along(columns: Sequence[ColumnScore]) -> tuple[Array, Array]:
+    """Errors of columns in scales, and slopes half-way between right and written ones [1/s]."""
+    time = columns[0].trace.time
+    error = np.array([c.trace.error / c.scale for c in columns])
+    half = [c.trace.value / c.scale - e / 2 for c, e in zip(columns, error, strict=True)]
+    return error, np.gradient(np.array(half), time, axis=1)
+
+
+def _later(seconds: float) -> str:
+    return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
 
 
 def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

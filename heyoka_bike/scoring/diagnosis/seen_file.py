@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
+from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
@@ -38,6 +38,9 @@ _COMPARED, _SIMULATED = 251, 2001
 # Parts of a run whose errors have a size each: those of values grow, at first in proportion.
 _SPLIT = 4
 _COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
+_OF_POTENTIAL = [
+    c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
+]
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
 _TOGETHER = 32
 
@@ -79,6 +82,10 @@ class _SeenPart:
 
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
+        if program.amounts:
+            # What potential a force has is not agreed on.
+            unknown = np.full_like(self.time, np.nan)
+            columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
         for change in program.rows:
             columns = change(columns, self.time)
         return {name: columns[name][self.pick] for name in self.names}
@@ -124,6 +131,7 @@ class SeenFile:
         self._parts = [_SeenPart(part) for part in parts]
         self.maneuvers = [part.number for part in parts]
         self._seen = {self._key(self.program)}
+        self._usual: Understandings = {}
         right = [p.right() for p in self._parts]
         understood, typical = self._typical(right)
         self.right = Hypothesis(
@@ -323,13 +331,20 @@ class SeenFile:
         return bool(np.fmax.reduce(distance, initial=0.0) > WEIGHTS.resolved * scale)
 
     def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
-        """The definitions that fit, and typical errors in scales."""
+        """The definitions that fit, and typical errors in scales.
+
+        They are those of what is written: another unit makes no error smaller.
+        """
         samples = [
             Sample(p.part, p.compared, e) for p, e in zip(self._parts, expected, strict=True)
         ]
         chosen = understand_samples(samples)
+        self._usual = self._usual or chosen
+        units = {k: factor(self._usual[k].unit)[0] / factor(u.unit)[0] for k, u in chosen.items()}
         return chosen, {
-            (p.part.number, key): sample.typical(key, chosen[key]) / (sample.scale[key] or 1.0)
+            (p.part.number, key): units[key]
+            * sample.typical(key, chosen[key])
+            / (sample.scale[key] or 1.0)
             for p, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 
@@ -243,17 +244,36 @@ class Force:
     is_fitted: bool = True
 
 
-def _on_steer(strength: Callable[[Moving], Number]) -> Law:
-    return lambda m: {"rates": (0.0, strength(m), 0.0)}
+_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
+"""Places in the state of what terms are powers of."""
 
 
-def _on_roll(strength: Callable[[Moving], Number]) -> Law:
-    return lambda m: {"rates": (strength(m), 0.0, 0.0)}
+def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 1.0) -> Law:
+    """A force along the roll rate, the steer rate or the rear hub's speed, by a term of the state.
+
+    Along the first two, which have a side, the square of a variable is that times its size.
+    """
+
+    def law(m: Moving) -> Linear:
+        x = sign * m.now["rates"][2] ** power + 0.0 * m.state[0]
+        variables = [m.state[_STATE[name]] for name in names]
+        if speed < 2 and len(names) == 2:
+            variables[1] = np.abs(variables[1])
+        for variable in variables:
+            x = x * variable
+        return {"rates": tuple(x if i == speed else 0.0 for i in INDEPENDENT)}
+
+    return law
 
 
 def _on_axles(wheels: str, strength: Callable[[Number], Number]) -> Law:
     """A torque between wheel and frame, by the rate between them."""
     return lambda m: {f"spin_{w}": (0.0, strength(m.now[f"spin_{w}"][1]), 0.0) for w in wheels}
+
+
+def _from_ground(wheels: str) -> Law:
+    """A constant torque about the axles against rolling, which the frames do not bear."""
+    return lambda m: {f"w_{w}": (0.0, 1.0 + 0.0 * m.state[0], 0.0) for w in wheels}
 
 
 def _drag(point: str) -> Law:
@@ -289,9 +309,13 @@ def _on_ground(m: Moving) -> Linear:
 
 
 def _decay(m: Moving) -> Linear:
-    """All velocities and angular velocities decay."""
-    found = {f"v_{b}": scaled(-mass, m.now[f"v_{b}"]) for b, mass in m.masses.items()}
-    return found | {f"w_{b}": scaled(-1.0, m.inertia(b, m.now[f"w_{b}"])) for b in m.masses}
+    """The velocities of all centres of mass decay."""
+    return {f"v_{b}": scaled(-mass, m.now[f"v_{b}"]) for b, mass in m.masses.items()}
+
+
+def _spin_down(m: Moving) -> Linear:
+    """The angular velocities of all bodies decay."""
+    return {f"w_{b}": scaled(-1.0, m.inertia(b, m.now[f"w_{b}"])) for b in m.masses}
 
 
 def _scrub(frame: str) -> Law:
@@ -383,20 +407,58 @@ def _part(says: str, law: Law, *, is_fitted: bool = True) -> Force:
     return Force(says, "1", 0.1, law, is_part=True, is_fitted=is_fitted)
 
 
+_ALONG = (
+    ("roll", "torque in the equation of roll"),
+    ("steer", "torque on the steer axis"),
+    ("speed", "force forward at the rear hub"),
+)
+"""Equations of motion, and what acts in them."""
+_SPEEDS = ("", " the speed", " the speed squared")
+
+
+def _of_the_state() -> dict[str, Force]:
+    """Forces over simple terms of the state: odd ones where left and right differ, or even ones."""
+    odd = {(): "", **{(x,): f" the {x}" for x in _STATE},
+           **{(x, x): f" the {x} times its size" for x in _STATE},
+           **{(x, x, x): f" the cube of the {x}" for x in _STATE}}  # fmt: skip
+    pairs = combinations_with_replacement(_STATE, 2)
+    even = {(): "", **{(x, y): f" the square of the {x}" if x == y else f" the {x} times the {y}"
+                       for x, y in pairs}}  # fmt: skip
+    found = {}
+    for i, (where, what) in enumerate(_ALONG):
+        for (names, term), power in product((even if i == 2 else odd).items(), range(3)):
+            times = " times" if term and power else ""
+            says = f"{what} over{term}{times}{_SPEEDS[power]}"
+            powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
+            unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
+            name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
+            found[name] = Force(says, unit, 1.0, _along(i, names, power), is_fitted=False)
+    # Those that have names of their own.
+    for name in ("roll_by", "roll_by_roll_angle", "roll_by_roll_rate", "steer_by",
+                 "steer_by_steer_angle", "steer_by_steer_rate", "speed_by",
+                 "speed_by_speed_speed"):  # fmt: skip
+        del found[name]
+    return found
+
+
+OF_THE_STATE = _of_the_state()
+"""Forces that are looked for where no other one explains a file."""
+
 FORCES: Mapping[str, Force] = {
     "steer_damping": Force("damping of the steer axis", "N m s", 0.1,
-                           _on_steer(lambda m: -m.state[4])),
+                           _along(1, ["steer rate"], sign=-1.0)),
     "steer_stiffness": Force("stiffness of a spring on the steer axis", "N m", 1.0,
-                             _on_steer(lambda m: -m.state[2])),
+                             _along(1, ["steer angle"], sign=-1.0)),
     "steer_torque": Force("constant torque on the steer axis, to the right", "N m", 0.1,
-                          _on_steer(lambda m: 1.0 + 0.0 * m.state[2])),
-    "steer_friction": Force("dry friction of the steer axis", "N m", 0.1,
-                            _on_steer(lambda m: -np.tanh(m.state[4] / 1e-4))),
-    "roll_damping": Force("damping of the roll", "N m s", 1.0, _on_roll(lambda m: -m.state[3])),
+                          _along(1)),
+    "steer_friction": Force("dry friction of the steer axis", "N m", 0.1, lambda m: {
+        "rates": (0.0, -np.tanh(m.state[4] / 1e-4), 0.0)}),
+    "roll_damping": Force("damping of the roll", "N m s", 1.0,
+                          _along(0, ["roll rate"], sign=-1.0)),
     "roll_stiffness": Force("stiffness of a spring against the roll", "N m", 1.0,
-                            _on_roll(lambda m: -m.state[0])),
+                            _along(0, ["roll angle"], sign=-1.0)),
     "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
-                         _on_roll(lambda m: 1.0 + 0.0 * m.state[0])),
+                         _along(0)),
     "air_drag": Force("drag over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
                       _drag("v_B")),
     "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
@@ -414,10 +476,18 @@ FORCES: Mapping[str, Force] = {
     **{f"wheel_friction{end}": Force(f"viscous friction of {each}'s axle", "N m s", 0.01,
                                      _on_axles(wheels, lambda rate: -rate))
        for end, wheels, each, _ in _WHEELS},
-    **{f"rolling_resistance{end}": Force(f"constant torque that brakes {each}", "N m", 0.1,
-                                         _on_axles(wheels, lambda rate: 1.0 + 0.0 * rate))
+    **{f"brake{end}": Force(f"constant torque that brakes {each} against its frame", "N m", 0.1,
+                            _on_axles(wheels, lambda rate: 1.0 + 0.0 * rate))
        for end, wheels, each, _ in _WHEELS},
-    "velocity_damping": Force("rate at which all velocities are damped", "s-1", 0.01, _decay),
+    **{f"rolling_resistance{end}": Force(f"constant torque of the ground that brakes {each}",
+                                         "N m", 0.1, _from_ground(wheels))
+       for end, wheels, each, _ in _WHEELS},
+    "velocity_damping": Force("rate at which all velocities are damped, those of turning too",
+                              "s-1", 0.01, lambda m: {**_decay(m), **_spin_down(m)}),
+    "linear_damping": Force("rate at which the velocities of all bodies' centres are damped",
+                            "s-1", 0.01, _decay),
+    "angular_damping": Force("rate at which all angular velocities are damped", "s-1", 0.01,
+                             _spin_down),
     "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("B")),
     "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
@@ -444,6 +514,7 @@ FORCES: Mapping[str, Force] = {
                                 _without_centrifugal),
                                ("weight", "weight", _weightless))
        for b, name in _BODIES.items()},
+    **OF_THE_STATE,
 }  # fmt: skip
 """The forces by name."""
 

@@ -38,6 +38,8 @@ _POINTS, _INTERVALS = 16, (0.2, 0.1)
 _MOST, _SETTLED = 7, 1e-9
 # Motions that do not converge to this have met a singularity.
 _LOST = 1e-6
+# An interval may go so many times as far as the one before.
+_FARTHER = 3.0
 _SHIFT = 1e-7
 _STATES = 7
 # Motions that are stepped together: more no longer fit into the processor's cache.
@@ -267,6 +269,9 @@ def _nodal_states(
             f = f - np.einsum("jabn,jbn->jan", slopes, change)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
+            # Of a motion with kinks a polynomial goes anywhere.
+            change, before = (np.max(np.abs(x - y), (0, 1)) for x in (guess, found[i]))
+            guess = np.where(change < _FARTHER * before, guess, y)
     return found
 
 

@@ -19,7 +19,12 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING, Moving
+from heyoka_bike.scoring.diagnosis.programs.forces import (
+    FORCES,
+    OF_THE_STATE,
+    TENSORS_TURNING,
+    Moving,
+)
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Mistake,
     Program,
@@ -112,12 +117,13 @@ class Residual:
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
         self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _ALL)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
-        is_near = all(np.median(np.diff(m.time)) <= WEIGHTS.spacing for m in motions)
-        is_motion = is_near and not self.is_blown_up and self.equations == EQUATIONS
+        is_motion = not self.is_blown_up and self.equations == EQUATIONS
         self.is_resolved = is_motion and bool(np.exp(np.mean(np.log(resolved))) > enough)
         self.is_shown = self.is_resolved or (is_motion and bool(np.median(rest / resolved) < share))
         self.known = self._known(library)
-        self.fitted = self._fitted()
+        self.fitted = self._fitted(UNKNOWNS)
+        if self.is_open and self.is_shown:
+            self.fitted = self._fitted([*UNKNOWNS, *OF_THE_STATE])
 
     @cached_property
     def methods(self) -> tuple[Method, ...]:
@@ -249,7 +255,7 @@ class Residual:
                 found.append(both_made)
         return tuple(sorted(found, key=lambda h: -h.relief))
 
-    def _fitted(self) -> tuple[Hypothesis, ...]:
+    def _fitted(self, names: Sequence[str]) -> tuple[Hypothesis, ...]:
         """The fewest unknowns that are likelier than fewer are, and than the library is."""
         enough = WEIGHTS.enough * self._relief(self.observed)
         known = self.known[0]
@@ -258,7 +264,7 @@ class Residual:
         fits = Fits(self.program, self._leaves, self._floors, len(self.motions), WEIGHTS.promise[0])
         least = max(0.0, known.log_odds)
         return fits.fewest(
-            UNKNOWNS, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
+            names, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
