@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from support.correct_programs import fixed_step
+from support.fixed_steps import Equations as Discretised
 from support.made_results import made
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.diagnosis.plain import columns_apart, shown
+from heyoka_bike.scoring.diagnosis.plain import columns_apart, other_times, shown
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
@@ -108,6 +110,34 @@ def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
     (found,) = shown(report_of(reference, altered))
     assert (found.code, found.evidence["time"]) == ("departs", 5.0)
     assert found.evidence["shift"] is None
+
+
+@pytest.mark.parametrize(
+    ("ahead", "least", "most"),
+    [
+        (lambda row: 0.003 + 0.0 * row, 0.003, 0.003),
+        # Times of rows that are cut to fewer digits.
+        pytest.param(lambda row: 0.004 * (row % 3), 0.0, 0.008, marks=pytest.mark.proof),
+    ],
+)
+def test_rows_at_other_times_are_told_so(reference, ahead, least, most):
+    def altered(key, values, m):
+        row = np.arange(len(values))
+        meant = np.clip(row / 100 + ahead(row), 0.0, 10.0)
+        return reference[m].approximate(meant, [key])[key]
+
+    report = report_of(reference, altered)
+    (found,) = diagnosed(report, reference).diagnosis
+    assert found.code == "other_times"
+    for bounds in found.evidence["ahead"].values():
+        assert bounds == pytest.approx((least, most), abs=2e-4)
+
+
+@pytest.mark.parametrize(("method", "step"), [("Heun", 0.01), ("explicit Euler", 0.001)])
+def test_errors_of_phase_are_no_other_times(reference, method, step):
+    """Integrators are late, too, but each mode by another time."""
+    run = fixed_step(Discretised(reference, is_regular=True), method, step)
+    assert other_times(score(run, reference)) is None
 
 
 def test_an_error_that_begins_small_is_no_departure(reference):

@@ -181,9 +181,8 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         columns = _whole(m)
         if not columns:
             continue
-        error, slopes = _along(columns)
-        digits = max((c.floor or 0.0) / c.scale for c in columns)
-        off = np.maximum(np.max(np.abs(error), axis=0), max(digits, ROUNDING))
+        error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
+        off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
         before = np.maximum.accumulate(off)[:-1]
         jumps = np.flatnonzero(off[1:] > _MOSTLY * before)
         row = next((int(i) + 1 for i in jumps if i >= _FEW_ROWS), 0)
@@ -192,14 +191,14 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         right, time = before[row - 1], columns[0].trace.time
         end = int(np.flatnonzero(off > _MOSTLY * right)[-1]) + 1
         is_back = m.rows - end >= _FEW_ROWS
-        after, slope = error[:, row:].ravel(), slopes[:, row:].ravel()
-        ahead = float(after @ slope / (slope @ slope))
-        is_shifted = rms(after) > _NEARLY * rms(after - ahead * slope)
+        ahead, relief = _ahead(columns, slice(row, None))
+        is_shifted = relief > _NEARLY
         if is_back:
             what = f"to {time[end - 1]:.6g} s. All rows after these are right: look at these alone"
         elif is_shifted:
             why = "left out" if ahead > 0.0 else "made twice"
-            what = f"on, where it is the right motion {_later(ahead)}: a row or a step was {why}"
+            when = _later(float(ahead))
+            what = f"on, where it is the right motion {when}: a row or a step was {why}"
         else:
             what = (
                 "on. A mistake in the model or at the start is seen from the first rows on: look "
@@ -214,7 +213,7 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             time=float(time[row]),
             before=float(right),
             after=float(off[row]),
-            shift=ahead if is_shifted and not is_back else None,
+            shift=float(ahead) if is_shifted and not is_back else None,
         )
 
 
@@ -225,9 +224,8 @@ def other_times(report: Report) -> Finding | None:
         columns = _whole(m)
         if len(columns) < _OTHERS or m.rows <= _FEW_ROWS:
             return None
-        error, slopes = _along(columns)
-        ahead = np.sum(error * slopes, axis=0) / np.sum(slopes**2, axis=0)
-        relief.append(rms(error.ravel()) / rms((error - ahead * slopes).ravel()))
+        ahead, left = _ahead(columns, slice(None), axis=0)
+        relief.append(left)
         found[str(m.maneuver)] = tuple(np.quantile(ahead, _MOST_ROWS).tolist())
     if max(relief) < _MOSTLY or np.exp(np.mean(np.log(relief))) < _NEARLY:
         return None
@@ -236,8 +234,9 @@ def other_times(report: Report) -> Finding | None:
     when = _later((least + most) / 2) if is_one else f"{_later(least)} to {_later(most)}"
     return warning(
         "other_times",
-        f"Each row is the right motion, but at another time, {when} than is written. Look at how the times are written, and at when a row is: before or after "
-        "the step, at the time asked for or at the step next to it",
+        f"Each row is the right motion, but at another time, {when} than is written. Look at how "
+        "the times are written, and at when a row is: before or after the step, at the time asked "
+        "for or at the step next to it",
         ahead=found,
         relief=relief,
     )
@@ -248,12 +247,22 @@ def _whole(m: ManeuverScore) -> list[ColumnScore]:
     return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
 
 
-def _along(columns: Sequence[ColumnScore]) -> tuple[Array, Array]:
-    """Errors of columns in scales, and slopes half-way between right and written ones [1/s]."""
-    time = columns[0].trace.time
+def _ahead(
+    columns: Sequence[ColumnScore], rows: slice, axis: int | None = None
+) -> tuple[Array, float]:
+    """Time by which rows are ahead of those written, and the factor by which it lets errors fall.
+
+    One time for all rows, or along axis 0 that of each [s]; to second order.
+    """
     error = np.array([c.trace.error / c.scale for c in columns])
-    half = [c.trace.value / c.scale - e / 2 for c, e in zip(columns, error, strict=True)]
-    return error, np.gradient(np.array(half), time, axis=1)
+    right = np.array([c.trace.reference / c.scale for c in columns])
+    slope = np.gradient(right, columns[0].trace.time, axis=1)
+    bend = np.gradient(slope, columns[0].trace.time, axis=1)[:, rows]
+    error, slope, ahead = error[:, rows], slope[:, rows], np.zeros(())
+    for _ in range(3):
+        way = slope + ahead / 2.0 * bend
+        ahead = np.sum(error * way, axis) / np.sum(way**2, axis)
+    return ahead, rms(error.ravel()) / rms((error - ahead * way).ravel())
 
 
 def _later(seconds: float) -> str:

@@ -261,7 +261,8 @@ def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 
             variables[1] = np.abs(variables[1])
         for variable in variables:
             x = x * variable
-        return {"rates": tuple(x if i == speed else 0.0 for i in INDEPENDENT)}
+        roll, steer, forward = (x if i == speed else 0.0 for i in INDEPENDENT)
+        return {"rates": (roll, steer, forward)}
 
     return law
 
@@ -416,29 +417,31 @@ _ALONG = (
 _SPEEDS = ("", " the speed", " the speed squared")
 
 
+_NAMED_OTHERWISE = (
+    "roll_by", "roll_by_roll_angle", "roll_by_roll_rate", "steer_by", "steer_by_steer_angle",
+    "steer_by_steer_rate", "speed_by", "speed_by_speed_speed",
+)  # fmt: skip
+
+
 def _of_the_state() -> dict[str, Force]:
     """Forces over simple terms of the state: odd ones where left and right differ, or even ones."""
-    odd = {(): "", **{(x,): f" the {x}" for x in _STATE},
-           **{(x, x): f" the {x} times its size" for x in _STATE},
-           **{(x, x, x): f" the cube of the {x}" for x in _STATE}}  # fmt: skip
-    pairs = combinations_with_replacement(_STATE, 2)
-    even = {(): "", **{(x, y): f" the square of the {x}" if x == y else f" the {x} times the {y}"
-                       for x, y in pairs}}  # fmt: skip
+    odd: list[tuple[tuple[str, ...], str]] = [((), "")]
+    even = [*odd]
+    for x in _STATE:
+        odd += [((x,), f" the {x}"), ((x, x), f" the {x} times its size")]
+        odd += [((x, x, x), f" the cube of the {x}")]
+    for x, y in combinations_with_replacement(_STATE, 2):
+        even.append(((x, y), f" the square of the {x}" if x == y else f" the {x} times the {y}"))
     found = {}
     for i, (where, what) in enumerate(_ALONG):
-        for (names, term), power in product((even if i == 2 else odd).items(), range(3)):
+        for (names, term), power in product(even if i == 2 else odd, range(3)):
             times = " times" if term and power else ""
             says = f"{what} over{term}{times}{_SPEEDS[power]}"
             powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
             unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
             name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
             found[name] = Force(says, unit, 1.0, _along(i, names, power), is_fitted=False)
-    # Those that have names of their own.
-    for name in ("roll_by", "roll_by_roll_angle", "roll_by_roll_rate", "steer_by",
-                 "steer_by_steer_angle", "steer_by_steer_rate", "speed_by",
-                 "speed_by_speed_speed"):  # fmt: skip
-        del found[name]
-    return found
+    return {name: force for name, force in found.items() if name not in _NAMED_OTHERWISE}
 
 
 OF_THE_STATE = _of_the_state()
