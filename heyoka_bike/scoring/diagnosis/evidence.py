@@ -15,6 +15,7 @@ of the columns.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import exp, log
@@ -123,7 +124,7 @@ class Weights:
 
     values: float = 6.0
     known: float = log(300.0)
-    unknown: float = log(70.0)
+    unknown: float = log(180.0)
     start: float = log(15.0)
     fitted: float = 10.8
     further: float = log(100.0)
@@ -216,6 +217,13 @@ class Hypothesis:
         """Values that were found in the file, if it is explained by nothing else."""
         each = [m.found for m in self.mistakes]
         return tuple(x for found in each for x in found) if all(each) else ()
+
+    @property
+    def count(self) -> int:
+        """Number of causes in one maneuver: values of its start, and all others."""
+        starts = Counter(x.maneuver for x in self.found if x.maneuver is not None)
+        others = sum(max(len(m.found), 1) for m in self.mistakes) - starts.total()
+        return max(starts.values(), default=0) + others
 
     @property
     def parts(self) -> frozenset[str]:

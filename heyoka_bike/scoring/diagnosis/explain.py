@@ -25,7 +25,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import apply, clock_mistake,
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
-from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS, Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import EQUATIONS, UNKNOWNS, Residual
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.report import Curve
 
@@ -133,7 +133,8 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
     yield file.judged((m,) for m in (*_starts(file), *beside))
     if seen is None or seen.is_blown_up:
         yield file.judged(file.possible([(m,) for m in _OF_MODEL]))
-    if seen is None or not (seen.is_blown_up or (seen.is_shown and not seen.is_open)):
+    tells_all = seen is not None and seen.is_judged and seen.equations == EQUATIONS
+    if seen is None or not (seen.is_blown_up or (tells_all and not seen.is_open)):
         yield _of_whole_runs(file)
 
 
@@ -298,7 +299,8 @@ def _explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
     is_seen = residual is not None and residual.is_shown
     is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
-    least = WEIGHTS.mostly if is_mistake and not is_seen else WEIGHTS.explains
+    # Each of several explains something where the equations do not show it.
+    least = WEIGHTS.mostly**h.count if is_mistake and not is_seen else WEIGHTS.explains
     if h.unexplained is not None or h.relief < least:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)

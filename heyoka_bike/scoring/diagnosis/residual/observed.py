@@ -26,8 +26,12 @@ STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed"
 """Keys of the columns that the equations of motion need.
 
 The speed may be missing: it then follows from the others by the right equation of the speed, which
-is not compared.
+is not compared. Rates may be missing: they then are the slopes of their angles.
 """
+
+_SLOPES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+# Of the last digit in a slope, times the distance of the rows: central differences of order 10.
+_IN_SLOPE = 1.23
 
 _DEGREE, _LOWER = 9, 7
 _MOST_ROWS = 1001
@@ -76,6 +80,8 @@ class Observed:
         the file has no speed.
     scatter : ndarray, shape (5,)
         By how much these rows disagree about it.
+    is_whole
+        True if the file has all columns of `STATE`.
     """
 
     number: int
@@ -89,6 +95,7 @@ class Observed:
     definitions: Mapping[str, str]
     beginning: Array | None
     scatter: Array
+    is_whole: bool
 
     def without_speed(self) -> Observed:
         """Return it without what is known of the speed only where that is in the file."""
@@ -164,8 +171,7 @@ def observe(
     written = _rows_that_move(part, understood)
     if written is None:
         return None
-    time, columns = written
-    names = {k: understood[k].assumed().name for k in columns}
+    time, columns, names = written
     parameters = in_binary64(part.reference.parameters)
     speed = float(part.reference.approximate(time[:1], ["forward_speed"])["forward_speed"][0])
     state = _default_definitions(columns, names, time, equations, parameters, speed)
@@ -176,6 +182,8 @@ def observe(
     slopes, off = _mean_slopes(time, np.array([state[k] for k in columns]), windows, digits)
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
+    # Slopes tell less of the first rows.
+    is_begun = _SLOPES.keys() <= part.values.keys() and time[0] <= 2 * (time[1] - time[0])
     found = Observed(
         number=part.number,
         time=time,
@@ -185,28 +193,43 @@ def observe(
         uncertain=off[2:],
         kinematic=slopes[:2] - rates,
         kinematic_uncertain=off[:2],
-        definitions=names,
-        beginning=None if time[0] > 2 * (time[1] - time[0]) else np.median(began, axis=1),
+        definitions={k: name for k, name in names.items() if k in part.values},
+        beginning=np.median(began, axis=1) if is_begun else None,
         scatter=np.ptp(began, axis=1),
+        is_whole={*STATE} <= part.values.keys(),
     )
     return found if "forward_speed" in columns else found.without_speed()
 
 
 def _rows_that_move(
     part: Part, understood: Mapping[str, Understanding]
-) -> tuple[Array, dict[str, Array]] | None:
-    """Return times and columns of `STATE` [SI]; None where they are no motion, or too few."""
-    columns = {k: in_si(part, understood, k) for k in STATE if k in part.values and k in understood}
-    if not {*STATE[:-1]} <= columns.keys():
+) -> tuple[Array, dict[str, Array], dict[str, str]] | None:
+    """Return times, columns of `STATE` [SI] and their definitions.
+
+    None where they are no motion, or too few.
+    """
+    keys = [k for k in STATE if k in part.values and k in understood]
+    columns = {k: in_si(part, understood, k) for k in keys}
+    names = {k: understood[k].assumed().name for k in keys}
+    if not {"roll_angle", "steer_angle"} <= columns.keys():
         return None
     rows = np.flatnonzero(np.all([np.isfinite(x) for x in columns.values()], axis=0))
     if len(rows) < _FEWEST_ROWS:
         return None
     rows = rows[spread(len(rows), _MOST_ROWS)]
     time, columns = part.time[rows], {k: x[rows] for k, x in columns.items()}
+    if not np.all(np.diff(time) > 0.0):
+        return None
+    for rate, angle in _SLOPES.items():
+        if rate not in columns and names[angle] != angle:
+            return None
+        if rate not in columns:
+            columns[rate] = local_polynomials(time, columns[angle], _DEGREE)[:, 1]
+            names[rate] = rate
+    columns = {k: columns[k] for k in STATE if k in columns}
     moves = all(np.ptp(x) for key, x in columns.items() if key != "forward_speed")
     is_bounded = np.max(np.abs([*columns.values()])) < _LARGEST
-    return (time, columns) if moves and is_bounded and np.all(np.diff(time) > 0.0) else None
+    return (time, columns, names) if moves and is_bounded else None
 
 
 def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> Array:
@@ -235,6 +258,12 @@ def in_si(part: Part, understood: Mapping[str, Understanding], key: str) -> Arra
 
 def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> float:
     """Standard deviation of the last digit written [SI]."""
+    if key not in part.values:
+        return (
+            _IN_SLOPE
+            * _digits(part, understood, _SLOPES[key])
+            / float(np.median(np.diff(part.time)))
+        )
     quantum, values = part.quantum.get(key), part.values[key]
     values = values[np.isfinite(values)]
     unit = factor(understood[key].unit)[0]

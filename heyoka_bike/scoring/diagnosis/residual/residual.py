@@ -76,9 +76,12 @@ class Residual:
     above
         How much more remains than the file's own rates are off from the slopes of its angles, both
         in parts of what they are: errors of integrators are in both.
+    is_judged
+        True if the rows are near enough and have digits enough to judge the equations.
+    is_whole
+        True if the file has the speed and the rates; otherwise these may be others than were taken.
     is_resolved, is_shown
-        True if the rows are near enough and have digits enough to see what remains, or at least to
-        judge the equations; False without the speed, whose start may be another.
+        True if both, and what remains is seen at all, or the equations are judged.
     is_blown_up
         True if rates and angles have nothing to do with each other, or the right equations have no
         solution there.
@@ -117,9 +120,12 @@ class Residual:
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
         self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _ALL)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
-        is_motion = not self.is_blown_up and self.equations == EQUATIONS
-        self.is_resolved = is_motion and bool(np.exp(np.mean(np.log(resolved))) > enough)
-        self.is_shown = self.is_resolved or (is_motion and bool(np.median(rest / resolved) < share))
+        is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not self.is_blown_up
+        is_near = is_resolved or bool(np.median(rest / resolved) < share)
+        self.is_judged = is_near and not self.is_blown_up
+        self.is_whole = all(m.is_whole for m in motions)
+        self.is_resolved = is_resolved and self.is_whole
+        self.is_shown = self.is_judged and self.is_whole
         self.known = self._known(library)
         self.fitted = self._fitted(UNKNOWNS)
         if self.is_open and self.is_shown:
@@ -149,9 +155,9 @@ class Residual:
     def leaves_force(self, relief: float) -> bool:
         """True if a cause of some relief leaves what no integrator does.
 
-        Where the speed is not in the file, it may be that of the speed.
+        Where the speed or a rate is not in the file, it may be another one than was taken.
         """
-        return self.equations == EQUATIONS and self.above > WEIGHTS.above * relief
+        return self.is_whole and self.above > WEIGHTS.above * relief
 
     @property
     def definitions(self) -> Mapping[str, str]:
