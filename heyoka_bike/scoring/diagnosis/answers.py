@@ -186,14 +186,15 @@ def _forces(causes: Residual | None) -> Iterator[Finding]:
         else "What is left has another cause, a force or a term that is none of those known here"
     )
     shares = causes.shares
-    where = max(shares, key=shares.__getitem__)
     yield warning(
         "term_unexplained",
         f"{what}. The file's own roll acceleration is off from the exact equations by "
         f"{_part(shares['roll'])}, its steer acceleration by {_part(shares['steer'])}. An "
         f"integrator would leave {causes.above:.2g} times less, by the slopes of the angles. "
-        f"Look at the equation of {where} first, and at what acts beside gravity",
+        f"As a generalised force it acts most in the equation of {causes.acts_in}: look there "
+        "first, and at what acts beside gravity",
         shares=shares,
+        acts_in=causes.acts_in,
         above=causes.above,
     )
 

@@ -159,6 +159,27 @@ class Residual:
         """
         return self.is_whole and self.above > WEIGHTS.above * relief
 
+    @cached_property
+    def acts_in(self) -> str:
+        """The equation in which most of what remains acts, as a generalised force.
+
+        That is the mass matrix times accelerations; in parts of what all of them give there.
+        """
+        moving = self._moving(tuple(self.program.bicycle.values.items()), 0.0)
+        unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])[: len(self.equations)]
+        mass = np.array([np.broadcast_arrays(*row) for row in moving.mass])[
+            : len(unit), : len(unit)
+        ]
+        found, rows = [], iter(np.split(self._right, self._cuts))
+        for m, each in zip(self.motions, np.split(mass, self._ends, axis=2), strict=True):
+            right = np.array([next(rows) for _ in self.equations])
+            left, whole = (
+                np.sum((each @ m.windows.T) * (x / unit), axis=1)
+                for x in (m.accelerations - right, m.accelerations)
+            )
+            found.append(np.mean(left**2, axis=1) / np.mean(whole**2, axis=1))
+        return self.equations[int(np.argmax(np.max(found, axis=0)))]
+
     @property
     def definitions(self) -> Mapping[str, str]:
         """Names of the columns of `STATE`, as they were understood."""
