@@ -21,6 +21,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import apply, clock_mistake, differences
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
@@ -129,13 +130,17 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
         likely, others = _of_equations(seen)
         yield [*file.judged(likely), *_values(file, seen)]
     yield file.judged(others)
-    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
+    beside = (*_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
     yield file.judged((m,) for m in (*_starts(file), *beside))
     if seen is None or seen.is_blown_up:
         yield file.judged(file.possible([(m,) for m in _OF_MODEL]))
-    tells_all = seen is not None and seen.is_judged and seen.equations == EQUATIONS
-    if seen is None or not (seen.is_blown_up or (tells_all and not seen.is_open)):
+    if seen is None or not (seen.is_blown_up or (_tells_all(seen) and not seen.is_open)):
         yield _of_whole_runs(file)
+
+
+def _tells_all(residual: Residual) -> bool:
+    """True if the equations tell of every value, also of those that change the speed first."""
+    return residual.is_judged and residual.equations == EQUATIONS
 
 
 def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
@@ -162,20 +167,31 @@ def _values(file: SeenFile, residual: Residual) -> Sequence[Hypothesis]:
     likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
+    if residual.is_judged:
+        # Whole runs are explained no better.
+        likely = [h for h in likely if h.relief > WEIGHTS.explains]
     if residual.is_open or residual.is_blown_up:
         # Where a force is left, or no motion is seen, no values are those of the file.
         return file.judged(h.mistakes for h in likely)
-    # Whole runs show a small value beside a large one.
-    return _fitted(file, [*PARAMETERS], [h.mistakes[0] for h in likely]) if likely else ()
+    # Whole runs show a small value beside a large one, and another start.
+    names = [*PARAMETERS, *_names_of_starts(file)]
+    return _fitted(file, names, [h.mistakes[0] for h in likely]) if likely else ()
+
+
+def _names_of_starts(file: SeenFile) -> list[str]:
+    return [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
 
 
 def _of_whole_runs(file: SeenFile) -> list[Hypothesis]:
     """Values of parameters, forces and starts that whole runs speak for, and mistakes of these."""
-    starts = [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
-    found = [h for h in _fitted(file, [*UNKNOWNS, *starts]) if h.relief > WEIGHTS.mostly]
-    names = {x.key for h in found for x in h.found}
-    alike = [m for m in _OF_MODEL if differences(apply(file.program, (m,)), file.program) <= names]
-    return [*found, *file.judged((m,) for m in (*alike, *(_OF_START if names & {*starts} else ())))]
+    starts = _names_of_starts(file)
+    # What the equations of roll and steer show they have shown.
+    is_half = file.residual is not None and file.residual.is_judged and not file.residual.is_open
+    names = [*(FORWARD if is_half else UNKNOWNS), *starts]
+    found = [h for h in _fitted(file, names) if h.relief > WEIGHTS.mostly]
+    keys = {x.key for h in found for x in h.found}
+    alike = [m for m in _OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
+    return [*found, *file.judged((m,) for m in (*alike, *(_OF_START if keys & {*starts} else ())))]
 
 
 def _fitted(

@@ -171,8 +171,9 @@ def _flat(c: ColumnScore, order: int) -> float:
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
-    # In all parts of the run: a motion that dies away ends on a straight line.
-    return min(float(np.mean(x)) for x in np.array_split(found[moves] <= tiny, _PARTS_OF_RUN))
+    # In all parts of the run but one: a motion that dies away ends on a straight line.
+    parts = np.array_split(found[moves] <= tiny, _PARTS_OF_RUN)
+    return sorted(float(np.mean(x)) for x in parts)[1]
 
 
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

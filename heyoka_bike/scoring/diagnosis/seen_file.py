@@ -111,7 +111,7 @@ class SeenFile:
     maneuvers : list of int
         Their numbers.
     has_one_speed
-        True if the forward speed never changes.
+        True if the forward speed never changes, or is not in the file.
     tried
         Number of programs that were compared.
     """

@@ -46,10 +46,10 @@ _CONSTANT = 1e-14
 
 
 def has_constant_speed(parts: Sequence[Part]) -> bool:
-    """True if the forward speed is the same in every row of each maneuver."""
+    """True if the forward speed is the same in every row of each maneuver, or not in the file."""
     for part in parts:
         speed = part.values.get("forward_speed", np.array([]))
         speed = speed[np.isfinite(speed)]
-        if not len(speed) or np.ptp(speed) > _CONSTANT * np.max(np.abs(speed)):
+        if len(speed) and np.ptp(speed) > _CONSTANT * np.max(np.abs(speed)):
             return False
     return True
