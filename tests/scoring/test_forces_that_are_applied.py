@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 from corpus.newton_model import B, F, H, Program, R
+from scipy.optimize import brentq
 
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, Moving
 from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 
@@ -185,3 +188,63 @@ def test_every_force_says_what_it_is():
     for name, force in FORCES.items():
         assert force.says, name
         assert force.is_part == (force.unit == "1"), name
+
+
+def _turn(axis, angle):
+    """Rodrigues' rotation about a unit vector."""
+    k = np.cross(axis, np.eye(3)).T
+    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k
+
+
+def potential_on_tyres(bicycle, roll, steer, section):
+    """Potential energy at rest on two tyres of a round section."""
+    p = {name: float(x) for name, x in bicycle.values.items()}
+    x, y, z = np.eye(3)
+    axis = _turn(y, p["lam"]) @ z
+    through = np.array([p["w"] + p["c"], 0.0, 0.0])
+    fork = _turn(axis, steer)
+    rear, front = np.array([0.0, 0.0, -p["rR"]]), np.array([p["w"], 0.0, -p["rF"]])
+    masses = [
+        (p["mR"], rear, False), (p["mB"], np.array([p["xB"], 0.0, p["zB"]]), False),
+        (p["mH"], np.array([p["xH"], 0.0, p["zH"]]), True), (p["mF"], front, True),
+    ]  # fmt: skip
+
+    def heights(pitch):
+        turn = _turn(x, roll) @ _turn(y, pitch)
+
+        def down(point, is_fork):
+            at = through + fork @ (point - through) if is_fork else point
+            return (turn @ (at - rear))[2]
+
+        leans = [(turn @ y)[2], (turn @ fork @ y)[2]]
+        hubs = [
+            (r - section) * np.sqrt(1.0 - lean**2) + section
+            for r, lean in zip((p["rR"], p["rF"]), leans, strict=True)
+        ]
+        above = sum(m * (hubs[0] - down(point, is_fork)) for m, point, is_fork in masses)
+        return hubs[0] - down(front, True) - hubs[1], above
+
+    pitch = brentq(lambda angle: heights(angle)[0], -0.1, 0.1, xtol=1e-15)
+    return GRAVITY * heights(pitch)[1]
+
+
+@pytest.mark.parametrize(("roll", "steer"), [(0.02, 0.0), (0.0, 0.03), (0.01, -0.02)])
+def test_a_round_section_of_tyres_is_the_slope_of_its_potential(bicycle, roll, steer):
+    section, step = 1e-3, 1e-4
+    equations = Equations.binary64(bicycle)
+    angles = np.array([roll]), np.array([steer])
+    pitch = pitch_on_the_floor(equations.k, angles[0], 0 * angles[0], angles[1])
+    moving = Moving(equations, [angles[0], pitch, angles[1], *np.zeros((4, 1))])
+    found = [section * float(x[0]) for x in moving.powers(FORCES["crown"].law(moving))[:2]]
+
+    def slope(along):
+        ahead, behind = (
+            potential_on_tyres(bicycle, *(np.array([roll, steer]) + way * along), section)
+            - potential_on_tyres(bicycle, *(np.array([roll, steer]) + way * along), 0.0)
+            for way in (step, -step)
+        )
+        return (ahead - behind) / (2 * step)
+
+    right = [-slope(along) for along in np.eye(2)]
+    # To first order in the lean, of which the square is 1e-3.
+    assert found == pytest.approx(right, rel=3e-3, abs=1e-3 * max(map(abs, right)))

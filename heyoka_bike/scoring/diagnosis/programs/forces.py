@@ -324,6 +324,30 @@ def _scrub(frame: str) -> Law:
     return lambda m: {f"turn_{frame}": (0.0, 0.0, -m.now[f"turn_{frame}"][2])}
 
 
+def _crown(frames: str) -> Law:
+    """A round section of tyres: the load of a wheel that leans acts to the side, to first order."""
+
+    def law(m: Moving) -> Linear:
+        k, b = m.equations.k, m.b
+        base = b.rear.wheel_r / k.rear.r * (b.cos_tilt * (k.d1 + k.d3) + b.sin_tilt * k.d2)
+        on_front = m.masses["F"] + m.masses["H"] + (
+            m.masses["B"] * b.rear.x + m.masses["H"] * b.front.x) / base  # fmt: skip
+        whole = sum(m.masses.values())
+        found = {}
+        for frame in frames:
+            out, mass = (
+                (m.axes.from_rear, whole - on_front)
+                if frame == "B"
+                else (m.axes.from_front, on_front)
+            )
+            x, y, z = out(_SIDE)
+            lean = -mass * b.g * z / m.equations.a.sqrt(x * x + y * y)
+            found[f"turn_{frame}"] = (lean * y, -lean * x, 0.0)
+        return found
+
+    return law
+
+
 def _slope_of_ground(along: Vector) -> Law:
     """Gravity's component along an axis of the ground that rises by a small angle."""
 
@@ -497,6 +521,9 @@ FORCES: Mapping[str, Force] = {
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
                           _slope_of_ground(_SIDE)),
+    "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH")),
+    "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B")),
+    "crown_F": Force("radius of the front tyre's section", "m", 1e-3, _crown("H")),
     "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("B")),
     "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
