@@ -130,7 +130,7 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
         likely, others = _of_equations(seen)
         yield [*file.judged(likely), *_values(file, seen)]
     yield file.judged(others)
-    beside = (*_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
+    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
     yield file.judged((m,) for m in (*_starts(file), *beside))
     if seen is None or seen.is_blown_up:
         yield file.judged(file.possible([(m,) for m in _OF_MODEL]))

@@ -566,9 +566,6 @@ def is_plausible(name: str, amount: float) -> bool:
 TENSORS_TURNING = "tensors_turning"
 """Name of the turning of the inertia of rear frame and fork in ground axes: no force."""
 
-TERMS = (*FORCES, TENSORS_TURNING)
-"""Names of the terms that a program may have, or lack."""
-
 
 def rates_altered(
     equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]

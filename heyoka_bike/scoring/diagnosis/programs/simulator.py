@@ -59,7 +59,7 @@ class AskedMotion:
     time : ndarray, shape (n,)
         From 0 on [s].
     amounts
-        Coefficients of `forces.TERMS` [SI].
+        Coefficients of `forces.FORCES` and `TENSORS_TURNING` [SI].
     """
 
     bicycle: Bicycle
