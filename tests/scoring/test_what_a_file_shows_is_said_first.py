@@ -1,5 +1,7 @@
 """What a file shows without a simulation, on files that are right but for that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.correct_programs import fixed_step
@@ -138,6 +140,16 @@ def test_errors_of_phase_are_no_other_times(reference, method, step):
     """Integrators are late, too, but each mode by another time."""
     run = fixed_step(Discretised(reference, is_regular=True), method, step)
     assert other_times(score(run, reference)) is None
+
+
+def test_two_rows_at_one_time_are_diagnosed(reference):
+    """Solvers write an event twice, before and after it."""
+    results = made(reference, lambda key, values, m: 1.01 * values)
+    twice = np.r_[:500, 499:1001]
+    rows = [m.at(twice) for m in results.maneuvers]
+    report = score(replace(results, maneuvers=tuple(rows)), reference)
+    assert diagnosed(report, reference).diagnosis
+    assert other_times(report) is None
 
 
 def test_an_error_that_begins_small_is_no_departure(reference):

@@ -145,13 +145,5 @@ def _shifted(report: Report, reference: Reference, shift: float) -> Report:
     for part in (m.part for m in report.maneuvers):
         time, rest = two_sum(part.time, np.full_like(part.time, -shift))
         rows = (time >= 0.0) & (time <= float(part.reference.duration))
-        parts.append(
-            replace(
-                part,
-                time=time[rows],
-                time_lo=(rest + part.time_lo)[rows],
-                values={key: x[rows] for key, x in part.values.items()},
-                lo={key: x[rows] for key, x in part.lo.items()},
-            )
-        )
+        parts.append(replace(part, time=time, time_lo=rest + part.time_lo).at(rows))
     return scored(Alignment(report.file, tuple(parts), ()), reference)

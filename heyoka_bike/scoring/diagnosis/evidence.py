@@ -274,10 +274,10 @@ class Hypothesis:
             return None
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
         limit = w.of_motion * max(lateral, w.nothing)
+        # ... or was much less so, whatever else is wrong.
+        if self.changed and w.of_motion * max(self.before[k] for k in self.changed) < lateral:
+            return self.changed[0]
         for k in self.changed:
-            # ... or was much less so, whatever else is wrong.
-            if w.of_motion * max(self.before[x] for x in self.changed) < lateral:
-                return k
             is_large = self.after[k] > max(limit, w.at_floor * self.floors.get(k, 0.0))
             if k[1] not in LATERAL and is_large and self.before[k] < w.mostly * self.after[k]:
                 return k

@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import log
 
+import numpy as np
+
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
@@ -80,6 +82,8 @@ def explain(
     With `only_output` of what is written only. `progress` is called with the part of the work that
     is done, 0 to 1.
     """
+    # Of rows at one time the first: an event is often written twice.
+    parts = [part.at(np.diff(part.time, prepend=-np.inf) > 0.0) for part in parts]
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < _FEWEST_ROWS:
         return Diagnosis((), 0)

@@ -160,10 +160,12 @@ def _flat(c: ColumnScore, order: int) -> float:
     tiny = _AT_FLOOR * 2.0**order * (c.floor or 0.0)
     rows = slice(_last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
-    found, right = (
-        np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
-        for x in (c.trace.value[rows], c.trace.reference[rows])
-    )
+    # Two rows at one time have no slope.
+    with np.errstate(all="ignore"):
+        found, right = (
+            np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
+            for x in (c.trace.value[rows], c.trace.reference[rows])
+        )
     moves = right > _WORSE * tiny
     # Between others it goes on by steps of any size; few digits make many of the same.
     if len(moves) < _FEW_ROWS or 2 * moves.sum() <= len(moves):
@@ -228,7 +230,7 @@ def other_times(report: Report) -> Finding | None:
         ahead, left = _ahead(columns, slice(None), axis=0)
         relief.append(left)
         found[str(m.maneuver)] = tuple(np.quantile(ahead, _MOST_ROWS).tolist())
-    if max(relief) < _MOSTLY or np.exp(np.mean(np.log(relief))) < _NEARLY:
+    if not (max(relief) > _MOSTLY and np.exp(np.mean(np.log(relief))) > _NEARLY):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = most - least < _SAME_TIME * abs(most + least)
@@ -257,13 +259,15 @@ def _ahead(
     """
     error = np.array([c.trace.error / c.scale for c in columns])
     right = np.array([c.trace.reference / c.scale for c in columns])
-    slope = np.gradient(right, columns[0].trace.time, axis=1)
-    bend = np.gradient(slope, columns[0].trace.time, axis=1)[:, rows]
-    error, slope, ahead = error[:, rows], slope[:, rows], np.zeros(())
-    for _ in range(3):
-        way = slope + ahead / 2.0 * bend
-        ahead = np.sum(error * way, axis) / np.sum(way**2, axis)
-    return ahead, rms(error.ravel()) / rms((error - ahead * way).ravel())
+    # Two rows at one time have no slope, and then no time is found.
+    with np.errstate(all="ignore"):
+        slope = np.gradient(right, columns[0].trace.time, axis=1)
+        bend = np.gradient(slope, columns[0].trace.time, axis=1)[:, rows]
+        error, slope, ahead = error[:, rows], slope[:, rows], np.zeros(())
+        for _ in range(3):
+            way = slope + ahead / 2.0 * bend
+            ahead = np.sum(error * way, axis) / np.sum(way**2, axis)
+        return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
 
 
 def _later(seconds: float) -> str:

@@ -155,13 +155,7 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS:
         return part
-    return replace(
-        part,
-        time=part.time[:row],
-        time_lo=part.time_lo[:row],
-        values={key: x[:row] for key, x in part.values.items()},
-        lo={key: x[:row] for key, x in part.lo.items()},
-    )
+    return part.at(slice(row))
 
 
 def observe(
