@@ -13,7 +13,7 @@ from heyoka_bike.reference.load import load_sensitivities as load_sensitivities
 from heyoka_bike.scoring.reading.results import Results as Results
 from heyoka_bike.scoring.reading.source import read_results as read_results
 from heyoka_bike.scoring.report import Report as Report
-from heyoka_bike.scoring.report import Series as Series
+from heyoka_bike.scoring.runs import Series as Series
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose as diagnose
 from heyoka_bike.scoring.instants.check import check as check
 from heyoka_bike.scoring.score import score as score

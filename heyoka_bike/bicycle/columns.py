@@ -13,6 +13,7 @@ in `instant`. Their places and velocities are along the ground axes, x along the
 yaw is zero, y to the right, z down, from where the rear wheel touches the floor.
 """
 
+import re
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -292,6 +293,46 @@ benchmark, then what a file may have besides by name, of `COLUMNS`, `FOLLOWING` 
 
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""
+
+ALIASES: Mapping[str, tuple[str, ...]] = {
+    "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
+    "roll_rate": (
+        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid", "p",
+        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "dotphi", "dotvarphi",
+        "\u03c6\u0307", "\u03d5\u0307",
+    ),
+    "forward_speed": (
+        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed",
+        "longitudinalvelocity",
+    ),
+    "potential_energy": ("potential", "epot", "ep", "pe", "u"),
+    "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
+    "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
+    "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
+    "steer_rate": (
+        "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
+        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
+        "steerd", "dotdelta", "\u03b4\u0307",
+    ),
+    "pitch": ("pitchangle", "theta", "\u03b8"),
+    "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
+    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
+}  # fmt: skip
+"""By key, other names of columns as programs write them: small letters without any breaks."""
+
+KEYS_BY_WORD: Mapping[str, str] = {
+    **{key.replace("_", ""): key for key in COMPARED},
+    **{alias: key for key, aliases in ALIASES.items() for alias in aliases},
+}
+"""The key that each name means, in small letters without any breaks."""
+
+_WORD_BREAKS = re.compile(r"[\s_-]+")
+
+
+def key_of(name: str) -> str | None:
+    """Key of the column that a name means (``phi``, ``Roll angle``); None if it is not known."""
+    return KEYS_BY_WORD.get(_WORD_BREAKS.sub("", name.lower()))
+
 
 RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
     ("roll_rate", "lean_rate"): ("roll_angle", "lean"),

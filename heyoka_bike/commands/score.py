@@ -43,7 +43,8 @@ from heyoka_bike.system.console import has_colors, progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
-    from heyoka_bike.scoring.report import Report, Series
+    from heyoka_bike.scoring.report import Report
+    from heyoka_bike.scoring.runs import Series
 
 _ROWS = "rows"
 
@@ -122,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
     from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-    from heyoka_bike.scoring.report import Series
+    from heyoka_bike.scoring.runs import Series
 
     if isinstance(scored, Series):
         raise InputError(

@@ -17,7 +17,17 @@ from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.findings import Finding, info, warning
+from heyoka_bike.scoring.evidence import (
+    Evidence,
+    ManeuverRecognised,
+    MeantByValues,
+    NoReference,
+    OtherManeuver,
+    OtherOrder,
+    RowsOutside,
+    TooLarge,
+    WheelRate,
+)
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.units import factor, tried
 
@@ -37,8 +47,6 @@ _LARGEST = 1e150
 _FAR = 0.1
 # Rows that tell columns in another order.
 _FEW = 200
-ANOTHER_ORDER = "columns_in_another_order"
-"""Finding of a file whose columns are others than their places or names say."""
 # A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
 _NEARER = 8.0
 
@@ -100,7 +108,7 @@ class Alignment:
 
     file: FileInfo
     parts: tuple[Part, ...]
-    findings: tuple[Finding, ...]
+    seen: tuple[Evidence, ...]
 
 
 def align(results: Results, reference: Reference) -> Alignment:
@@ -115,15 +123,14 @@ def align(results: Results, reference: Reference) -> Alignment:
     """
     results, reference = _with_their_columns(results, reference)
     results = _as_meant(results, reference)
-    findings = list(results.findings)
+    seen = list(results.seen)
     parts: list[Part] = []
     lost: list[Part] = []
     for rows in results.maneuvers:
         number = rows.maneuver
         if number is None:
             number = _recognise(results, rows, reference)
-            said = f"the columns are those of maneuver {number}, recognised by their values"
-            findings.append(info("maneuver_recognised", said, maneuver=number))
+            seen.append(ManeuverRecognised(number))
         if number not in reference:
             raise InputError(
                 f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
@@ -135,7 +142,7 @@ def align(results: Results, reference: Reference) -> Alignment:
         outside += turning
         if len(part.time):
             outside += _of_another(part, rows, reference, results)
-        findings += [f for f in outside if f not in findings]
+        seen += [x for x in outside if x not in seen]
         (parts if len(part.time) else lost).append(part)
     if not any(part.has_values() for part in parts):
         raise NothingScoredError(_why_nothing(results, reference, bool(parts)))
@@ -155,7 +162,7 @@ def align(results: Results, reference: Reference) -> Alignment:
             significant_digits=results.significant_digits,
         ),
         parts=tuple(sorted(parts, key=lambda p: p.number)),
-        findings=tuple(findings),
+        seen=tuple(seen),
     )
 
 
@@ -190,11 +197,7 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
             significant_digits=min(digits, default=None),
         ),
         parts=tuple(sorted((p for a in alignments for p in a.parts), key=lambda p: p.number)),
-        findings=tuple(
-            replace(f, message=f"{a.file.path}: {f.message}")
-            for a in alignments
-            for f in a.findings
-        ),
+        seen=tuple(replace(x, file=a.file.path) for a in alignments for x in a.seen),
     )
 
 
@@ -211,18 +214,20 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     if written <= reference[1].definitions.keys():
         return results, reference
     whole = reference.with_motion()
-    lacks = f"no {MOTION}" if whole is None else "no such columns"
     reference = whole or reference
     unknown = [key for key in COMPARED if key in written - reference[1].definitions.keys()]
     if not unknown:
         return results, reference
     known = written - set(unknown)
-    said = f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has {lacks}"
-    finding = warning("columns_without_reference", said, columns=unknown)
+    lacks = "" if whole is not None else MOTION
     if not known:
-        raise NothingScoredError(f"{results.path}: {finding.message}")
+        raise NothingScoredError(
+            f"{results.path}: {', '.join(unknown)}: left out, for the reference in "
+            f"{reference.folder} has no {lacks or 'such columns'}"
+        )
+    lost = NoReference(tuple(unknown), str(reference.folder), lacks)
     maneuvers = tuple(rows.only(known) for rows in results.maneuvers)
-    return replace(results, maneuvers=maneuvers, findings=(*results.findings, finding)), reference
+    return replace(results, maneuvers=maneuvers, seen=(*results.seen, lost)), reference
 
 
 def _as_meant(results: Results, reference: Reference) -> Results:
@@ -250,16 +255,14 @@ def _as_meant(results: Results, reference: Reference) -> Results:
         key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
     )
     meant: dict[str, str | None] = {}
-    findings = list(results.findings)
+    seen = list(results.seen)
     for key, nearest in zip(far, best, strict=True):
         is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
         meant[key] = k = nearest if is_kept else None
         if k != key:
-            said = f"the name of a column may mean {' or '.join(open_[key])}; by its values it is "
-            said += k or "none of them and left out"
-            findings.append(info("meant_by_values", said, column=k, may_be=list(open_[key])))
+            seen.append(MeantByValues(k, tuple(open_[key])))
     maneuvers = tuple(_renamed(rows, meant) for rows in results.maneuvers)
-    return replace(results, maneuvers=maneuvers, findings=tuple(findings))
+    return replace(results, maneuvers=maneuvers, seen=tuple(seen))
 
 
 def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:
@@ -285,7 +288,7 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
     return float(found ** (1 / len(results.maneuvers)))
 
 
-def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Finding, ...]]:
+def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evidence, ...]]:
     """The part with the rate of a wheel in the place of the speed known as that, by its values."""
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
@@ -295,8 +298,7 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Find
         radius = f"{float(Fraction(reference.parameters[name]))} m"
         units = {**part.units, "forward_speed": f"{radius} rad s-1"}
         if _distance(replace(speed, units=units)) < own / _NEARER:
-            said = f"forward_speed is the rate of a wheel [rad/s]; its speed is that times {radius}"
-            return replace(part, units=units), (info("wheel_rate", said, radius=radius),)
+            return replace(part, units=units), (WheelRate(radius),)
     return part, ()
 
 
@@ -331,11 +333,10 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
 
 def _of_another(
     part: Part, rows: Rows, reference: Reference, results: Results
-) -> tuple[Finding, ...]:
-    """Return a finding if the values clearly fit other columns, or another maneuver, than told."""
+) -> tuple[Evidence, ...]:
+    """Tell whether the values clearly fit other columns, or another maneuver, than told."""
     if order := _another_order(part):
-        option = "columns=" if results.format == "array" else "--columns "
-        said = f"the columns seem to be in another order: {', '.join(order.values())}"
+        told = ""
         if all({*r.values} == {*BENCHMARK_COLUMNS} for r in results.maneuvers):
             several = len(results.maneuvers) > 1
             names = [
@@ -343,8 +344,9 @@ def _of_another(
                 for r in results.maneuvers
                 for key in r.values
             ]
-            said += f"; {option}time,{','.join(names)} tells it"
-        return (warning(ANOTHER_ORDER, said, columns=list(order.values())),)
+            option = "columns=" if results.format == "array" else "--columns "
+            told = f"{option}time,{','.join(names)}"
+        return (OtherOrder(tuple(order.values()), told),)
     own = _distance(part)
     if own < _FAR:
         return ()
@@ -352,11 +354,7 @@ def _of_another(
     nearest = min(distance, key=distance.__getitem__)
     if nearest == part.number or distance[nearest] > min(own / 2, _FAR):
         return ()
-    said = (
-        f"the values in the place of maneuver {part.number} are nearer to maneuver {nearest} "
-        f"(relative distance {distance[nearest]:.2g}, against {own:.2g})"
-    )
-    return (warning("another_maneuver", said, maneuver=part.number, nearest=nearest),)
+    return (OtherManeuver(part.number, nearest, distance[nearest], own),)
 
 
 def _another_order(part: Part) -> dict[str, str]:
@@ -414,21 +412,16 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
 
 def _within(
     rows: Rows, number: int, reference: ReferenceManeuver
-) -> tuple[Part, tuple[Finding, ...]]:
+) -> tuple[Part, tuple[Evidence, ...]]:
     """The rows within the run; nothing is extrapolated."""
     end, hi = float(reference.duration), rows.time
     is_early = (hi < 0) | ((hi == 0) & (rows.time_lo < 0))
     keep = ~(is_early | (hi > end * (1 + SUMMED)))
-    findings = []
+    seen: list[Evidence] = []
     if not keep.all():
         left_out = hi[~keep]
-        count, first, last = len(left_out), float(left_out.min()), float(left_out.max())
-        said = (
-            f"{count} row{'s' if count > 1 else ''} with times from {first:.6g} to {last:.6g} s "
-            f"left out: the reference covers 0 to {end:g} s and nothing is extrapolated"
-            f"{_milliseconds(hi, end)}"
-        )
-        findings.append(warning("time_outside", said, rows=count, t_first=first, t_last=last))
+        ends = float(left_out.min()), float(left_out.max())
+        seen.append(RowsOutside(len(left_out), *ends, end, _may_be_milliseconds(hi, end)))
 
     # A long file is not copied for nothing.
     kept = rows if keep.all() else rows.at(keep)
@@ -437,10 +430,9 @@ def _within(
         too_large = np.abs(written) > _LARGEST
         if count := int(too_large.sum()):
             values[key] = np.where(too_large, np.nan, written)
-            said = f"maneuver {number}: {count} values of {key} are beyond 1e150 and left out"
-            findings.append(warning("too_large", said, maneuver=number, column=key, values=count))
+            seen.append(TooLarge(number, key, count))
     named = vars(kept) | {"maneuver": number, "values": values}
-    return Part(**named, reference=reference), tuple(findings)
+    return Part(**named, reference=reference), tuple(seen)
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
@@ -457,8 +449,13 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
 
 
 def _milliseconds(times: Array, end: float) -> str:
-    """A question where most times are a thousand times too large."""
+    """The end of an error: a question where most times are a thousand times too large."""
+    return "; are they in milliseconds?" if _may_be_milliseconds(times, end) else ""
+
+
+def _may_be_milliseconds(times: Array, end: float) -> bool:
+    """True if most times are a thousand times too large."""
     # Counted, not averaged: the mean of two times near the largest double overflows.
     most_are_late = 2 * int((times > end).sum()) > len(times)
     in_range = 100 * end <= float(np.max(times)) <= 1000 * end * (1 + SUMMED)
-    return "; are they in milliseconds?" if most_are_late and in_range else ""
+    return most_are_late and in_range

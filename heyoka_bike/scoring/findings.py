@@ -3,10 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, TypeVar
-
-K = TypeVar("K")
-V = TypeVar("V")
+from typing import Any
 
 
 class Severity(StrEnum):
@@ -53,14 +50,6 @@ def maneuvers(numbers: Iterable[int]) -> str:
     """Return the beginning of a finding: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
     listed = [str(n) for n in numbers]
     return f"maneuver{'s' * (len(listed) > 1)} {', '.join(listed)}"
-
-
-def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """All values of each key, in the order in which they come."""
-    found: dict[K, list[V]] = {}
-    for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return found
 
 
 def named(keys: Sequence[str], most: int = 8) -> str:

@@ -32,11 +32,11 @@ from numpy.typing import NDArray
 from heyoka_bike.numbers.double import Array, Double, two_sum
 from heyoka_bike.reference.values import Values
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.report import Growth, Measures
+from heyoka_bike.scoring.grades import MOST_DIGITS as MOST_DIGITS
+from heyoka_bike.scoring.grades import TOLERANCE as TOLERANCE
+from heyoka_bike.scoring.grades import digits as digits
+from heyoka_bike.scoring.scores import Growth, Measures
 from heyoka_bike.scoring.units import factor
-from heyoka_bike.scoring.verdict import MOST_DIGITS as MOST_DIGITS
-from heyoka_bike.scoring.verdict import TOLERANCE as TOLERANCE
-from heyoka_bike.scoring.verdict import digits as digits
 
 ROUNDING = 1e-11
 """Of the scale: what binary64 arithmetic may leave of a run. 1e-16 in each of a million operations

@@ -2,8 +2,8 @@
 
 The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
 ``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
-does one that contradicts another of the file by its sign, one that was never filled in, and a
-requirement on something that the file does not have.
+does one that contradicts another of the file by its sign, a column of the file that was not
+compared, and a requirement on something that the file does not have.
 """
 
 import operator
@@ -14,16 +14,31 @@ from math import isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
-from heyoka_bike.scoring.findings import named
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.evidence import LostColumn, NeverFilled, NoReference, SignContradiction
+from heyoka_bike.scoring.outcomes import (
+    EnergyDoesNotCount,
+    LeftOut,
+    NeverFilledIn,
+    NoSuchColumn,
+    NoSuchManeuver,
+    NothingCompared,
+    Outcome,
+    Requirement,
+    SignContradicted,
+    ValuesMissing,
+    WorstValue,
+)
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.verdict import claim
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
 )  # fmt: skip
-"""Metrics of a column, see `report.Measures`; as understood."""
+"""Metrics of a column, see `scores.Measures`; as understood."""
 
 OF_MANEUVER = ("performance", "coverage", "gap")
-"""Metrics of a maneuver, see `report.ManeuverScore`."""
+"""Metrics of a maneuver, see `scores.ManeuverScore`."""
 
 _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
@@ -100,90 +115,81 @@ def check(text: str, report: Report) -> Requirement:
         See `parse`.
     """
     r = parse(text)
-    try:
-        value, where = (max if r.op in ("<", "<=") else min)(_values(r, report))
-    except _NotMetError as e:
-        return Requirement(text, False, None, str(e))
-    found = value if isfinite(value) else None
-    shown = "never" if found is None else f"{found:.3g}"
-    return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+    found = _outcome(r, report)
+    if not isinstance(found, WorstValue):
+        return Requirement(text, False, None, found)
+    is_met = _OPERATORS[r.op](found.value, r.number)
+    return Requirement(text, is_met, found.value if isfinite(found.value) else None, found)
 
 
-class _NotMetError(Exception):
-    """Why a requirement is not met, whatever the numbers are."""
-
-
-def _values(r: Parsed, report: Report) -> list[tuple[float, str]]:
-    """Each value that a requirement speaks of, as far as the digits show it, and where it is."""
-    if left_out := _left_out(r, report):
-        raise _NotMetError(left_out)
+def _outcome(r: Parsed, report: Report) -> Outcome:
+    """The worst value of what a requirement speaks of, or why it is not met whatever they are."""
+    if lost := _lost(r, report):
+        return lost
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
-    if not maneuvers:
-        raise _NotMetError(f"maneuver {r.maneuver} is not in the file")
+    if not maneuvers and r.maneuver is not None:
+        return NoSuchManeuver(r.maneuver)
+    found: list[Outcome] = []
     if r.metric in OF_MANEUVER:
-        return [(_of_maneuver(m, r), f"maneuver {m.maneuver}") for m in maneuvers]
-    values = [
-        _of_column(m.maneuver, c, r, report)
-        for m in maneuvers
-        for c in m.columns
-        if r.column in (None, c.key)
-    ]
-    if not values:
-        said = (f for f in report.findings if f.code == "columns_without_reference")
-        is_known = any(r.column in f.evidence["columns"] for f in said)
-        where = "reference" if is_known else "file"
-        raise _NotMetError(f"{r.column or 'no column'} is not in the {where}")
-    return values
+        found += [_of_maneuver(m, r) for m in maneuvers]
+    else:
+        found += [
+            _of_column(m.maneuver, c, r, report)
+            for m in maneuvers
+            for c in m.columns
+            if r.column in (None, c.key)
+        ]
+    if not found:
+        without = (x for x in report.seen if isinstance(x, NoReference))
+        return NoSuchColumn(r.column, has_reference=all(r.column not in x.keys for x in without))
+    values = [x for x in found if isinstance(x, WorstValue)]
+    if len(values) < len(found):
+        return next(x for x in found if not isinstance(x, WorstValue))
+    # Of equal values the one that is not told by its digits.
+    worst = max if r.op in ("<", "<=") else min
+    return worst(values, key=lambda x: (x.value, x.maneuver, x.key or ""))
 
 
-def _of_column(number: int, c: ColumnScore, r: Parsed, report: Report) -> tuple[float, str]:
+def _of_column(number: int, c: ColumnScore, r: Parsed, report: Report) -> Outcome:
     if c.missing:
-        raise _NotMetError(f"maneuver {number}, {_why_missing(c)}")
+        return ValuesMissing(number, c.key, c.missing, c.missing + c.values)
     if c.is_contradicted:
-        said = (f for f in report.findings if f.code == "signs_disagree")
-        why = next(f.message for f in said if c.key in f.evidence["columns"])
-        raise _NotMetError(f"maneuver {number}, {why}")
-    where = f"maneuver {number}, {c.key}"
+        odd = (x for x in report.seen if isinstance(x, SignContradiction))
+        return SignContradicted(number, next(x for x in odd if c.key in x.keys))
     value = c.shown(r.metric) if c.values else None
     if value is None:
-        raise _NotMetError(f"{where}: {r.metric} is not defined, nothing could be compared")
+        return NothingCompared(number, c.key, r.metric)
     measured = getattr(c.as_understood.measures, r.metric)
-    by_digits = "" if measured is None or value == measured else ", at the digits written"
-    return value, where + by_digits
+    return WorstValue(value, number, c.key, measured is not None and value != measured)
 
 
-def _of_maneuver(m: ManeuverScore, r: Parsed) -> float:
+def _of_maneuver(m: ManeuverScore, r: Parsed) -> Outcome:
     for c in m.columns:
         if c.missing and (r.metric != "performance" or c.key.endswith("energy")):
-            raise _NotMetError(f"maneuver {m.maneuver}, {_why_missing(c)}")
+            return ValuesMissing(m.maneuver, c.key, c.missing, c.missing + c.values)
     if r.metric != "performance":
-        value: float = getattr(m, r.metric)
-        return value
-    if m.performance is None:
-        raise _NotMetError(f"maneuver {m.maneuver} has no mechanical energy to judge")
-    value, why = m.claim(r.number)
-    if why:
-        raise _NotMetError(f"maneuver {m.maneuver}: {why}")
-    return value
+        return WorstValue(getattr(m, r.metric), m.maneuver)
+    claimed = claim(m, r.number)
+    if claimed.reason is not None:
+        return EnergyDoesNotCount(m.maneuver, claimed.reason)
+    return WorstValue(claimed.value, m.maneuver)
 
 
-def _left_out(r: Parsed, report: Report) -> str:
-    """Why a requirement is not met that speaks of what the file has and was not compared."""
-    unfilled, beside = [], []
-    for name, key in report.not_compared.items():
-        number = name.removesuffix(f".{key}")
-        is_place = number != name
-        if r.column not in (None, key) or (is_place and r.maneuver not in (None, int(number))):
-            continue
-        if is_place and (r.metric != "performance" or key.endswith("energy")):
-            unfilled.append((number, key))
-        elif not is_place and r.metric in OF_COLUMN:
-            beside.append(name)
-    if unfilled:
-        numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*unfilled, strict=True))
-        return f"maneuver {numbers}, {keys}: never filled in"
-    return f"{named(beside)}: one too many, and not compared" if beside else ""
+def _lost(r: Parsed, report: Report) -> LeftOut | NeverFilledIn | None:
+    """Columns of the file that a requirement speaks of and that were not compared."""
 
+    def is_meant(x: LostColumn) -> bool:
+        if None not in (r.maneuver, x.maneuver) and r.maneuver != x.maneuver:
+            return False
+        if r.metric == "performance":
+            return x.key is None or x.key.endswith("energy")
+        return None in (r.column, x.key) or r.column == x.key
 
-def _why_missing(c: ColumnScore) -> str:
-    return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
+    lost = tuple(filter(is_meant, report.not_compared))
+    unfilled = {x for e in report.seen if isinstance(e, NeverFilled) for x in e.lost(())}
+    if never := tuple(x for x in lost if x in unfilled):
+        return NeverFilledIn(never)
+    without = {x for e in report.seen if isinstance(e, NoReference) for x in e.lost(())}
+    # A requirement on one column that the reference lacks says so itself.
+    lost = tuple(x for x in lost if r.column is None or x not in without)
+    return LeftOut(lost) if lost else None

@@ -2,8 +2,8 @@
 
 `score` is the pipeline: `alignment` finds the maneuvers and the rows that can be compared,
 `definitions` what the columns mean, `measures` their errors and what the digits written allow, and
-`judge` what that means. The outcome is one `report.Report`, of which `verdict` decides what is
-right.
+`judge` the evidence that they hold. The outcome is one `report.Report`, of which `verdict` decides
+what is right.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,20 +20,24 @@ from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
 from heyoka_bike.scoring.judge import judged
-from heyoka_bike.scoring.judge.contradictions import consistency, without_unfilled
+from heyoka_bike.scoring.judge.energy_sum import energy_sum
+from heyoka_bike.scoring.judge.rates import RATES, from_derivative
+from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.measures import errors, is_small, largest_errors, rounding
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import results_of, words
-from heyoka_bike.scoring.report import (
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.requirements import check
+from heyoka_bike.scoring.scores import (
     Alternative,
     ColumnScore,
+    Consistency,
     ManeuverScore,
     Reading,
-    Report,
     Trace,
 )
-from heyoka_bike.scoring.requirements import check
 from heyoka_bike.scoring.units import to_si
+from heyoka_bike.scoring.verdict import meets_limit
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
@@ -124,7 +128,7 @@ def scored(
             bicycle=reference.bicycle,
             file=alignment.file,
             maneuvers=maneuvers,
-            findings=alignment.findings,
+            seen=alignment.seen,
             reference_sha256=reference.content_sha256,
         )
     )
@@ -141,7 +145,7 @@ def _score_maneuver(part: Part, understood: Understandings, limit: float | None)
     )
     steps = np.diff(part.time) + np.diff(part.time_lo)
     start, end, coverage, gap = _coverage(part)
-    return ManeuverScore(
+    found = ManeuverScore(
         maneuver=part.number,
         name=part.reference.name,
         rows=len(part.time),
@@ -152,9 +156,24 @@ def _score_maneuver(part: Part, understood: Understandings, limit: float | None)
         step=float(median(steps)) if len(steps) else None,
         performance=measures.performance(*_energy(part, understood, columns)),
         performance_limit=limit,
-        consistency=consistency(part, columns),
+        consistency=_consistency(part, columns),
         columns=columns,
         part=part,
+    )
+    return replace(found, meets_limit=meets_limit(found))
+
+
+def _consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
+    """Sum of the energies, and rates against the derivatives of their own angles."""
+    by_key = {c.key: c for c in columns if c.values and not c.missing}
+    total, floor = energy_sum(by_key, has_rest=any("energy" in key for key in part.lo))
+    rates = {key: from_derivative(part.reference, by_key, key) for key in RATES}
+    return Consistency(
+        energy_sum=total,
+        energy_sum_floor=floor,
+        roll_rate=rates["roll_rate"][0],
+        steer_rate=rates["steer_rate"][0],
+        contradicted=tuple(key for key, (_, is_contradicted) in rates.items() if is_contradicted),
     )
 
 

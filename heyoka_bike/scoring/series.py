@@ -44,12 +44,27 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
-from heyoka_bike.scoring.findings import Finding, grouped, info, named, warning
+from heyoka_bike.scoring.evidence import (
+    DefinitionsOfPrograms,
+    DefinitionsOfRuns,
+    ErrorFalls,
+    ErrorStays,
+    Evidence,
+    Grouping,
+    ManeuversDiffer,
+    NoSharedColumns,
+    OrderNotSettled,
+    Staying,
+    StepsUnknown,
+)
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import ARRAY, results_of, several
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Convergence, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
+from heyoka_bike.scoring.scores import ColumnScore
 
 
 def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None]]]:
@@ -90,9 +105,6 @@ _STEADY = 0.3
 _FALLS = 0.2
 # Two runs have the same error if their difference is less than this part of it.
 _SAME = 0.3
-# Exponents within this of 1 are "in proportion".
-_PROPORTION = 0.25
-_NAMED = 6
 
 
 def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
@@ -166,28 +178,14 @@ def _errors_of_both(a: ColumnScore, b: ColumnScore) -> tuple[Array, Array]:
     return a.trace.error[i], b.trace.error[j]
 
 
-_OF_ROUNDING = "limited_by_rounding"
-_STAYS = {
-    _OF_ROUNDING: " or less, does not fall with the {}, and need not: at this size it is rounding "
-    "of binary64 arithmetic, not the model; only longer numbers make it smaller",
-    "noise_does_not_fall": ", does not fall with the {}, but is another curve in each run: it is "
-    "noise, of single-precision numbers (1e-7), of iterations that stop early, or of rough "
-    "interpolation, and not the model",
-    "error_stays": ", is the same curve in both runs and does not fall with the {}: it is not the "
-    "integrator's, but that of the model, its parameters, the start or the output; ask "
-    "heyoka-bike diagnose",
-}
-"""Sentences about errors that stay, by the code of the finding."""
-
-
-def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator[Finding]:
-    """Say what the errors of a series tell of its program, the coarsest run first."""
+def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator[Evidence]:
+    """Tell what the errors of a series show of its program, the coarsest run first."""
     yield from _orders(convergence)
     sizes = [run.tolerance if run.step is None else run.step for run in runs[-2:]]
     if len(sizes) < 2 or sizes[0] is None or sizes[1] is None or sizes[0] <= sizes[1]:
         return
     exponents: list[float] = []
-    staying: dict[str, dict[str, float]] = {code: {} for code in _STAYS}
+    staying: dict[Staying, dict[str, float]] = {how: {} for how in Staying}
     for (maneuver, key), (a, b) in columns_of(runs[-2:]).items():
         exponent = _order((a, sizes[0]), (b, sizes[1]))
         if a is None or b is None or exponent is None:
@@ -196,23 +194,18 @@ def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator
             exponents.append(exponent)
             continue
         error = b.max_rel_error or 0.0
-        code = "error_stays" if _is_same(*_errors_of_both(a, b)) else "noise_does_not_fall"
-        staying[_OF_ROUNDING if error < ROUNDING else code][f"{maneuver}.{key}"] = error
-    what = "tolerance" if runs[-1].step is None else "step"
-    if exponents and what == "tolerance":
-        exponent = float(median(exponents))
-        how = "in proportion to the tolerance"
-        if abs(exponent - 1) > _PROPORTION:
-            how = f"like the tolerance to the power {exponent:.1f}"
-        said = f"the error falls {how}: exponent {exponent:.2f} ({_spread(exponents)})"
-        yield info(what, said, exponent=exponent, least=min(exponents), most=max(exponents))
-    for code, errors in staying.items():
+        how = Staying.SAME_CURVE if _is_same(*_errors_of_both(a, b)) else Staying.NOISE
+        staying[Staying.ROUNDING if error < ROUNDING else how][f"{maneuver}.{key}"] = error
+    by = "tolerance" if runs[-1].step is None else "step"
+    if exponents and by == "tolerance":
+        yield _exponent(by, exponents)
+    for how, errors in staying.items():
         if errors:
-            places, worst, is_fine = list(errors), max(errors.values()), code == _OF_ROUNDING
-            size = f"{worst:.1g}" if is_fine else f"up to {worst:.1g}"
-            said = f"{named(places, _NAMED)}: the error, {size} of the scale"
-            find = info if is_fine else warning
-            yield find(code, said + _STAYS[code].format(what), columns=places, max_rel_error=worst)
+            yield ErrorStays(how, tuple(errors), max(errors.values()), by)
+
+
+def _exponent(by: str, found: Sequence[float]) -> ErrorFalls:
+    return ErrorFalls(by, float(median(found)), min(found), max(found), len(found))
 
 
 def _is_same(a: Array, b: Array) -> bool:
@@ -220,38 +213,22 @@ def _is_same(a: Array, b: Array) -> bool:
     return bool(len(a)) and rms(a - b) < _SAME * rms(b)
 
 
-def _spread(found: Sequence[float]) -> str:
-    """Of how many columns a median is, and between which numbers."""
-    columns = f"{len(found)} column{'s' if len(found) > 1 else ''}"
-    return f"median of {columns}, from {_plain(min(found))} to {_plain(max(found))}"
-
-
-def _plain(order: float) -> str:
-    return f"{round(order, 2) + 0.0:.2f}"  # no -0
-
-
-def _orders(convergence: Sequence[Convergence]) -> Iterator[Finding]:
+def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
     """The order of the program, and whether it has settled."""
     found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     if not found:
         return
-    order = float(median(found))
-    said = f"observed order of convergence {_plain(order)} ({_spread(found)})"
-    yield info("order", said, order=order, least=min(found), most=max(found))
-    unsteady = [
+    yield _exponent("step", found)
+    unsteady = tuple(
         f"{c.maneuver}.{c.key}"
         for c in convergence
         if len(c.orders) > 1
         and c.orders[-1] is not None
         and c.orders[-2] is not None
         and abs(c.orders[-1] - c.orders[-2]) > _STEADY
-    ]
+    )
     if unsteady:
-        said = (
-            f"the order of {', '.join(unsteady)} still changes from step to step: the steps are "
-            "too large, or rounding has been reached, for one power law"
-        )
-        yield info("order_not_settled", said, columns=unsteady)
+        yield OrderNotSettled(unsteady)
 
 
 _ARRAYS = repeat(ARRAY)
@@ -353,11 +330,10 @@ def side_by_side(
     programs = tuple(x.scored(reference, require) for x in merged)
     # Programs have no step in common, and each its own digits: only the errors are side by side.
     errors = tuple(replace(c, floor=None) for c in converge(programs))
-    findings = [*_maneuvers(programs), *_defined(programs)]
+    seen: list[Evidence] = [*_maneuvers(programs), *_defined(programs)]
     if not errors:
-        said = "no maneuver has a column that two of the programs share: nothing is side by side"
-        findings.insert(0, warning("no_shared_columns", said))
-    return Series(programs, errors, tuple(findings), is_one_program=False)
+        seen.insert(0, NoSharedColumns(Grouping.PROGRAMS))
+    return Series(programs, errors, tuple(seen), is_one_program=False)
 
 
 def _file_names(files: Sequence[Alignment]) -> list[str]:
@@ -419,21 +395,14 @@ def _merged(
     return merged
 
 
-def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
+def _maneuvers(programs: Sequence[Run]) -> Iterator[ManeuversDiffer]:
     """Programs that hold different maneuvers: their worst columns do not compare."""
-    who = grouped((", ".join(map(str, program.report)), program.name) for program in programs)
-    if len(who) < 2:
-        return []
-    held = "; ".join(f"{', '.join(names)}: {numbers or 'none'}" for numbers, names in who.items())
-    said = (
-        f"the programs cover different maneuvers ({held}), so that the digits of their worst "
-        "columns do not compare: look at the maneuvers that they share"
-    )
-    numbers = {program.name: list(program.report) for program in programs}
-    return [warning("maneuvers_differ", said, maneuvers=numbers)]
+    held = {program.name: tuple(program.report) for program in programs}
+    if len(set(held.values())) > 1:
+        yield ManeuversDiffer(held)
 
 
-def _defined(programs: Sequence[Run]) -> Iterator[Finding]:
+def _defined(programs: Sequence[Run]) -> Iterator[DefinitionsOfPrograms]:
     """Columns that the programs define in different ways: no error of any of them."""
     taken = grouped(
         (key, (c.definition, program.name))
@@ -444,9 +413,8 @@ def _defined(programs: Sequence[Run]) -> Iterator[Finding]:
     for key, ways in taken.items():
         by = grouped(dict.fromkeys(ways))
         if len(by) > 1:
-            each = "; ".join(f"{definition} in {', '.join(who)}" for definition, who in by.items())
-            said = f"{key} is {each}: each is compared with its own definition, so this is no error"
-            yield info("definitions_differ", said, column=key, definitions=by)
+            who = {definition: tuple(names) for definition, names in by.items()}
+            yield DefinitionsOfPrograms(key, who)
 
 
 # Steps that differ by less than this are the same for a program.
@@ -565,15 +533,9 @@ def _series(
         runs.sort(key=lambda run: -getattr(run, told_by[0]))
     if "step" not in told_by:
         runs = [run._replace(step=None) for run in runs]
-    findings: list[Finding] = []
+    seen: list[Evidence] = []
     if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
-        apart = "the rows of several files are equally far apart"
-        said = (
-            f"{'several files are given as alike' if is_told else apart}, so the step sizes do not "
-            "tell the runs apart; give those of the integrator (--step) to see the order of "
-            "convergence, or the tolerances of its solver (--tolerance)"
-        )
-        findings.append(warning("steps_unknown", said))
+        seen.append(StepsUnknown(is_told))
     understood = [understand(run.alignment.parts) for run in runs]
 
     def score_all(clearest: Understandings) -> tuple[tuple[Run, ...], tuple[Convergence, ...]]:
@@ -588,13 +550,10 @@ def _series(
     if any(u.column != clearest[key].column for key, u in better.items()):
         found, convergence = score_all(better)
     if not convergence:
-        said = (
-            "no maneuver has a column that two of the files share; those of one run go in one file"
-        )
-        findings.append(warning("no_shared_columns", said))
-    findings += _disagreement(found)
-    findings += falling(found, convergence)
-    return Series(found, convergence, tuple(findings))
+        seen.append(NoSharedColumns(Grouping.FILES))
+    seen += _disagreement(found)
+    seen += falling(found, convergence)
+    return Series(found, convergence, tuple(seen))
 
 
 def _rows_apart(a: Alignment) -> float | None:
@@ -664,7 +623,7 @@ def _extrapolate(runs: Sequence[_Files], convergence: Sequence[Convergence]) -> 
     return parts
 
 
-def _disagreement(runs: Sequence[Run]) -> list[Finding]:
+def _disagreement(runs: Sequence[Run]) -> Iterator[DefinitionsOfRuns]:
     """Columns that are taken in different ways: perhaps the files are not of one program."""
     taken = grouped(
         (key, (c.definition, c.as_understood.sign, c.as_understood.unit))
@@ -672,9 +631,6 @@ def _disagreement(runs: Sequence[Run]) -> list[Finding]:
         for c in columns
         if c is not None
     )
-    different = [key for key, ways in taken.items() if len(set(ways)) > 1]
-    said = (
-        f"{', '.join(different)} of these files have different definitions, signs or units; are "
-        "they of one program?"
-    )
-    return [warning("definitions_differ", said, columns=different)] if different else []
+    different = tuple(key for key, ways in taken.items() if len(set(ways)) > 1)
+    if different:
+        yield DefinitionsOfRuns(different)

@@ -1,32 +1,27 @@
 """The one decision of what is right: every word about a result follows these functions.
 
-A column is *right* if each of its values is within 1e-6 of the column's largest value of the exact
-one, six correct digits, and is written finely enough to show that. What the digits written leave
-open *cannot be told*: some right value would be written so. All else is close or wrong, by what
-rounding does not explain. A time means the decimal that is written, so rounded times explain
-nothing, and signs that contradict each other are wrong whatever the digits are.
+A file is right if every column is (see `grades`), of every maneuver, over the whole run, and if no
+column that it holds under a known name was left out of the comparison. What was left out is told by
+evidence: by values, never by the text of a finding.
 
-A file is right if every column is, of every maneuver, over the whole run, and nothing that it holds
-under a known name was left out. Eq. (1) is met by an energy that is the file's own potential plus
-kinetic energy within rounding, or the true one where one of these is not there, and that is written
-finely enough to show the limit. It is a part of the true energy, whatever the first value is.
+Eq. (1) is met by an energy that is the file's own potential plus kinetic energy within rounding, or
+the true one where one of these is not there, and that is written finely enough to show the limit.
+It is a part of the true energy, whatever the first value is.
 """
 
-from collections.abc import Iterable
-from enum import IntEnum
-from math import inf, isfinite, log10
+from __future__ import annotations
 
-MOST_DIGITS = 32.0
-"""Correct digits are not counted beyond this."""
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from math import inf
+from typing import TYPE_CHECKING
 
-RIGHT_DIGITS = 6.0
-"""Correct digits of what is called right: what the examples of ``--require`` ask for."""
+from heyoka_bike.scoring.evidence import Evidence, LostColumn
+from heyoka_bike.scoring.grades import Grade
 
-TOLERANCE = 1e-3
-"""Of the column's scale: the error that `time_to_tolerance` waits for; it is seen in a plot."""
-
-CLOSE_DIGITS = -log10(TOLERANCE)
-"""Correct digits of what is not wrong."""
+if TYPE_CHECKING:
+    from heyoka_bike.scoring.scores import ManeuverScore
 
 WHOLE = 0.99
 """Of the duration: a run without its first row is whole enough to be judged."""
@@ -34,78 +29,96 @@ WHOLE = 0.99
 SUM_ROUNDING = 4.0
 """Rounding of written values explains up to this many times its bound: sums are rounded, too."""
 
-
 ARITHMETIC = 1e-12
 """Of an energy: what thousands of operations in binary64 may leave, with more digits, too."""
 
 
-class Grade(IntEnum):
-    """From the best to the worst; a file has the worst of its columns."""
-
-    UNKNOWN = 0
-    RIGHT = 1
-    UNTOLD = 2
-    CLOSE = 3
-    WRONG = 4
-
-    @property
-    def style(self) -> str:
-        """Name in style sheets and JSON."""
-        return self.name.lower()
+def lost(seen: Iterable[Evidence], maneuvers: Sequence[ManeuverScore]) -> tuple[LostColumn, ...]:
+    """Return the columns of the result that were not compared, each once."""
+    compared = {c.key for m in maneuvers for c in m.columns}
+    return tuple(dict.fromkeys(column for x in seen for column in x.lost(compared)))
 
 
-def digits(relative: float | None) -> float | None:
-    """Correct digits of a relative error, -log10, at most 32; None of None."""
-    if relative is None:
-        return None
-    if relative == 0.0:
-        return MOST_DIGITS
-    return min(MOST_DIGITS, 0.0 - log10(relative)) if isfinite(relative) else None
-
-
-def digits_of(error: float, scale: float) -> float:
-    """Correct digits of an error; all that are counted of a column that vanishes."""
-    return digits(error / scale if scale else 0.0) or 0.0
-
-
-def grade(
-    error: float | None,
-    *,
-    unexplained: float,
-    resolution: float,
-    scale: float,
-    is_contradicted: bool = False,
-) -> Grade:
-    """Decide what a column is.
+def is_whole(maneuvers: Sequence[ManeuverScore], not_compared: Sequence[LostColumn]) -> bool:
+    """True if all of the run was compared, and all columns of the result.
 
     Parameters
     ----------
-    error
-        The largest [SI unit]; None if nothing was compared.
-    unexplained
-        The largest that rounding to the digits of its own row does not explain [SI unit].
-    resolution
-        The largest error of a value that is rounded to the digits of its own row [SI unit].
-    scale
-        Largest value of the reference [SI unit].
-    is_contradicted
-        Whether the sign contradicts another column's.
+    maneuvers
+        Their scores.
+    not_compared
+        The columns of the result that were not compared, see `lost`.
     """
-    if error is None or not (scale or error == 0.0):
-        return Grade.UNKNOWN
-    found, at_most, shown = (digits_of(x, scale) for x in (error, unexplained, resolution))
-    if is_contradicted or at_most < CLOSE_DIGITS:
-        return Grade.WRONG
-    if min(found, shown) >= RIGHT_DIGITS:
-        return Grade.RIGHT
-    if at_most >= RIGHT_DIGITS or found < CLOSE_DIGITS:
-        return Grade.UNTOLD
-    return Grade.CLOSE
+    has_gaps = any(c.missing for m in maneuvers for c in m.columns)
+    is_covered = all(m.coverage >= WHOLE for m in maneuvers)
+    return is_covered and not has_gaps and not not_compared
 
 
 def is_right(grades: Iterable[Grade], *, is_whole: bool) -> bool:
     """True if a file is right: all that could be compared, and that is the whole of it."""
     return is_whole and max(grades, default=Grade.UNKNOWN) == Grade.RIGHT
+
+
+class DoesNotCount(Enum):
+    """Why eq. (1) cannot be claimed as it was measured."""
+
+    NO_ENERGY = "there is no mechanical energy"
+    NOT_ITS_SUM = "the energy is not its own potential plus kinetic energy"
+    NOT_TRUE = "the energy is not the true one, and its parts do not show otherwise"
+    ANOTHER_START = "the energy does not begin with the true one"
+    FEW_DIGITS = "it cannot be told at the digits written"
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Eq. (1) [%] as it may be claimed, and why that is not what was measured, if it is not."""
+
+    value: float
+    reason: DoesNotCount | None = None
+
+
+def claim(m: ManeuverScore, limit: float) -> Claim:
+    """Return eq. (1) of a maneuver as it may be claimed against a limit [%]."""
+    columns = {c.key: c for c in m.columns if c.values}
+    total = columns.get("mechanical_energy")
+    parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
+    energy = [total] if total else parts
+    scale = m.part.reference.scale("mechanical_energy")
+    apart, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
+    rounding = inf if floor is None else floor
+    explained = SUM_ROUNDING * rounding + ARITHMETIC * scale
+    if total is None:
+        apart = 0.0
+    elif apart is not None and apart <= explained:
+        # Parts that are written more coarsely than the limit do not tell.
+        apart = 0.0 if 100 * rounding <= limit * scale else None
+    true_error = (total and total.max_abs_error) or 0.0
+    if total and "potential_energy" not in columns:
+        # Any constant has another zero, if its parts do not show which.
+        true_error += abs(total.as_understood.offset)
+    return performance(
+        m.performance,
+        limit,
+        resolution=200 * sum(c.resolution for c in energy) / scale,
+        sum_error=apart,
+        true_error=100 * true_error / scale,
+        start=abs(float(sum(c.trace.value[0] for c in energy))) / scale,
+    )
+
+
+def meets_limit(m: ManeuverScore) -> bool | None:
+    """True if the benchmark's verdict by eq. (1) is that a maneuver passes.
+
+    None if the benchmark does not judge it so, or if there is no energy.
+    """
+    if m.performance is None or m.performance_limit is None:
+        return None
+    return claim(m, m.performance_limit).value < m.performance_limit
+
+
+def is_own_energy(m: ManeuverScore) -> bool:
+    """True if eq. (1) is of the file's own energy, or of the true one, whatever the limit."""
+    return claim(m, inf).reason is None
 
 
 def performance(
@@ -116,8 +129,8 @@ def performance(
     sum_error: float | None,
     true_error: float,
     start: float = 1.0,
-) -> tuple[float, str]:
-    """Eq. (1) as it may be claimed, and why that is not what was measured; all in percent.
+) -> Claim:
+    """Return eq. (1) as it may be claimed; all in percent.
 
     Parameters
     ----------
@@ -136,13 +149,13 @@ def performance(
         The first value of the energy, in exact ones (1, not percent).
     """
     if change is None:
-        return inf, "there is no mechanical energy to judge"
+        return Claim(inf, DoesNotCount.NO_ENERGY)
     if sum_error:
-        return inf, "its energy is not its own potential plus kinetic energy"
+        return Claim(inf, DoesNotCount.NOT_ITS_SUM)
     if sum_error is None and change < limit <= true_error:
-        return true_error, "its energy is not the true one, and its parts do not show otherwise"
+        return Claim(true_error, DoesNotCount.NOT_TRUE)
     if change < limit <= change * start:
-        return change * start, "its energy does not begin with the true one"
+        return Claim(change * start, DoesNotCount.ANOTHER_START)
     if change < limit < resolution:
-        return resolution, "it cannot be told at the digits written"
-    return change, ""
+        return Claim(resolution, DoesNotCount.FEW_DIGITS)
+    return Claim(change)

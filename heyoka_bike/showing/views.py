@@ -24,7 +24,9 @@ from heyoka_bike.showing.wording import number, plain, unit_text
 if TYPE_CHECKING:
     from heyoka_bike.motion.trajectory import Trajectory
     from heyoka_bike.scoring.instants.checked import CheckedTable
-    from heyoka_bike.scoring.report import ManeuverScore, Report, Series
+    from heyoka_bike.scoring.report import Report
+    from heyoka_bike.scoring.runs import Series
+    from heyoka_bike.scoring.scores import ManeuverScore
 
 _MOST_ROWS = 10
 _MOST_COLUMNS, _COLUMNS_AMONG_OTHERS = 9, 8

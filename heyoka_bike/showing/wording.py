@@ -11,11 +11,24 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from heyoka_bike.errors import printable
+from heyoka_bike.errors import printable, quoted
+from heyoka_bike.scoring.evidence import (
+    EnergyHidesError,
+    Errors,
+    Evidence,
+    ManeuversDiffer,
+    NotCompared,
+    Odds,
+    SensesOpposed,
+    TakenDefinition,
+)
 from heyoka_bike.scoring.findings import Finding, Severity, named
-from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Run, Series
-from heyoka_bike.scoring.verdict import CLOSE_DIGITS, MOST_DIGITS, RIGHT_DIGITS
-from heyoka_bike.scoring.verdict import Grade as Grade
+from heyoka_bike.scoring.grades import CLOSE_DIGITS, MOST_DIGITS, RIGHT_DIGITS
+from heyoka_bike.scoring.grades import Grade as Grade
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Run, Series
+from heyoka_bike.scoring.scores import SUREST, ColumnScore, ManeuverScore
+from heyoka_bike.scoring.verdict import WHOLE, DoesNotCount, claim
 from heyoka_bike.version import __version__
 
 _LONGEST_NAME = 30
@@ -45,6 +58,48 @@ PHRASES = {
     "maneuver": "maneuver",
 }
 """Of the verdict, beside `WORDS`; the checker in C has both, see `workbench.checker.header`."""
+
+
+DOES_NOT_COUNT = {
+    DoesNotCount.NO_ENERGY: "there is no mechanical energy to judge",
+    DoesNotCount.NOT_ITS_SUM: "its energy is not its own potential plus kinetic energy",
+    DoesNotCount.NOT_TRUE: "its energy is not the true one, and its parts do not show otherwise",
+    DoesNotCount.ANOTHER_START: "its energy does not begin with the true one",
+    DoesNotCount.FEW_DIGITS: "it cannot be told at the digits written",
+}
+"""Why eq. (1) cannot be claimed."""
+
+
+def odds_words(odds: Odds) -> str:
+    """Odds of a definition, as "300 to 1 against wheel_spin"."""
+    if odds.against is None:
+        return f"{ratio_words(odds.log10)} against one that is not known here"
+    return f"{ratio_words(odds.log10)} against {odds.against}"
+
+
+def ratio_words(power: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if power > SUREST:
+        return f"over 10^{SUREST} to 1"
+    if power < 0.0:
+        return f"1 to {10**-power:.2g}" if power > -SUREST else f"1 to over 10^{SUREST}"
+    return f"10^{math.floor(power)} to 1" if power >= 3 else f"{10**power:.0f} to 1"
+
+
+def open_words(names: Sequence[str]) -> str:
+    """Name other definitions that are left open; empty if there is none."""
+    return f"may also be {' or '.join(names)}" if names else ""
+
+
+def taken_words(taken: TakenDefinition) -> str:
+    """Return the odds of a definition, and what else it may be."""
+    odds = odds_words(taken.odds) if taken.odds else ""
+    return ", ".join(x for x in (odds, open_words(taken.may_also_be)) if x)
+
+
+def errors_words(errors: Errors) -> str:
+    """Largest errors, one for each maneuver."""
+    return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
 
 
 def sentence(text: str) -> str:
@@ -181,18 +236,16 @@ def worst_words(report: Report) -> str:
 
 def caveats(report: Report) -> list[str]:
     """Return restrictions of the verdict: part covered, columns left out, contradictory signs."""
-    signs, covered, left_out = "", "", list(report.not_compared)
+    signs, covered, left_out = "", "", [x.name for x in report.not_compared]
     least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
     if least is not None and least.coverage < 1:
         covered = f"covers {percent(least.coverage)} of maneuver {least.maneuver}"
-    for f in report.findings:
-        if f.code == "senses_opposed":
+    for x in report.seen:
+        if isinstance(x, SensesOpposed):
             signs = "roll and steer have opposite senses, see the warning"
-        elif f.code.endswith("columns_left_out"):
-            left_out += f.evidence["names"]
-        elif f.code == "columns_without_reference":
-            left_out += f.evidence["columns"]
-    names = [printable(name) for name in dict.fromkeys(left_out)]
+        elif isinstance(x, NotCompared):
+            left_out += [column.name for column in x.columns]
+    names = [quoted(name)[1:-1] for name in dict.fromkeys(left_out)]
     lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
     return [said for said in (covered, lost, signs) if said]
 
@@ -215,8 +268,8 @@ def _outcome(m: ManeuverScore) -> str:
     if m.performance_limit is None:
         return ""
     # Eq. (1) may not count, whatever it is.
-    if why := m.claim(m.performance_limit)[1]:
-        return f"does not count: {why}"
+    if reason := claim(m, m.performance_limit).reason:
+        return f"does not count: {DOES_NOT_COUNT[reason]}"
     so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
     limit = f"{m.performance_limit:.0e} %".replace("e-0", "e-")
     return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
@@ -300,7 +353,7 @@ def performance_remark(report: Report) -> str:
         for m in judged
     )
     found = f"eq. (1), the benchmark's own measure, {said}"
-    if report.is_right or any(f.code == "energy_hides_error" for f in report.findings):
+    if report.is_right or _has(report.seen, EnergyHidesError):
         return found
     return (
         f"{found}. It sees only whether the file's own energy stays constant; angles, rates and "
@@ -308,12 +361,16 @@ def performance_remark(report: Report) -> str:
     )
 
 
+def _has(seen: Sequence[Evidence], kind: type[Evidence]) -> bool:
+    return any(isinstance(x, kind) for x in seen)
+
+
 def series_verdict(series: Series) -> str:
     """One line that says how a series converges, or which of several programs is the best."""
     name, run = chosen(series)
     if not series.is_one_program:
         best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"
-        if any(f.code == "maneuvers_differ" for f in series.findings):
+        if _has(series.seen, ManeuversDiffer):
             best += ", which cover different maneuvers"
         parts = [f"{best}: {graded(run.report)}", requirement_words(series)]
         return "; ".join(p for p in parts if p)

@@ -18,9 +18,12 @@ from heyoka_bike.errors import BicycleError, InputError, printable
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.findings import Severity
-from heyoka_bike.scoring.report import WHOLE, ColumnScore, ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.outcomes import Requirement
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, Parsed, check, parse
-from heyoka_bike.scoring.verdict import TOLERANCE
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.verdict import WHOLE
 from heyoka_bike.showing import wording as words
 
 # Of these more is better; of all other metrics less.

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from heyoka_bike.scoring.judge.columns import CHOICES, DEFAULT, contradictions, opposed
 from support.game_files import MOTION
 from support.honest_files import signs
 from support.made_results import made
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.findings import Severity
-from heyoka_bike.scoring.judge.columns import CHOICES, DEFAULT, contradictions, opposed
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 from heyoka_bike.showing.formats.summary import diagnosis

@@ -12,8 +12,8 @@ from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.scoring.report import ColumnScore
 from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.scores import ColumnScore
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION, WIDTH, style
 

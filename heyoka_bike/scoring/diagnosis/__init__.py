@@ -5,3 +5,6 @@ and by simulated programs that make the usual mistakes (`mistakes`, `programs`) 
 (`seen_file`). It compares them by their odds (`evidence`). `answers` says what was found, and asks
 `numerical` what the error looks like if nothing explains it.
 """
+
+UNITS_BESIDE = "units_beside"
+"""Finding of a diagnosis that the file has other units than those that were scored."""

@@ -6,8 +6,9 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
+from heyoka_bike.display import shown_by
 from heyoka_bike.reference.structure import UNKNOWNS
-from heyoka_bike.scoring.diagnosis import numerical, plain
+from heyoka_bike.scoring.diagnosis import UNITS_BESIDE, numerical, plain
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
@@ -16,9 +17,10 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.judge.columns import UNITS_BESIDE, in_units
-from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, Report
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 NOTHING_WRONG = "nothing_to_explain"
 """Code of the finding that all that is diagnosed is right."""
@@ -97,10 +99,11 @@ def _units_beside(units: Mapping[str, str]) -> list[Finding]:
     """Say that beside the motion that explains the file its units are others than were scored."""
     if not units:
         return []
+    said = " and ".join(shown_by("sayings").in_units(units))
     message = (
-        f"By that motion the file has {' and '.join(in_units(units))}: the score, which knows the "
-        "right motion only, took other units, and its errors are too large. A unit in a heading, "
-        "or in --columns (roll_angle_deg), decides it"
+        f"By that motion the file has {said}: the score, which knows the right motion only, "
+        "took other units, and its errors are too large. A unit in a heading, or in --columns "
+        "(roll_angle_deg), decides it"
     )
     return [info(UNITS_BESIDE, message, units=dict(units))]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
@@ -20,8 +21,8 @@ from heyoka_bike.scoring.diagnosis.answers import (
 )
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.plain import beside
+from heyoka_bike.scoring.evidence import DefinitionUnknown, SignContradiction, TimeShift
 from heyoka_bike.scoring.findings import Finding, named, warning
-from heyoka_bike.scoring.judge.columns import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
@@ -77,11 +78,12 @@ def diagnosed(
     report: Report, reference: Reference, progress: Callable[[float], None] | None = None
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
-    shift = next((f for f in report.findings if f.code == "time_shifted"), None)
-    if shift is not None:
-        inner = diagnosed(_shifted(report, reference, shift.evidence["shift"]), reference, progress)
+    late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
+    if late is not None:
+        inner = diagnosed(_shifted(report, reference, late.shift), reference, progress)
         rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
-        return replace(report, diagnosis=(shift, *rest), explanation=inner.explanation)
+        said = (shown_by("sayings").finding(late), *rest)
+        return replace(report, diagnosis=said, explanation=inner.explanation)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
@@ -90,8 +92,8 @@ def diagnosed(
         # It may be another column, or be computed wrongly.
         whole = _of_columns(report, reference, BENCHMARK_COLUMNS, progress, only_output=True)
         if whole.diagnosis[0].code == "mistake":
-            others = tuple(f for f in report.findings if f.code != "definition_unknown")
-            return replace(whole, findings=others)
+            others = tuple(x for x in report.seen if not isinstance(x, DefinitionUnknown))
+            return replace(whole, seen=others)
     more = () if NOTHING in found.diagnosis else beside(report, unknown)
     if found.diagnosis[0].code == NOTHING_WRONG:
         # What is wrong comes first.
@@ -104,8 +106,9 @@ def _right(report: Report, keys: Sequence[str]) -> Finding:
     every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
     told = [key for key in every if key in keys]
     which = "every column" if len(told) == len(every) else f"{named(told)}: each"
-    odd = next((f for f in report.findings if f.code == SIGNS_DISAGREE), None)
-    if odd is not None:
+    signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
+    if signs is not None:
+        odd: Finding = shown_by("sayings").finding(signs)
         return replace(odd, message=f"{which} is right by itself, but {odd.message}")
     return nothing_wrong(which)
 

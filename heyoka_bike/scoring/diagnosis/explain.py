@@ -30,7 +30,7 @@ from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import EQUATIONS, UNKNOWNS, Residual
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
-from heyoka_bike.scoring.report import Curve
+from heyoka_bike.scoring.explanation import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 

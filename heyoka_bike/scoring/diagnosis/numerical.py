@@ -6,12 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.findings import Finding, Severity, info
-from heyoka_bike.scoring.judge.contradictions import single_precision
+from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # A correct file's error is its floor; sums and conversions may double it.
 _AT_FLOOR = 2.0
@@ -122,7 +124,7 @@ def findings(report: Report) -> tuple[Finding, ...]:
         return (replace(said, severity=Severity.WARNING),)
     if worst < ROUNDING:
         return (_said("limited_by_rounding", max_rel_error=worst),)
-    single = next(single_precision(report), None)
+    single = _single(report)
     if single is not None and worst < _OF_SINGLE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
@@ -132,6 +134,15 @@ def findings(report: Report) -> tuple[Finding, ...]:
         return found
     message = f"{single.message}. The error is far larger: another cause comes before this one"
     return *found, replace(single, message=message, severity=Severity.INFO)
+
+
+def _single(report: Report) -> Finding | None:
+    """What is said of numbers of single precision."""
+    seen = next(single_precision(report), None)
+    if seen is None:
+        return None
+    found: Finding = shown_by("sayings").finding(seen)
+    return found
 
 
 def _said(code: str, **evidence: Any) -> Finding:

@@ -15,9 +15,10 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
-from heyoka_bike.scoring.judge.columns import RIGHT, far_worse, is_far
+from heyoka_bike.scoring.judge.own_definitions import RIGHT_MOTION, far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.
@@ -101,7 +102,7 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         others = [c for c in whole if still[c.key] < _FEW_ROWS]
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
-        if not held or any(_worst(c) > RIGHT for c in others):
+        if not held or any(_worst(c) > RIGHT_MOTION for c in others):
             continue
         shown = held if others else standing
         rows = min(still[c.key] for c in shown)
@@ -189,7 +190,7 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         before = np.maximum.accumulate(off)[:-1]
         jumps = np.flatnonzero(off[1:] > _MOSTLY * before)
         row = next((int(i) + 1 for i in jumps if i >= _FEW_ROWS), 0)
-        if not row or before[row - 1] > RIGHT:
+        if not row or before[row - 1] > RIGHT_MOTION:
             continue
         right, time = before[row - 1], columns[0].trace.time
         end = int(np.flatnonzero(off > _MOSTLY * right)[-1]) + 1
@@ -330,7 +331,7 @@ def columns_apart(report: Report) -> Finding | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
     each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
     apart = {key for keys, _ in each.values() for key in keys}
-    if not apart or any(not keys and limit > RIGHT for keys, limit in each.values()):
+    if not apart or any(not keys and limit > RIGHT_MOTION for keys, limit in each.values()):
         return None
     with_sum = ""
     if _SUM in apart and apart & _PARTS:
@@ -397,7 +398,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
     right = [x for x in m.columns if x.values and x.key in BENCHMARK_COLUMNS]
     errors = [x.max_rel_error or 0.0 for x in right if x.key not in left_out]
     limit = max(errors, default=1.0)
-    return limit < RIGHT and is_far(c, limit, _WORSE)
+    return limit < RIGHT_MOTION and is_far(c, limit, _WORSE)
 
 
 def _wrong_alone(

@@ -29,8 +29,8 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simula
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
 # Rows that are compared, and rows that are simulated, of each maneuver.

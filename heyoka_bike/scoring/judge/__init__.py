@@ -1,39 +1,55 @@
-"""Findings: what the numbers of a report mean, in words. Each rule is a function of the report."""
+"""What the numbers of a report show, as evidence: each rule is a function of the report.
+
+A module answers one question, which its first lines state.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from heyoka_bike.scoring.alignment import ANOTHER_ORDER
-from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.judge import columns, contradictions
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.evidence import Evidence, OtherOrder, SignContradiction
+from heyoka_bike.scoring.judge.conventions import conventions, each_convention
+from heyoka_bike.scoring.judge.coverage import covered_in_part
+from heyoka_bike.scoring.judge.energy_alone import errors_hidden
+from heyoka_bike.scoring.judge.energy_sum import energies_apart
+from heyoka_bike.scoring.judge.own_definitions import unknown_definitions
+from heyoka_bike.scoring.judge.precision import digits_written, single_precision
+from heyoka_bike.scoring.judge.rates import rates_contradicted
+from heyoka_bike.scoring.judge.signs import odd_signs
+from heyoka_bike.scoring.judge.time_shift import time_shifted
+from heyoka_bike.scoring.judge.units import headings_contradicted
+from heyoka_bike.scoring.judge.unread import names_not_understood
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ManeuverScore
 
-RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
-    columns.conventions,
-    columns.understood,
-    columns.odd_signs,
-    columns.unknown,
-    contradictions.time_shifted,
-    contradictions.coverage,
-    contradictions.energy_hides_error,
-    contradictions.against_itself,
-    contradictions.digits_written,
-    contradictions.single_precision,
+RULES: tuple[Callable[[Report], Iterable[Evidence]], ...] = (
+    names_not_understood,
+    conventions,
+    each_convention,
+    headings_contradicted,
+    odd_signs,
+    unknown_definitions,
+    time_shifted,
+    covered_in_part,
+    errors_hidden,
+    energies_apart,
+    rates_contradicted,
+    digits_written,
+    single_precision,
 )
-"""In the order in which their findings are said."""
+"""In the order in which their evidence is told."""
 
 
 def judged(report: Report) -> Report:
-    """A report with what is worth saying about it, by every rule."""
+    """A report with what its numbers show, by every rule."""
     # Of columns that are others than they are taken for nothing else can be said.
-    is_moved = any(f.code == ANOTHER_ORDER for f in report.findings)
-    found = tuple(finding for rule in (() if is_moved else RULES) for finding in rule(report))
-    odd = (f.evidence["columns"] for f in found if f.code == columns.SIGNS_DISAGREE)
-    contradicted = {key for keys in odd for key in keys}
+    is_moved = any(isinstance(x, OtherOrder) for x in report.seen)
+    rules = (names_not_understood,) if is_moved else RULES
+    found = tuple(evidence for rule in rules for evidence in rule(report))
+    contradicted = {key for x in found if isinstance(x, SignContradiction) for key in x.keys}
 
     def marked(m: ManeuverScore) -> ManeuverScore:
-        found = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
-        return replace(m, columns=tuple(found))
+        columns = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
+        return replace(m, columns=tuple(columns))
 
     maneuvers = tuple(map(marked, report.maneuvers)) if contradicted else report.maneuvers
-    return replace(report, findings=report.findings + found, maneuvers=maneuvers)
+    return replace(report, seen=report.seen + found, maneuvers=maneuvers)

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, two_sum
-from heyoka_bike.scoring.findings import info
+from heyoka_bike.scoring.evidence import Reason, Transposed
 from heyoka_bike.scoring.reading import headings, quanta
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Vector, Vectors
@@ -524,12 +524,30 @@ def _search(group: ArrayGroup, depth: int = 0) -> list[Vectors]:
         found = [table for table in of_each if table]
         if found and None in of_each:
             raise _refusal(parts[of_each.index(None)])
-        return found
+        return _with_known_beside(found, group)
     if table := _table(group):
         return [table]
     inner = group.groups.values() if depth < DEEPEST else ()
     below = [found for x in inner if (found := _search(ArrayGroup(x, group.request), depth + 1))]
-    return below[0] if len(below) == 1 else []
+    return _with_known_beside(below[0], group) if len(below) == 1 else []
+
+
+def _with_known_beside(
+    found: list[Vectors], group: ArrayGroup, used: Sequence[str | None] = ()
+) -> list[Vectors]:
+    """The tables, the first with the evidence that arrays of known names stand beside them."""
+    known = [name for name in group.arrays if name not in used and _is_known_column(name)]
+    if not found or not known:
+        return found
+    lost = headings.set_aside(known, group.request, Reason.BESIDE_A_TABLE)
+    return [replace(found[0], seen=(*found[0].seen, lost)), *found[1:]]
+
+
+def _is_known_column(name: str) -> bool:
+    """True if a name is that of a column of the benchmark, and not of a group of columns."""
+    found = headings.recognise(name)
+    is_column = found is not None and found[0] in BENCHMARK_COLUMNS
+    return is_column and headings.group_number(name) is None
 
 
 def _table(group: ArrayGroup) -> Vectors | None:
@@ -543,7 +561,9 @@ def _table(group: ArrayGroup) -> Vectors | None:
     if len(vectors) in request.widths and (request.names or is_all):
         return _by_place(vectors, request, list(vectors) if is_all else None)
     if (table := table_among(group)) or list(arrays) == [""]:
-        return _of_table(group, *(table or ("", False, None)))
+        name, is_turned, time = table or ("", False, None)
+        found = _of_table(group, name, is_turned, time)
+        return _with_known_beside([found], group, (name, time))[0]
     return None
 
 
@@ -573,7 +593,7 @@ def _named(group: ArrayGroup, known: Sequence[str]) -> Vectors:
         names,
         is_ordered=False,
         maneuver=request.group or _maneuver_told(arrays, request),
-        findings=(headings.left_out(others),) if others else (),
+        seen=(headings.left_out(others, request),) if others else (),
     )
 
 
@@ -603,8 +623,7 @@ def _of_table(group: ArrayGroup, name: str, is_turned: bool, time: str | None) -
     if first or not is_turned:
         return vectors
     rows, width = shape
-    said = f"The table has {rows} rows and {width} columns; its rows are taken as columns."
-    return replace(vectors, findings=(info("transposed", said, shape=[rows, width]),))
+    return replace(vectors, seen=(Transposed(rows, width),))
 
 
 def _columns(

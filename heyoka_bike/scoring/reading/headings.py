@@ -13,13 +13,13 @@ of all maneuvers; and where other columns have none, only if that is said in wor
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any
 
-from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.bicycle.columns import COMPARED, KEYS_BY_WORD
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.unit import UNITS as WORDS
 from heyoka_bike.numbers.unit import factor, size
-from heyoka_bike.scoring.findings import Finding, grouped, info, warning
+from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES, Request
 from heyoka_bike.scoring.units import UNITS
 
@@ -152,35 +152,8 @@ def _word(match: re.Match[str]) -> str:
 
 TIME = "time"
 
-_ALIASES: Mapping[str, tuple[str, ...]] = {
-    TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
-    "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
-    "roll_rate": (
-        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid", "p",
-        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "dotphi", "dotvarphi",
-        "\u03c6\u0307", "\u03d5\u0307",
-    ),
-    "forward_speed": (
-        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed",
-        "longitudinalvelocity",
-    ),
-    "potential_energy": ("potential", "epot", "ep", "pe", "u"),
-    "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
-    "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
-    "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
-    "steer_rate": (
-        "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
-        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
-        "steerd", "dotdelta", "\u03b4\u0307",
-    ),
-    "pitch": ("pitchangle", "theta", "\u03b8"),
-    "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
-    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
-}  # fmt: skip
-_KEYS: Mapping[str, str] = {
-    **{key.replace("_", ""): key for key in (TIME, *COMPARED)},
-    **{alias: key for key, aliases in _ALIASES.items() for alias in aliases},
-}
+_TIMES = ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout")
+_KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_TIMES), TIME), **KEYS_BY_WORD}
 # What a name means in another unit than that of its usual meaning.
 _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",
@@ -233,8 +206,8 @@ _SHOWN = 8
 _SHORTEST = 5
 LIKE = 0.63
 """Names so much alike may mean the same: `Rollwinkel` and `roll_angle` are just so."""
-# So much alike are names that were misspelt.
-_ALMOST = 0.85
+ALMOST = 0.85
+"""Names that were misspelt are so much alike."""
 
 
 # The names of a file are asked for many times.
@@ -364,6 +337,7 @@ def is_maneuver(name: str) -> bool:
     return _BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
 
 
+@lru_cache(1 << 10)
 def nearest(name: str, like: float = LIKE) -> str | None:
     """The known column whose name is most like another one; None if none is."""
     from difflib import get_close_matches
@@ -395,37 +369,59 @@ def are_names(names: Sequence[str], request: Request) -> bool:
     return TIME in known and len(known) > 1
 
 
-def left_out(names: Sequence[str]) -> Finding:
-    """Return the finding that columns of unknown names are not used."""
-    said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
-    return info("columns_left_out", said, **_evidence(names))
+def left_out(names: Sequence[str], request: Request) -> NotCompared:
+    """Return the evidence that columns of unknown names are not used."""
+    columns = tuple(LostColumn(name, *name_held(name, request)) for name in names)
+    return NotCompared(Reason.UNKNOWN_NAME, columns, request.how_to_tell)
 
 
-def set_aside(names: Sequence[str], request: Request) -> Finding:
-    """Return the finding that columns are not used although their names are known."""
-    said = (
-        f"Columns that are known by name are left out: {listed(names)}. A number in a name is that "
-        "of a maneuver only if the other names have one, and if the reference has that maneuver; "
-        f"{request.how_to_tell}."
-    )
-    return warning("known_columns_left_out", said, **_evidence(names))
+def set_aside(
+    names: Sequence[str], request: Request, reason: Reason = Reason.SET_ASIDE
+) -> NotCompared:
+    """Return the evidence that columns are not used although their names are known."""
+    columns = []
+    for name in names:
+        found = recognise(name)
+        key = None if found is None else found[0]
+        is_letter = bool(_letter(split_unit(name)[0]))
+        columns.append(LostColumn(name, key, _maneuver_in_words(name, request), is_letter))
+    return NotCompared(reason, tuple(columns), request.how_to_tell)
 
 
-def _evidence(names: Sequence[str]) -> dict[str, Any]:
-    return {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)}
+def _maneuver_in_words(name: str, request: Request) -> int | None:
+    """The maneuver that a name says in words; else that of its part of the file."""
+    match = _IN_WORDS.search(name.lower())
+    return request.group if match is None else int(match[1])
 
 
-def unknown_units(names: Mapping[str, str]) -> list[Finding]:
-    """Return a finding for each unknown unit in the names of columns, here with their keys."""
-    findings = []
-    for name, key in names.items():
-        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
-        if (unit := unknown_unit(name)) is None:
-            continue
-        said = f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}."
-        evidence = {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key}
-        findings.append(warning("unit_unknown", said, **evidence))
-    return findings[:_SHOWN]
+def name_held(name: str, request: Request) -> tuple[str | None, int | None]:
+    """Return the key of the quantity whose name an unknown name holds, and its maneuver.
+
+    ``field.forward_speed`` and ``roll_rate [\u00ba/s]`` hold one, as ``roll_angle_setpoint`` does.
+    A name of one word is held only if it is the last step of a path (``bike.speed``): a
+    ``wheel_speed`` is another quantity.
+
+    Returns
+    -------
+    key, maneuver
+        None where nothing is held, or where the maneuver is not told.
+    """
+    plain = name.partition("[")[0].partition("(")[0]
+    steps = [step for step in _PATH.split(plain) if step.strip()] or [""]
+    last = "".join(_TOKENS.findall(steps[-1])).lower()
+    key = _KEYS.get(last) if len(last) > 1 else None
+    words = [word.lower() for step in steps for word in _TOKENS.findall(step)]
+    runs = ("".join(words[i:j]) for i in range(len(words)) for j in range(i + 1, i + 5))
+    key = key or next((_KEYS[run] for run in runs if run in _KEYS and _COMPOUND.search(run)), None)
+    if key is None or key == TIME:
+        return None, None
+    return key, _maneuver_in_words(name, request)
+
+
+def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
+    """Return the unknown units in the names of columns, here with their keys; not too many."""
+    found = ((name, unknown_unit(name), key) for name, key in names.items())
+    return [UnknownUnit(name, unit, key) for name, unit, key in found if unit is not None][:_SHOWN]
 
 
 def listed(names: Sequence[str], like: float | None = None) -> str:
@@ -471,7 +467,12 @@ _ENERGIES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanic
 _COORDINATE = "q"
 # One letter, and perhaps a number.
 _LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
-_IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*[0-9]")
+_IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,3})")
+# What separates the steps of a path, and the words of a step: roll_angle, rollAngle.
+_PATH = re.compile(r"[./|:\\]+")
+_TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+# The end of a name that says what kind of quantity it is, behind whose it is.
+_COMPOUND = re.compile(r".(?:angle|rate|velocity|speed|energy|dot)$")
 
 
 def meanings(names: Sequence[str], count: int) -> list[Found]:

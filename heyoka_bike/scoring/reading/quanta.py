@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, divide, two_product
-from heyoka_bike.scoring.findings import Finding, info, warning
+from heyoka_bike.scoring.evidence import Evidence, TimesAsDecimals, TimesRepeated, TimesUnsorted
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum, Vector, Vectors
 
@@ -186,13 +186,13 @@ class Times:
         Ascending [s].
     order : ndarray of int, shape (n,), or None
         Index of each time's row in the file; None if they were in order.
-    findings : tuple of Finding
+    seen : tuple of Evidence
     """
 
     hi: Array
     lo: Array
     order: NDArray[np.intp] | None
-    findings: tuple[Finding, ...]
+    seen: tuple[Evidence, ...]
 
 
 def settle(table: Vectors, at: int, request: Request, unit: str = "s") -> Times:
@@ -214,7 +214,8 @@ def settle(table: Vectors, at: int, request: Request, unit: str = "s") -> Times:
     InputError
         A time that is not finite.
     """
-    column, findings = table.columns[at], []
+    column = table.columns[at]
+    seen: list[Evidence] = []
     hi, digits = column.values, column.significant
     if not (is_finite := np.isfinite(hi)).all():
         said = "found a time that is not finite, expected seconds"
@@ -226,27 +227,20 @@ def settle(table: Vectors, at: int, request: Request, unit: str = "s") -> Times:
         changed = np.flatnonzero((exact_hi != hi) | (exact_lo != rest))
         hi, rest = exact_hi, exact_lo
         if len(changed):
-            said = (
-                f"the times are binary numbers next to multiples of 1e-{places} {unit}, and are "
-                f"read as these decimals ({hi[changed[0]]:.{places}f} {unit} is exactly that)"
-            )
-            found = info("times_read_as_multiples", said, places=places, changed=len(changed))
-            findings.append(found)
+            seen.append(TimesAsDecimals(places, unit, len(changed), float(hi[changed[0]])))
     if unit == "ms":
         hi, rest = divide((hi, rest), np.full(len(hi), 1000.0))
     order = None
     back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
     if len(back):
         counted_by, line = table.place(int(back[0]) + 1)
-        said = f"Times go back (first in {counted_by} {line}); the rows are sorted by time."
-        findings.append(warning("times_unsorted", said, line=line, count=len(back)))
+        seen.append(TimesUnsorted(counted_by, line, len(back)))
         order = np.lexsort((rest, hi))
         hi, rest = hi[order], rest[order]
     repeated = int(np.count_nonzero((hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])))
     if repeated:
-        said = f"{repeated} rows have the time of another one."
-        findings.append(info("times_repeated", said, count=repeated))
-    return Times(hi, rest, order, tuple(findings))
+        seen.append(TimesRepeated(repeated))
+    return Times(hi, rest, order, tuple(seen))
 
 
 def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:

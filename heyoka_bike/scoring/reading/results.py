@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.reading.request import Request
 
 
@@ -107,15 +107,15 @@ class Results:
     maneuvers : tuple of Rows
     significant_digits
         Of the column written with the fewest, in decimal digits; None if unknown.
-    findings : tuple of Finding
-        What had to be said about reading it.
+    seen : tuple of Evidence
+        How it was read, where that is not as usual.
     """
 
     path: str
     format: str
     maneuvers: tuple[Rows, ...]
     significant_digits: int | None = None
-    findings: tuple[Finding, ...] = ()
+    seen: tuple[Evidence, ...] = ()
 
     def __repr__(self) -> str:
         return f"<results of {self.path}: {', '.join(repr(rows) for rows in self.maneuvers)}>"
@@ -167,7 +167,7 @@ class Vectors:
         True if the place of a column means anything.
     maneuver : int or None
         What the file itself says about these columns.
-    findings : tuple of Finding
+    seen : tuple of Evidence
     """
 
     columns: list[Vector]
@@ -176,7 +176,7 @@ class Vectors:
     heading: int | None = None
     is_ordered: bool = True
     maneuver: int | None = None
-    findings: tuple[Finding, ...] = ()
+    seen: tuple[Evidence, ...] = ()
 
     def place(self, row: int) -> tuple[str, int]:
         """Return the word that rows are counted by, ``row`` or ``line``, and the number of one."""

@@ -20,7 +20,15 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, MissingPackageError, printable, quoted
-from heyoka_bike.scoring.findings import Finding, grouped, warning
+from heyoka_bike.scoring.evidence import (
+    Evidence,
+    LostColumn,
+    NamesNotUsed,
+    NotCompared,
+    NotFinite,
+    Reason,
+)
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading import headings
 from heyoka_bike.scoring.reading.arrays import tables
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
@@ -264,7 +272,7 @@ class _ColumnLayout:
 
     time: int
     maneuvers: Mapping[int | None, Mapping[str, int]]
-    findings: tuple[Finding, ...]
+    seen: tuple[Evidence, ...]
     unit: str
 
 
@@ -292,14 +300,14 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
         Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
         finite.
     """
-    known, findings = _of_the_reference(tables, request)
+    known, seen = _of_the_reference(tables, request)
     maneuvers: list[Rows] = []
     digits: list[int] = []
     bad: list[_Bad] = []
     for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
         times = settle(table, places.time, request, places.unit)
-        said = (*table.findings, *places.findings, *times.findings)
-        findings += [f for f in said if f not in findings]
+        found = (*table.seen, *places.seen, *times.seen)
+        seen += [x for x in found if x not in seen]
         for number, columns in places.maneuvers.items():
             _log.info(
                 "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
@@ -310,24 +318,25 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
             maneuvers.append(_rows(table, names, times, number, places.time, columns, bad))
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
-    findings += [_not_finite(bad)] if bad else []
+    seen += [_not_finite(bad)] if bad else []
     maneuvers.sort(key=lambda rows: rows.maneuver or 0)
-    return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(findings))
+    return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(seen))
 
 
 def _of_the_reference(
     tables: Sequence[Vectors], request: Request
-) -> tuple[list[Vectors], list[Finding]]:
+) -> tuple[list[Vectors], list[Evidence]]:
     """The tables of maneuvers that the reference has, or of none that is told."""
     numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
     parts = [part for table in tables for part in _by_maneuver(table, request)]
     known = [part for part in parts if part.maneuver in numbers]
-    others = [f"maneuver {part.maneuver}" for part in parts if part.maneuver not in numbers]
+    others = [part.maneuver for part in parts if part.maneuver not in numbers]
     if not known:
-        raise request.error(f"found {others[0]}, expected 1 to {request.count}")
+        raise request.error(f"found maneuver {others[0]}, expected 1 to {request.count}")
     if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
         raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
-    return known, [headings.left_out(others)] if others else []
+    lost = tuple(LostColumn(f"maneuver {number}", maneuver=number) for number in others)
+    return known, [NotCompared(Reason.NO_SUCH_MANEUVER, lost)] if lost else []
 
 
 def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
@@ -389,12 +398,10 @@ def _rows(
     return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 
 
-def _not_finite(bad: Sequence[_Bad]) -> Finding:
-    """Return the finding that values are not finite: how many, and the first one."""
-    line, column, unit, _ = min(bad)
-    count = sum(n for *_, n in bad)
-    said = f"{count} values are not finite and not used (first in {unit} {line}, column {column})."
-    return warning("not_finite", said, count=count, line=line, column=column)
+def _not_finite(bad: Sequence[_Bad]) -> NotFinite:
+    """Return the evidence that values are not finite: how many, and the first one."""
+    line, column, counted_by, _ = min(bad)
+    return NotFinite(sum(n for *_, n in bad), counted_by, line, column)
 
 
 def _layout(vectors: Vectors, request: Request) -> _ColumnLayout:
@@ -421,7 +428,7 @@ def _layout(vectors: Vectors, request: Request) -> _ColumnLayout:
         return _settled(names, found, vectors, request)
     if places is not None:
         settled = _settled([""] * width, places, vectors, request)
-        return replace(settled, findings=_names_unused(names, found, places))
+        return replace(settled, seen=_names_unused(names, found, places))
     raise request.not_columns(headings.names_found(names, found), vectors.heading)
 
 
@@ -462,22 +469,22 @@ def _settled(
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
         said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
         raise request.error(said, vectors.heading)
-    findings = _left_out(names, found, {*meant.values()}, request)
-    findings += headings.unknown_units({names[i]: key for (key, _), i in meant.items()})
+    seen = _left_out(names, found, {*meant.values()}, request)
+    seen += headings.unknown_units({names[i]: key for (key, _), i in meant.items()})
     unit = headings.quantities(headings.unit_in(names[time])[1] or "").get("s", "s")
-    return _ColumnLayout(time, maneuvers, tuple(findings), unit)
+    return _ColumnLayout(time, maneuvers, tuple(seen), unit)
 
 
 def _left_out(
     names: Sequence[str], found: Sequence[headings.Found], used: Collection[int], request: Request
-) -> list[Finding]:
-    """Return findings about columns that are not used, unless the user left them out."""
+) -> list[Evidence]:
+    """Return evidence of columns that are not used, unless the user left them out."""
     left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
     left = [i for i in left if not headings.is_maneuver(names[i])]
     known = [names[i] for i in left if found[i] is None and headings.recognise(names[i])]
     unknown = [names[i] for i in left if names[i] not in known]
-    findings = [headings.set_aside(known, request)] if known else []
-    return [*findings, headings.left_out(unknown)] if unknown else findings
+    found_known = [headings.set_aside(known, request)] if known else []
+    return [*found_known, headings.left_out(unknown, request)] if unknown else [*found_known]
 
 
 def _oddity(name: str) -> tuple[bool, bool]:
@@ -488,17 +495,11 @@ def _oddity(name: str) -> tuple[bool, bool]:
 
 def _names_unused(
     names: Sequence[str], found: Sequence[headings.Found], places: Sequence[headings.Found]
-) -> tuple[Finding, ...]:
-    """Return a finding if a name that is known contradicts the place of its column."""
+) -> tuple[NamesNotUsed, ...]:
+    """Tell whether a name that is known contradicts the place of its column."""
     both = enumerate(zip(found, places, strict=False))
     wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
     if not wrong:
         return ()
-    unknown = [name for name, f in zip(names, found, strict=True) if f is None]
-    said = (
-        f"Not all column names are known ({headings.listed(unknown)}), so the columns are taken in "
-        f"the benchmark's order, although column {wrong[0] + 1} is named "
-        f"{quoted(names[wrong[0]])}."
-    )
-    shown = [quoted(name)[1:-1] for name in unknown[:100]]
-    return (warning("names_not_used", said, columns=[i + 1 for i in wrong], unknown=shown),)
+    unknown = tuple(name for name, f in zip(names, found, strict=True) if f is None)
+    return (NamesNotUsed(tuple(i + 1 for i in wrong), names[wrong[0]], unknown),)

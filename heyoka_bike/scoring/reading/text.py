@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.evidence import Evidence, LastRowIncomplete
 from heyoka_bike.scoring.reading.headings import are_names, names_found, quantities, time_among
 from heyoka_bike.scoring.reading.quanta import are_beyond_binary64, evened, written_column
 from heyoka_bike.scoring.reading.request import Request, whole_lines
@@ -535,11 +535,9 @@ class _Reader:
 
     def finish(self) -> Vectors:
         """The table, when all blocks have been read."""
-        findings: tuple[Finding, ...] = ()
+        seen: tuple[Evidence, ...] = ()
         if self.cut is not None:
-            number = self.cut.line
-            said = f"The last row (line {number}) is not complete and left out."
-            findings = (warning("last_row_incomplete", said, line=number),)
+            seen = (LastRowIncomplete(self.cut.line),)
         blocks, columns = self.blocks, []
         for j in range(self.width):
             has_rest = j in blocks[0].lo
@@ -551,7 +549,7 @@ class _Reader:
         if self.time in self.exact:
             columns[self.time] = replace(columns[self.time], significant=None)
         lines = np.concatenate([block.lines for block in blocks])
-        return Vectors(columns, self.names, lines, self.heading, findings=findings)
+        return Vectors(columns, self.names, lines, self.heading, seen=seen)
 
     def _line_by_line(self, text: str) -> list[str]:
         """The lines as plain decimals, or blank; only the last row may be incomplete.

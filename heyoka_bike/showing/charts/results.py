@@ -9,20 +9,22 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.report import (
-    ColumnScore,
-    Curve,
-    Explanation,
-    ManeuverScore,
-    Run,
-    Series,
-    odds_words,
-)
-from heyoka_bike.scoring.verdict import TOLERANCE
+from heyoka_bike.scoring.explanation import Curve, Explanation
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.runs import Run, Series
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing.charts import chart as draw
 from heyoka_bike.showing.charts.chart import ChartAxis, Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.document.html import prose
-from heyoka_bike.showing.wording import in_unit, label, number, plain, run_name, unit_text
+from heyoka_bike.showing.wording import (
+    in_unit,
+    label,
+    number,
+    plain,
+    ratio_words,
+    run_name,
+    unit_text,
+)
 
 _ALL_HEIGHT, _COST_HEIGHT, _PROGRAMS_HEIGHT, _ONE_HEIGHT = 300, 280, 160, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.
@@ -364,6 +366,6 @@ def _definition(
         f'<tr{" class=chosen" if is_it else ""}><th scope="row">{said}</th>'
         f'<td class="n">{number(error, 3)}</td><td class="dot"><svg width="100%" height="18" '
         f'aria-hidden="true"><g class="grid">{ticks}</g>{dot}</svg></td>'
-        f'<td class="n">{"" if odds is None else odds_words(odds)}</td>'
+        f'<td class="n">{"" if odds is None else ratio_words(odds)}</td>'
         f'<td class="prose">{escape(meaning)}</td></tr>'
     )

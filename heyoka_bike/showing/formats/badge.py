@@ -6,7 +6,8 @@ where it was written.
 
 import json
 
-from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
 from heyoka_bike.showing.wording import (
     PHRASES,
     WORDS,

@@ -7,7 +7,9 @@ from typing import Any
 
 from heyoka_bike.errors import required
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing.formats.json import clean
 
 _MEASURES = (

@@ -8,8 +8,10 @@ from numbers import Integral, Real
 from typing import Any
 
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Reading, Report, Series
-from heyoka_bike.scoring.verdict import Grade
+from heyoka_bike.scoring.grades import Grade
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, Reading
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
@@ -18,6 +20,9 @@ _OF_MANEUVER = (
     "maneuver", "name", "rows", "t_start", "t_end", "coverage", "gap", "step", "performance",
     "performance_limit", "meets_limit",
 )  # fmt: skip
+
+
+_OF_REQUIREMENT = ("text", "met", "found", "message")
 
 
 def render(scored: Report | Series) -> str:
@@ -41,7 +46,7 @@ def _report(report: Report) -> dict[str, Any]:
         "file": asdict(report.file),
         "maneuvers": [_maneuver(m) for m in report.maneuvers],
         "findings": [_finding(f) for f in report.said],
-        "requirements": [asdict(r) for r in report.requirements],
+        "requirements": [_fields(r, _OF_REQUIREMENT) for r in report.requirements],
         "passed": report.passed,
         "is_right": report.is_right,
         "grade": max(report.grades, default=Grade.UNKNOWN).style,

@@ -9,7 +9,9 @@ from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.report import Measures, Report, Series
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
+from heyoka_bike.scoring.scores import Measures
 from heyoka_bike.showing.formats.json import clean
 from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, verdict
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from heyoka_bike.errors import InputError, quoted, unknown_word
 
 if TYPE_CHECKING:
-    from heyoka_bike.scoring.report import Report, Series
+    from heyoka_bike.scoring.report import Report
+    from heyoka_bike.scoring.runs import Series
 
 FORMATS = ("table", "json", "csv", "junit", "html", "badge")
 SUFFIXES = {

@@ -9,7 +9,9 @@ from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series, open_words
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, also_open
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import results as charts
@@ -378,7 +380,10 @@ def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
     c = found[0]
     r = c.as_understood
     said = []
-    others, default = printable(open_words(found)), printable(c.as_written.definition)
+    others, default = (
+        printable(words.open_words(also_open(found))),
+        printable(c.as_written.definition),
+    )
     if not c.is_known:
         said.append("the nearest, but its definition is unknown")
     elif not words.is_default(c) and default not in others.split():

@@ -10,12 +10,22 @@ import textwrap
 from collections.abc import Iterator
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.diagnosis import UNITS_BESIDE
+from heyoka_bike.scoring.evidence import (
+    Conventions,
+    DefinitionUnknown,
+    NeverFilled,
+    SensesOpposed,
+    SignContradiction,
+)
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import ARRAY
-from heyoka_bike.scoring.report import Report, Run, Series
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Run, Series
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.report import conventions
+from heyoka_bike.showing.sayings import DEFAULT_CONVENTIONS, findings
 from heyoka_bike.showing.wording import Grade, file_grade
 
 _RUNS = 4  # of a series, each on a line
@@ -63,17 +73,14 @@ def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str
 
 def diagnosis(report: Report) -> str:
     """Return the verdict, the conventions, and why the results differ, the likeliest first."""
-    from heyoka_bike.scoring.judge.columns import DEFAULT, ODD_SIGNS, UNITS_BESIDE
-
-    # Findings of the score that the diagnosis leaves out are said before it.
-    beside = ("definition_unknown", "never_filled", *ODD_SIGNS)
-    said = {f.code: f.message for f in report.findings}
-    is_usual = not any(code in said for code in ODD_SIGNS)
+    # What the diagnosis leaves out of what was seen is said before it.
+    odd_signs = (SignContradiction, SensesOpposed)
+    beside = [x for x in report.seen if isinstance(x, (DefinitionUnknown, NeverFilled, *odd_signs))]
+    own = [x for x in report.seen if isinstance(x, Conventions)]
+    is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
     is_usual &= not any(f.code == UNITS_BESIDE for f in report.diagnosis)
-    default = DEFAULT if is_usual else ""
-    paragraphs = [p for p in (words.verdict(report), said.get("conventions", default)) if p]
-    paragraphs += [f.message for f in report.findings if f.code in beside]
-    paragraphs += [f.message for f in report.diagnosis]
+    paragraphs = [words.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
+    paragraphs += [f.message for f in (*findings([*own, *beside]), *report.diagnosis)]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 

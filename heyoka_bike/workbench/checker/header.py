@@ -21,9 +21,9 @@ from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine
 from heyoka_bike.reference.exports.formats import Selection, about, commented
 from heyoka_bike.reference.following import FOLLOWS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
-from heyoka_bike.scoring.verdict import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE
 from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
 
 # As the reduced equations take them, but for the forward speed in the place of the spin.

@@ -44,6 +44,7 @@ from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.verdict import is_own_energy
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import find_input
 
@@ -353,7 +354,7 @@ def _entry(submission: Submission, known: References) -> Entry:
     scores = correct_digits(report)
     worst = min(scores, key=scores.__getitem__)
     judged = [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
-    drifts = [m.performance for m in judged if m.performance is not None and m.is_own_energy]
+    drifts = [m.performance for m in judged if m.performance is not None and is_own_energy(m)]
     return Entry(
         submission=submission,
         digits=scores[worst],
@@ -393,7 +394,7 @@ def _check_rules(submission: Submission, report: Report, reference: Reference) -
         )
     if odd := sorted({c.key for m in report.maneuvers for c in m.columns if c.is_contradicted}):
         raise refuse(f"{named(odd)} of signs that contradict each other", "those of some axes")
-    if lost := named(list(report.not_compared)):
+    if lost := named([x.name for x in report.not_compared]):
         raise refuse(f"{lost} beside what is compared", "columns that were computed, each once")
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part

@@ -23,8 +23,9 @@ from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.scores import ManeuverScore
 from heyoka_bike.showing.wording import label
 from heyoka_bike.workbench.replay.motion_3d import (
     STATE,

@@ -1,0 +1,644 @@
+"""Evidence: what was seen in a result file, as values; every decision reads these.
+
+One class answers one question: which columns were not compared, by how much the times are shifted,
+which signs contradict each other. Its fields are numbers, whole names and places. What it means is
+decided by `verdict` and `requirements`. The sentence that tells a person of it is made from it
+last, in `showing.sayings`, and nothing is decided by a sentence.
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+Errors = tuple[float | None, ...]
+"""The largest absolute error of a column in each maneuver that has it [SI unit]; None without a
+value."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """Base of all evidence.
+
+    Attributes
+    ----------
+    file
+        The file in which it was seen, if a run consists of several; else empty.
+    """
+
+    file: str = ""
+
+    def lost(self, compared: Collection[str]) -> Iterable["LostColumn"]:
+        """Columns of the result that were not compared for this reason.
+
+        Parameters
+        ----------
+        compared
+            Keys of the columns that were compared, in any maneuver.
+        """
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class LostColumn:
+    """A column of a file that was not compared.
+
+    Attributes
+    ----------
+    name
+        Its name in the file, whole; of columns without names their place (``2.roll_angle``).
+    key
+        The column that it is, or whose name it holds; None if its name says nothing.
+    maneuver
+        Number of the maneuver that it is of; None if that is not known, or if it is of all.
+    is_letter
+        True if its name is one letter with a number or without, which alone says little.
+    """
+
+    name: str
+    key: str | None = None
+    maneuver: int | None = None
+    is_letter: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Odds:
+    """Odds of the definition of a column against the likeliest other one.
+
+    Attributes
+    ----------
+    log10
+        Their decimal logarithm.
+    against
+        The other definition; None for all that are not known here.
+    """
+
+    log10: float
+    against: str | None
+
+
+# How a file was read.
+
+
+class Reason(Enum):
+    """Why a column was not compared."""
+
+    UNKNOWN_NAME = "its name means nothing that is known"
+    SET_ASIDE = "its name is known, and its number is not that of a maneuver"
+    BESIDE_A_TABLE = "its name is known, and a table beside it has all columns"
+    NO_SUCH_MANEUVER = "the reference has no such maneuver"
+    NOT_UNDERSTOOD = "its name holds that of a quantity that no other column gives"
+
+
+@dataclass(frozen=True, slots=True)
+class NotCompared(Evidence):
+    """Columns whose names decide that they are not compared.
+
+    Attributes
+    ----------
+    reason : Reason
+    columns : tuple of LostColumn
+        Of an unknown name the key tells which known name it holds.
+    how_to_tell
+        The words of the option by which a user can tell the columns.
+    """
+
+    reason: Reason
+    columns: tuple[LostColumn, ...]
+    how_to_tell: str = ""
+
+    def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
+        if self.reason == Reason.UNKNOWN_NAME:
+            return ()
+        # Where no potential energy is compared, u1 is a speed of Kane's method.
+        return (x for x in self.columns if not x.is_letter or x.key in compared)
+
+
+@dataclass(frozen=True, slots=True)
+class LastRowIncomplete(Evidence):
+    """The last row of a text was cut while it was written; it is left out."""
+
+    line: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class NotFinite(Evidence):
+    """Values that are not finite.
+
+    Attributes
+    ----------
+    count
+    counted_by, line, column
+        The first of them: ``line`` or ``row``, its number, and the number of its column, from 1.
+    """
+
+    count: int
+    counted_by: str
+    line: int
+    column: int
+
+
+@dataclass(frozen=True, slots=True)
+class NamesNotUsed(Evidence):
+    """Columns taken by their place although a known name contradicts it.
+
+    Attributes
+    ----------
+    columns
+        Numbers of the columns whose names contradict their place, from 1.
+    name
+        Of the first of these.
+    unknown
+        The names for whose sake no name is used.
+    """
+
+    columns: tuple[int, ...]
+    name: str
+    unknown: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class UnknownUnit(Evidence):
+    """The name of a column has something in the place of a unit that is none."""
+
+    name: str
+    unit: str
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class Transposed(Evidence):
+    """The rows of an array are taken as columns."""
+
+    rows: int
+    columns: int
+
+
+@dataclass(frozen=True, slots=True)
+class TimesAsDecimals(Evidence):
+    """Binary times that are next to decimals are read as these.
+
+    Attributes
+    ----------
+    places
+        Digits after the point of the decimals.
+    unit
+        ``s`` or ``ms``.
+    changed
+        How many times are not exactly the binary number.
+    example
+        The first of those.
+    """
+
+    places: int
+    unit: str
+    changed: int
+    example: float
+
+
+@dataclass(frozen=True, slots=True)
+class TimesUnsorted(Evidence):
+    """Times go back, first in this line or row, so many times."""
+
+    counted_by: str
+    line: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class TimesRepeated(Evidence):
+    """Rows that have the time of another one."""
+
+    count: int
+
+
+# How it lies beside the reference.
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverRecognised(Evidence):
+    """The maneuver of a file that does not tell it was recognised by its values."""
+
+    maneuver: int
+
+
+@dataclass(frozen=True, slots=True)
+class NoReference(Evidence):
+    """Columns that the reference does not have.
+
+    Attributes
+    ----------
+    keys
+    folder
+        Of the reference.
+    lacks
+        The file that the reference lacks; empty if it has that, without these columns.
+    """
+
+    keys: tuple[str, ...]
+    folder: str
+    lacks: str = ""
+
+    def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
+        return (LostColumn(key, key) for key in self.keys)
+
+
+@dataclass(frozen=True, slots=True)
+class MeantByValues(Evidence):
+    """A name with several meanings was decided by its values; key None: it is none of them."""
+
+    key: str | None
+    may_be: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WheelRate(Evidence):
+    """The forward speed is written as the rate of a wheel of this radius, with its unit."""
+
+    radius: str
+
+
+@dataclass(frozen=True, slots=True)
+class OtherOrder(Evidence):
+    """Columns of the benchmark that stand in the places of others.
+
+    Attributes
+    ----------
+    keys
+        What the columns are, in the order of the file.
+    told
+        The option that tells it, if one does.
+    """
+
+    keys: tuple[str, ...]
+    told: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class OtherManeuver(Evidence):
+    """Values in the place of a maneuver that are nearer to another one; distances in scales."""
+
+    maneuver: int
+    nearest: int
+    distance: float
+    own_distance: float
+
+
+@dataclass(frozen=True, slots=True)
+class RowsOutside(Evidence):
+    """Rows outside the run of the reference, which are left out; times in s."""
+
+    rows: int
+    t_first: float
+    t_last: float
+    duration: float
+    may_be_milliseconds: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TooLarge(Evidence):
+    """Values that are too large to compute with, which are left out."""
+
+    maneuver: int
+    key: str
+    values: int
+
+
+@dataclass(frozen=True, slots=True)
+class Unfilled:
+    """A column of a maneuver with one number in every row, where the quantity varies."""
+
+    maneuver: int
+    key: str
+    number: float
+
+
+@dataclass(frozen=True, slots=True)
+class NeverFilled(Evidence):
+    """Columns that were never filled in; `maneuvers` is how many the file has."""
+
+    columns: tuple[Unfilled, ...]
+    maneuvers: int
+
+    def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
+        return (LostColumn(f"{x.maneuver}.{x.key}", x.key, x.maneuver) for x in self.columns)
+
+
+# What its columns mean.
+
+
+@dataclass(frozen=True, slots=True)
+class TakenDefinition:
+    """A column, the definition it is taken as, the odds of it, and what else it may be."""
+
+    key: str
+    definition: str
+    odds: Odds | None
+    may_also_be: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Conventions(Evidence):
+    """All conventions of a file that are not the default ones.
+
+    Attributes
+    ----------
+    turned
+        Columns with the other sign.
+    units, offsets
+        By key, the unit, and the zero of an energy [J].
+    definitions : tuple of TakenDefinition
+    are_signs_contradicted
+        True if other signs of the file contradict each other, which are none of these.
+    """
+
+    turned: tuple[str, ...]
+    units: Mapping[str, str]
+    offsets: Mapping[str, float]
+    definitions: tuple[TakenDefinition, ...]
+    are_signs_contradicted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Convention(Evidence):
+    """A choice by which one column is read, and the errors with it and without any.
+
+    Attributes
+    ----------
+    key
+    errors, errors_as_written
+        As understood, and taken as the default definition in SI units.
+    """
+
+    key: str
+    errors: Errors
+    errors_as_written: Errors
+
+
+@dataclass(frozen=True, slots=True)
+class OtherDefinition(Convention):
+    """Another definition than the default, with the errors of the latter."""
+
+    taken: TakenDefinition
+    default: str
+    errors_of_default: Errors
+
+
+@dataclass(frozen=True, slots=True)
+class OtherSign(Convention):
+    """The other sign."""
+
+
+@dataclass(frozen=True, slots=True)
+class OtherUnit(Convention):
+    """Another unit than that of the default."""
+
+    unit: str
+    default: str
+
+
+@dataclass(frozen=True, slots=True)
+class OtherZero(Convention):
+    """Another zero of an energy: what it has too much [J]."""
+
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class UnitContradicted(Evidence):
+    """The heading of a column names one unit, and its values are in another."""
+
+    key: str
+    heading: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class SignContradiction(Evidence):
+    """Columns whose signs no choice of axes and senses gives."""
+
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SensesOpposed(Evidence):
+    """Roll is positive to the left and steer to the right, which few axes give."""
+
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DefinitionUnknown(Evidence):
+    """A column of no definition that is known here, beside others that are right.
+
+    Attributes
+    ----------
+    key
+    nearest
+        The nearest definition.
+    log10_odds
+        Of that definition against all that are not known.
+    errors : Errors
+    digits_of_others
+        Correct digits of the worst other column.
+    """
+
+    key: str
+    nearest: str
+    log10_odds: float
+    errors: Errors
+    digits_of_others: float
+
+
+# What contradicts the rest of it, or the exact motion.
+
+
+@dataclass(frozen=True, slots=True)
+class TimeShift(Evidence):
+    """All times are off by a constant.
+
+    Attributes
+    ----------
+    shift
+        How much too late they are [s].
+    begins_at_start
+        True if the first row holds the initial state.
+    """
+
+    shift: float
+    begins_at_start: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CoveredInPart(Evidence):
+    """Parts of the run that no complete rows show.
+
+    Attributes
+    ----------
+    maneuvers
+        Those with the same rows.
+    t_start, t_end, gap
+        First and last complete row, and the longest time without one [s].
+    has_holes
+        True if it is between the rows that something is missing.
+    """
+
+    maneuvers: tuple[int, ...]
+    t_start: float
+    t_end: float
+    gap: float
+    has_holes: bool
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyHidesError(Evidence):
+    """Eq. (1) is met although something else is visibly wrong.
+
+    Attributes
+    ----------
+    maneuvers
+        All in which that is so.
+    maneuver, key, max_rel_error, performance
+        The worst column of these, its error in scales, and eq. (1) there [%].
+    """
+
+    maneuvers: tuple[int, ...]
+    maneuver: int
+    key: str
+    max_rel_error: float
+    performance: float
+
+
+@dataclass(frozen=True, slots=True)
+class EnergySum(Evidence):
+    """Potential plus kinetic energy is not the mechanical energy; the largest difference [J]."""
+
+    maneuvers: tuple[int, ...]
+    energy_sum: float
+    floor: float
+
+
+@dataclass(frozen=True, slots=True)
+class RateContradiction(Evidence):
+    """A rate that is not the derivative of its own angle; root mean square [rad/s]."""
+
+    maneuvers: tuple[int, ...]
+    key: str
+    rms_difference: float
+
+
+@dataclass(frozen=True, slots=True)
+class SinglePrecision(Evidence):
+    """Numbers of single precision.
+
+    Attributes
+    ----------
+    keys
+    is_written
+        True if the values are such numbers; else they were computed with on the way.
+    are_all
+        True if all values are.
+    """
+
+    keys: tuple[str, ...]
+    is_written: bool
+    are_all: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class FewDigits(Evidence):
+    """Columns whose error is that of the digits written."""
+
+    keys: tuple[str, ...]
+    significant_digits: int
+
+
+# What several files tell together.
+
+
+class Grouping(Enum):
+    """What several files are scored as."""
+
+    PROGRAMS = "programs"
+    FILES = "files"
+
+
+@dataclass(frozen=True, slots=True)
+class NoSharedColumns(Evidence):
+    """No two of the programs or files have a column of one maneuver in common."""
+
+    of: Grouping
+
+
+@dataclass(frozen=True, slots=True)
+class StepsUnknown(Evidence):
+    """Nothing tells the runs of one program apart; `is_told` if equal steps were given."""
+
+    is_told: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuversDiffer(Evidence):
+    """Programs that hold different maneuvers, by their names."""
+
+    maneuvers: Mapping[str, tuple[int, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class DefinitionsOfPrograms(Evidence):
+    """A column that programs define in different ways: the programs of each definition."""
+
+    key: str
+    programs: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class DefinitionsOfRuns(Evidence):
+    """Columns that files of one program seem to define in different ways."""
+
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorFalls(Evidence):
+    """How the errors of a program fall with its step or its tolerance.
+
+    Attributes
+    ----------
+    by
+        ``step`` or ``tolerance``.
+    exponent
+        The median over the columns: the order, by the step.
+    least, most, columns
+        The range of the columns' exponents, and how many these are.
+    """
+
+    by: str
+    exponent: float
+    least: float
+    most: float
+    columns: int
+
+
+@dataclass(frozen=True, slots=True)
+class OrderNotSettled(Evidence):
+    """Columns (``2.roll_angle``) whose order still changes from step to step."""
+
+    places: tuple[str, ...]
+
+
+class Staying(Enum):
+    """What an error is that does not fall with the step or the tolerance."""
+
+    ROUNDING = "it is as small as rounding of binary64"
+    NOISE = "it is another curve in each run"
+    SAME_CURVE = "it is the same curve in both runs"
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorStays(Evidence):
+    """Columns whose error does not fall; its size in scales, and with what it should fall."""
+
+    how: Staying
+    places: tuple[str, ...]
+    max_rel_error: float
+    by: str

@@ -1,0 +1,69 @@
+"""Conventions: how the columns of a file are read, which is no error.
+
+The benchmark prescribes neither axes nor units nor the zero of the energy, and does not define roll
+angle, roll rate and forward speed. What a file has instead of the default is told in one sentence,
+and column by column with the errors that each choice leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from heyoka_bike.scoring.evidence import (
+    Convention,
+    Conventions,
+    Errors,
+    OtherDefinition,
+    OtherSign,
+    OtherUnit,
+    OtherZero,
+    TakenDefinition,
+)
+from heyoka_bike.scoring.judge.signs import odd_signs
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import Alternative, ColumnScore, also_open, odds_of
+
+
+def conventions(report: Report) -> Iterator[Conventions]:
+    """All conventions of a file together; nothing if they are those by default."""
+    columns = {key: places[0][1] for key, places in report.by_column().items()}
+    # Signs that may be errors are no convention.
+    contradicted = {key for odd in odd_signs(report) for key in odd.keys}
+    turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
+    taken = {key: c.as_understood for key, c in columns.items()}
+    units = {k: x.unit for k, x in taken.items() if x.unit != columns[k].as_written.unit}
+    zeros = {k: x.offset for k, x in taken.items() if x.offset}
+    meant = tuple(_taken(k, [c]) for k, c in columns.items() if _is_another(c))
+    if turned or units or zeros or meant:
+        yield Conventions(tuple(turned), units, zeros, meant, bool(contradicted))
+
+
+def each_convention(report: Report) -> Iterator[Convention]:
+    """Column by column, with the errors that each choice leaves."""
+    for key, places in report.by_column().items():
+        columns = [c for _, c in places]
+        taken, written = columns[0].as_understood, columns[0].as_written
+        both = _errors(columns), tuple(c.as_written.measures.max_abs_error for c in columns)
+        if _is_another(columns[0]):
+            default = written.definition
+            far = [a for c in columns for a in c.alternatives if a.definition == default]
+            yield OtherDefinition(key, *both, _taken(key, columns), default, _errors(far))
+        if taken.sign < 0:
+            yield OtherSign(key, *both)
+        if taken.unit != written.unit:
+            yield OtherUnit(key, *both, taken.unit, written.unit)
+        if taken.offset:
+            yield OtherZero(key, *both, taken.offset)
+
+
+def _is_another(c: ColumnScore) -> bool:
+    """True if a column is known to have another definition than the default."""
+    return c.definition != c.as_written.definition and c.is_known
+
+
+def _taken(key: str, columns: list[ColumnScore]) -> TakenDefinition:
+    return TakenDefinition(key, columns[0].definition, odds_of(columns[0]), also_open(columns))
+
+
+def _errors(found: Iterable[ColumnScore | Alternative]) -> Errors:
+    return tuple(x.max_abs_error for x in found)

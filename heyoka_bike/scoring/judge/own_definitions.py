@@ -1,0 +1,86 @@
+"""Definitions of a program's own: columns that mean something that is not known here.
+
+A column that means something that is not known here is far worse than all others of a right motion.
+A wrong model or a rough integrator moves all columns. Where the columns with one meaning only have
+many digits, and one with several meanings has few, the motion is right and the meaning is not among
+those known. That is said instead of looking for a cause. Roll and steer move together, and the
+speed and the energies with their squares only: these may be right beside a motion that is not, so
+that one of the former must be right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.evidence import DefinitionUnknown
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+FAR_WORSE = 1000.0
+"""Columns of one motion are wrong by parts of their scales that differ by up to 100 (the steer rate
+follows the fastest mode, the energies hardly move): one that is worse by more means another
+thing."""
+
+RIGHT_MOTION = 1e-3
+"""Of the scale: the other columns must be this good to say that the motion is right."""
+
+_FEWEST_OTHERS = 2
+_FLOORS_OF_ROUNDING = 4.0
+
+
+def unknown_definitions(report: Report) -> Iterator[DefinitionUnknown]:
+    """Columns whose definition is not known, of a motion that is right."""
+    known = [c for m in report.maneuvers for c in m.columns if c.is_known]
+    for key, places in report.by_column().items():
+        columns = [c for _, c in places]
+        if columns[0].is_known:
+            continue
+        yield DefinitionUnknown(
+            key,
+            nearest=columns[0].definition,
+            log10_odds=columns[0].none_odds or 0.0,
+            errors=tuple(c.max_abs_error for c in columns),
+            digits_of_others=min(c.scd for c in known if c.scd is not None),
+        )
+
+
+def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], float]:
+    """Columns among `keys` that are far worse than all others of a maneuver, whose motion is right.
+
+    Returns
+    -------
+    keys : frozenset of str
+        The most of them that are; empty if none is.
+    limit : float
+        Largest error of the other columns, in scales.
+    """
+    columns = [c for c in m.columns if c.values]
+    ranked = sorted((c for c in columns if c.key in keys), key=_typical, reverse=True)
+    for count in range(len(ranked), 0, -1):
+        worse = ranked[:count]
+        others = [c for c in columns if c not in worse]
+        limit = _largest(others)
+        is_shown = len(others) >= _FEWEST_OTHERS and any(c.key in LATERAL for c in others)
+        if is_shown and limit < RIGHT_MOTION and all(is_far(c, limit) for c in worse):
+            return frozenset(c.key for c in worse), limit
+    return frozenset(), _largest(columns)
+
+
+def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE) -> bool:
+    """True if a column is so many times worse than a limit, and than its digits allow."""
+    return _typical(c) > times * limit and not c.is_at_floor(_FLOORS_OF_ROUNDING)
+
+
+def _largest(columns: Sequence[ColumnScore]) -> float:
+    return max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
+
+
+def _typical(c: ColumnScore) -> float:
+    """Median error over the size of the column: a few bad rows are no other meaning."""
+    size = rms(c.trace.reference) or 1.0
+    return float(median(np.abs(c.trace.error))) / size

@@ -1,0 +1,96 @@
+"""Precision: numbers of single precision, and errors that are those of the digits written.
+
+Numbers may be of single precision: written as such, or computed with on the way. Rounding to 24
+bits leaves noise of a known size, which jumps from row to row.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.evidence import FewDigits, SinglePrecision
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.reading.quanta import are_single
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore
+
+_BITS_OF_SINGLE = 24
+_ENOUGH_ROWS = 50
+# Rows that are looked at.
+_ROWS_LOOKED_AT = 4000
+# Rounding to 24 bits leaves 1.7e-8 to 3.4e-8 of a value, root mean square; a value that is computed
+# from some rounded ones, a few times that.
+_NOISE_OF_SINGLE = (1.2e-8, 3e-7)
+# Root mean square of third over second differences: 1.83 for white noise, far less for a smooth
+# error. With a thousand rows it scatters by 0.03.
+_RATIO_OF_WHITE_NOISE = (1.6, 2.0)
+# Times the floor: what few digits leave of a right value.
+_FLOORS_OF_ROUNDING = 4.0
+# The noise is said of a file if that many of its columns have it.
+_MOSTLY = 2 / 3
+
+
+def single_precision(report: Report) -> Iterator[SinglePrecision]:
+    """Say that a file was written or computed in single precision, though with more digits."""
+    every = [(m.part, c) for m in report.maneuvers for c in m.columns]
+    # A constant is a number of any precision.
+    telling = [(p, c) for p, c in every if c.values >= _ENOUGH_ROWS and np.ptp(c.trace.value)]
+    single = {c.key for part, c in telling if _is_single(part, c)}
+    others = {c.key for _, c in telling} - single
+    noisy = [c.key for _, c in telling if _has_its_noise(c)]
+    if telling and len(single) >= len(others):
+        keys = single if others else {c.key for _, c in every}
+        yield SinglePrecision(tuple(sorted(keys)), is_written=True, are_all=not others)
+    elif telling and len(noisy) >= _MOSTLY * len(telling):
+        yield SinglePrecision(tuple(sorted(set(noisy))), is_written=False)
+
+
+def _is_single(part: Part, c: ColumnScore) -> bool:
+    """True if a column holds numbers of single precision, and more digits than these have."""
+    quantum = part.quantum.get(c.key)
+    if quantum is None or quantum.base != 2:
+        return False
+    return quantum.digits == _BITS_OF_SINGLE or are_single(part.values[c.key])
+
+
+def _has_its_noise(c: ColumnScore) -> bool:
+    """True if the error is noise of the size that rounding to 24 bits leaves.
+
+    Where so few digits are written that their rounding is as large, it says nothing.
+    """
+    if c.as_understood.measures.max_abs_error in (None, 0.0) or c.is_at_floor(_FLOORS_OF_ROUNDING):
+        return False
+    error: Array = c.trace.error[:_ROWS_LOOKED_AT]
+    size = rms(c.trace.value[:_ROWS_LOOKED_AT])
+    second, third = (rms(np.diff(error, n)) for n in (2, 3))
+    if not second or not size:
+        return False
+    noise = second / 6**0.5 / size
+    return (
+        _NOISE_OF_SINGLE[0] < noise < _NOISE_OF_SINGLE[1]
+        and _RATIO_OF_WHITE_NOISE[0] < third / second < _RATIO_OF_WHITE_NOISE[1]
+    )
+
+
+# Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
+_DIGITS_OF_BINARY64 = 15
+
+FLOORS_OF_DIGITS = 2.0
+"""An error of up to this many floors is that of the digits written."""
+
+
+def digits_written(report: Report) -> Iterator[FewDigits]:
+    """Where not the program but the digits it wrote limit the score, if not for their precision."""
+    digits = report.file.significant_digits
+    if digits is None or digits >= _DIGITS_OF_BINARY64:
+        return
+    single = [key for found in single_precision(report) for key in found.keys]
+    limited = tuple(
+        key
+        for key, places in report.by_column().items()
+        if key not in single and all(c.is_at_floor(FLOORS_OF_DIGITS) for _, c in places)
+    )
+    if limited:
+        yield FewDigits(limited, digits)

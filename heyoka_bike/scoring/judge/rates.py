@@ -1,0 +1,94 @@
+"""Rates: whether a rate is the derivative of its own angle, however far both are from the exact.
+
+The reference's own rate and angle agree, so it is enough to look at the errors, which are small and
+smooth: over a step, the increase of the angle's error should be the integral of the rate's error.
+"""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import RATE_OF
+from heyoka_bike.numbers.double import median
+from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.scoring.evidence import RateContradiction
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore
+
+RATES = ("roll_rate", "steer_rate")
+
+# The angle's own error must explain less than this part of what its rate is wrong by: an error of
+# the integrator moves both alike, differences of a good angle do not.
+_MOST_EXPLAINED = 1 / 3
+# Rounding of neighbouring values explains this many times the floors.
+_TIMES_ROUNDING = 3.0
+# Rows farther apart than this [s] do not show the derivative: the fastest mode decays in 0.05 s.
+_FARTHEST_ROWS = 0.05
+
+
+def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
+    """Rates that are visibly not those of their own angles."""
+    for key in RATES:
+        off = {
+            m.maneuver: x
+            for m in report.maneuvers
+            if key in m.consistency.contradicted
+            and (x := getattr(m.consistency, key))
+            > TOLERANCE * float(abs(m[key].trace.reference).max())
+        }
+        if off:
+            yield RateContradiction(tuple(off), key, max(off.values()))
+
+
+def from_derivative(
+    reference: ReferenceManeuver, columns: Mapping[str, ColumnScore], key: str
+) -> tuple[float | None, bool]:
+    """Difference of a rate from the derivative of its angle over a step, rms [rad/s].
+
+    Returned with whether the rate is to blame: the difference is more than rounding and much more
+    than what the angle's own error amounts to.
+
+    The reference's own rate and angle agree, so it is enough to look at the errors, which are
+    small and smooth: over a step, the increase of the angle's error should be the integral of the
+    rate's error, taken by the trapezoidal rule.
+    """
+    if key not in columns:
+        return None, False
+    rate = columns[key]
+    pair = RATE_OF.get((key, rate.as_understood.definition))
+    angle = columns.get(pair[0]) if pair else None
+    if pair is None or angle is None or angle.as_understood.definition != pair[1]:
+        return None, False
+    t = rate.trace.time
+    step = np.diff(t)
+    usual = float(median(step)) if len(step) else 0.0
+    if not 0.0 < usual <= _FARTHEST_ROWS:
+        return None, False
+    # Repeated times and event steps have no step to speak of.
+    near = (step > usual / 10) & (step <= _FARTHEST_ROWS)
+    with np.errstate(over="ignore"):
+        slope = np.diff(angle.trace.error)[near] / step[near]
+    if not np.isfinite(slope).all():
+        return None, False
+    mean = (rate.trace.error[1:] + rate.trace.error[:-1])[near] / 2
+    found = rms(slope - mean)
+    if _distance_left_open(reference, rate, angle) > found / 2:
+        return None, False
+    rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
+    return found, found > _TIMES_ROUNDING * rounding and rms(slope) < _MOST_EXPLAINED * found
+
+
+def _distance_left_open(
+    reference: ReferenceManeuver, rate: ColumnScore, angle: ColumnScore
+) -> float:
+    """Return the distance of the rates that the two columns may honestly mean, rms [rad/s]."""
+    names = {c.definition: c.name for c in reference.definitions[rate.key]}
+    angles = {(angle.key, other) for other in angle.indistinguishable}
+    meant = list(rate.indistinguishable)
+    # A set may have an angle and not its rate.
+    meant += [d for (_, d), of in RATE_OF.items() if of in angles and d in names]
+    own = names[rate.as_understood.definition]
+    rows = reference.approximate(reference.time, [own, *(names[d] for d in meant)])
+    return max((rms(rows[names[other]] - rows[own]) for other in meant), default=0.0)

@@ -1,0 +1,130 @@
+"""Times that are off by a constant.
+
+Rows may hold the right motion at times that are off by a constant, such as one second. Small shifts
+look like other errors and are left to the diagnosis. Here the whole motion has to fit: shifted by
+one and the same time in all maneuvers, what was wrong all over is right.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.scoring.alignment import Part, spread
+from heyoka_bike.scoring.evidence import TimeShift
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.units import factor
+
+# Rows that are compared, and times that are tried first [s]: the fastest mode decays in 0.05 s.
+_ROWS_COMPARED = 200
+_FIRST_STEP = 0.02
+# Below this part of their size the columns are not wrong enough to ask.
+_VISIBLY_WRONG = 0.02
+# ... and shifted they have to be so many times better in each maneuver, and this good. Definitions
+# of the roll angle differ by 0.03 of it.
+_TIMES_BETTER = 10.0
+_FITS = 0.05
+# Half the rows at least must have a place in the run.
+_PART_WITHIN_RUN = 0.5
+# Halvings of the golden section: from a hundredth of a second to a nanosecond.
+_HALVINGS = 40
+_GOLDEN_RATIO = (5**0.5 - 1) / 2
+# A time of few decimals is meant if the file cannot tell it from the best one [s].
+_PLACES_TRIED = range(7)
+_AS_GOOD_AS_BEST = 1.1
+
+
+def time_shifted(report: Report) -> Iterator[TimeShift]:
+    """Times that are off by a constant."""
+    shift = time_shift([m.part for m in report.maneuvers])
+    if shift is None:
+        return
+    begins = all(abs(m.part.time[0] - shift) < (m.step or 0.0) / 10 for m in report.maneuvers)
+    yield TimeShift(shift, begins)
+
+
+def time_shift(parts: Sequence[Part]) -> float | None:
+    """Return the delay of the times of a file [s]; None if they are not shifted.
+
+    Signs and units of the columns are those that fit best, definitions those by default.
+    """
+    motions = [few for part in parts if (few := _some_rows(part)) is not None]
+    if not motions or any(_error(m, 0.0) < _VISIBLY_WRONG for m in motions):
+        return None
+    longest = max(float(m.time[-1]) for m in motions)
+    if longest <= 0.0:
+        # All rows are of the start, which fits any motion.
+        return None
+    grid = np.arange(-longest, longest, _FIRST_STEP)
+    first = min(grid, key=lambda shift: _joint(motions, shift, exact=False))
+    best = _refined(motions, float(first))
+    numbers = [m.number for m in motions]
+    apart = [float(median(np.diff(p.time))) for p in parts if p.number in numbers]
+    if abs(best) <= 1.5 * max(apart):
+        return None
+    before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
+    if any(a > _FITS or _TIMES_BETTER * a > b for a, b in zip(after, before, strict=True)):
+        return None
+    limit = _AS_GOOD_AS_BEST * _joint(motions, best)
+    return next(
+        (x for x in (round(best, n) for n in _PLACES_TRIED) if _joint(motions, x) <= limit), best
+    )
+
+
+def _some_rows(part: Part) -> Part | None:
+    """Some rows of the columns that show a shift; None without any."""
+    if len(part.time) < 2:
+        return None
+    # Speed and energies hardly vary: they show no shift.
+    some = part.at(spread(len(part.time), _ROWS_COMPARED)).only(LATERAL)
+    good = np.all([np.isfinite(x) for x in some.values.values()], axis=0)
+    return some.at(good) if some.values and good.any() else None
+
+
+def _error(part: Part, shift: float, *, exact: bool = True) -> float:
+    """Error over size of the worst column, with times so much earlier.
+
+    If not exact, by straight lines between the rows of the reference.
+    """
+    time, reference = part.time - shift, part.reference
+    inside = (time >= 0.0) & (time <= float(reference.duration))
+    if np.mean(inside) < _PART_WITHIN_RUN:
+        return np.inf
+    time = time[inside]
+    if exact:
+        expected = reference.approximate(time, list(part.values))
+    else:
+        expected = {k: np.interp(time, reference.time, reference.rows[k]) for k in part.values}
+    return max(_apart(x[inside], expected[k]) for k, x in part.values.items())
+
+
+def _apart(values: Array, expected: Array) -> float:
+    """Error over size of a column, with the sign and the unit that fit."""
+    size, own = rms(expected), rms(values)
+    if not size or not own:
+        return np.inf
+    in_degrees = factor("degree")[0]
+    # Rates are in degrees per second where angles are in degrees.
+    unit = in_degrees if own > size / in_degrees**0.5 else 1.0
+    sign = np.sign(np.dot(values / own, expected / size))
+    return rms(sign * unit * values - expected) / size
+
+
+def _joint(motions: Sequence[Part], shift: float, *, exact: bool = True) -> float:
+    """Geometric mean of the errors over the maneuvers."""
+    errors = [_error(m, shift, exact=exact) for m in motions]
+    return float(np.exp(np.mean(np.log(np.maximum(errors, np.finfo(np.float64).tiny)))))
+
+
+def _refined(motions: Sequence[Part], near: float) -> float:
+    """The best shift within a step of the grid, by golden section."""
+    low, high = near - _FIRST_STEP, near + _FIRST_STEP
+    for _ in range(_HALVINGS):
+        a, b = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)
+        if _joint(motions, a) < _joint(motions, b):
+            high = b
+        else:
+            low = a
+    return (low + high) / 2

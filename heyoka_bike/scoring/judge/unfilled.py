@@ -1,0 +1,94 @@
+"""Columns that were never filled in: they hold one number in every row, where the quantity varies.
+
+Programs that write the benchmark's file without some of its columns, the energies mostly, leave
+zeros in their place, NaN or the first value. That is no result: it is named, and left out. A
+requirement that speaks of such a column fails, see `requirements`.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
+from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.evidence import NeverFilled, Unfilled
+
+FEWEST_ROWS = 10
+"""Fewer rows may be alike by chance."""
+# Another number than zero is what was never filled in of these alone: a constant speed is what the
+# linear equations have, a constant angle what a motion has that stands still.
+_MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
+# Zeros are the rate of such an angle.
+_ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+# Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
+_ROUNDOFF = 1e-9
+# The quantity varies by more of what can be written than this: rounding does not explain one value.
+_STEPS_OF_ROUNDING = 4.0
+
+
+def without_unfilled(alignment: Alignment) -> Alignment:
+    """The rows without the columns that were never filled in, and evidence that names them.
+
+    A file that has nothing else stays as it is.
+    """
+    found = [(part, _unfilled(part)) for part in alignment.parts]
+    kept = tuple(
+        part.only(part.values.keys() - keys) if keys else part
+        for part, keys in found
+        if part.values.keys() - keys
+    )
+    if not kept or not any(keys for _, keys in found):
+        return alignment
+    columns = tuple(
+        Unfilled(part.number, key, number) for part, keys in found for key, number in keys.items()
+    )
+    seen = (*alignment.seen, NeverFilled(columns, len(found)))
+    return replace(alignment, parts=kept, seen=seen)
+
+
+def _unfilled(part: Part) -> dict[str, float]:
+    """The columns that were never filled in, with the number that they hold."""
+    empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
+    if len(part.time) < FEWEST_ROWS or _runs_straight(part):
+        return empty
+    columns = part.only(BENCHMARK_COLUMNS).values
+    constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
+    found = {
+        key: number
+        for key, number in constant.items()
+        if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(_ANGLE_OF.get(key, "")))
+        and _should_vary(part, key, number)
+    }
+    # Their sum is constant, as the mechanical energy should be, and as empty.
+    parts = [found.get(key) for key in ("potential_energy", "kinetic_energy")]
+    total = constant.get("mechanical_energy")
+    if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
+        found["mechanical_energy"] = total
+    return empty | found
+
+
+def _runs_straight(part: Part) -> bool:
+    """True if all columns together are those of a bicycle that stays upright and straight."""
+    lateral = part.only(LATERAL).values.values()
+    others = part.only({*BENCHMARK_COLUMNS} - {*LATERAL}).values.values()
+    return (
+        bool(lateral and others)
+        and not any(x.any() for x in lateral)
+        and all(x.any() and np.ptp(x) <= _ROUNDOFF * np.max(np.abs(x)) for x in others)
+    )
+
+
+def _should_vary(part: Part, key: str, number: float) -> bool:
+    """True if no definition of the quantity is one number, as far as the digits written show."""
+    names = [c.name for c in part.reference.definitions[key]]
+    rows = part.time[part.sample()]
+    quantum = part.quantum.get(key)
+    for name, expected in part.reference.approximate(rows, names).items():
+        step = 1e-15 * part.reference.scale(name)
+        if quantum is not None:
+            step = max(step, float(np.max(quantum.at(expected))))
+        # Nothing but zeros is no mechanical energy either, which is constant.
+        far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
+        if far <= _STEPS_OF_ROUNDING * step:
+            return False
+    return True

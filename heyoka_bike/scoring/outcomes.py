@@ -1,0 +1,126 @@
+"""What came of a requirement, as values; its sentence is made from these in `showing.sayings`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heyoka_bike.display import shown_by
+from heyoka_bike.scoring.evidence import LostColumn, SignContradiction
+from heyoka_bike.scoring.verdict import DoesNotCount
+
+
+@dataclass(frozen=True, slots=True)
+class WorstValue:
+    """The worst value of what a requirement speaks of.
+
+    Attributes
+    ----------
+    value
+        Infinite if the tolerance is never exceeded.
+    maneuver, key
+        Where it is; the key is None for a metric of a whole maneuver.
+    is_by_digits
+        True if the digits written show no better value.
+    """
+
+    value: float
+    maneuver: int
+    key: str | None = None
+    is_by_digits: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class NoSuchManeuver:
+    """The file has no such maneuver."""
+
+    maneuver: int
+
+
+@dataclass(frozen=True, slots=True)
+class NoSuchColumn:
+    """The file, or the reference, has no such column; key None: no column at all."""
+
+    key: str | None
+    has_reference: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Columns of the result were not compared."""
+
+    columns: tuple[LostColumn, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NeverFilledIn:
+    """Columns of the result were never filled in."""
+
+    columns: tuple[LostColumn, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ValuesMissing:
+    """Some values of a column are not finite."""
+
+    maneuver: int
+    key: str
+    missing: int
+    values: int
+
+
+@dataclass(frozen=True, slots=True)
+class SignContradicted:
+    """The sign of a column contradicts those of others."""
+
+    maneuver: int
+    contradiction: SignContradiction
+
+
+@dataclass(frozen=True, slots=True)
+class NothingCompared:
+    """No value of a column could be compared, so that a metric is not defined."""
+
+    maneuver: int
+    key: str
+    metric: str
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyDoesNotCount:
+    """Eq. (1) of a maneuver cannot be claimed."""
+
+    maneuver: int
+    reason: DoesNotCount
+
+
+Outcome = (
+    WorstValue | NoSuchManeuver | NoSuchColumn | LeftOut | NeverFilledIn | ValuesMissing
+    | SignContradicted | NothingCompared | EnergyDoesNotCount
+)  # fmt: skip
+"""Everything but a worst value is why a requirement is not met, whatever the numbers are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """One ``--require`` and what came of it.
+
+    Attributes
+    ----------
+    text
+        As given (``2.roll_angle.scd >= 6``).
+    met
+    found
+        The worst value; None if there is none or it is infinite.
+    outcome : Outcome
+        Where the worst is, or why the requirement cannot be met.
+    """
+
+    text: str
+    met: bool
+    found: float | None
+    outcome: Outcome
+
+    @property
+    def message(self) -> str:
+        """The outcome in one sentence."""
+        return str(shown_by("sayings").outcome(self.outcome))

@@ -1,0 +1,437 @@
+"""The scores of a result file: of each column, and of each maneuver; numbers and names only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf, log10
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from heyoka_bike.bicycle.columns import key_of
+from heyoka_bike.display import Displayed, Held
+from heyoka_bike.errors import unknown_word
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring import grades
+from heyoka_bike.scoring.evidence import Odds
+from heyoka_bike.scoring.grades import Grade
+
+if TYPE_CHECKING:
+    from heyoka_bike.scoring.alignment import Part
+
+SUREST = 6
+"""Decimal logarithm of the odds above which they are not told apart: nobody has tried more files
+than a million."""
+
+_CLAIMED = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """Distances of a column from the reference; None where nothing could be compared.
+
+    Formulas and sources are in docs/measures.md.
+
+    Attributes
+    ----------
+    max_abs_error
+        Largest absolute error over the rows [SI unit of the column].
+    time_of_max
+        When it occurs [s].
+    rms_error
+        Root of the mean squared error of the rows [SI unit].
+    max_rel_error
+        Largest absolute error divided by the column's scale, the largest absolute value of the
+        reference over its whole run.
+    scd
+        Significant correct digits, -log10 of the former, at most 32.
+    mescd
+        Mixed-error significant correct digits, -log10 max abs(e) / (1 + abs(reference)) in SI
+        units, at most 32.
+    time_to_tolerance
+        First time at which the error exceeds 1e-3 of the scale [s]; None if it never does.
+    """
+
+    max_abs_error: float | None
+    time_of_max: float | None
+    rms_error: float | None
+    max_rel_error: float | None
+    scd: float | None
+    mescd: float | None
+    time_to_tolerance: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One way to take a written column, and the errors that follow.
+
+    Attributes
+    ----------
+    definition
+        Which definition of the quantity it is compared with.
+    sign
+        1, or -1 if the written values have the other sign.
+    unit
+        Unit of the written values.
+    offset
+        What the written values have too much, in the SI unit of the column.
+    measures : Measures
+    """
+
+    definition: str
+    sign: int
+    unit: str
+    offset: float
+    measures: Measures
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another definition of a column, and how far the file is from it.
+
+    Attributes
+    ----------
+    definition
+    max_abs_error
+        [SI unit]
+    log10_odds
+        Odds of the definition that the column turned out to have against this one, over all
+        maneuvers of the file together, as a decimal logarithm; below zero if this one is likelier,
+        but not enough to give up the default. None where nothing tells.
+    """
+
+    definition: str
+    max_abs_error: float | None
+    log10_odds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Largest error in one part of the run.
+
+    Attributes
+    ----------
+    t_start, t_end
+        The part [s].
+    max_abs_error
+        [SI unit]; None without rows there.
+    """
+
+    t_start: float
+    t_end: float
+    max_abs_error: float | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Trace:
+    """A column over time, for figures; SI units, as understood.
+
+    Attributes
+    ----------
+    time, value, error : ndarray, shape (n,)
+        Rows with a finite value only; the error is exact to a few digits even where it is far
+        below the last digit of the value.
+    """
+
+    time: Array
+    value: Array
+    error: Array
+
+    @property
+    def reference(self) -> Array:
+        """The reference, to binary64."""
+        return self.value - self.error
+
+
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
+class ColumnScore:
+    """Verdict on one column of one maneuver: ``column.scd``, ``column.max_abs_error``.
+
+    Its measures are those as understood.
+
+    Attributes
+    ----------
+    key
+        Name of the column (``roll_angle``).
+    unit
+        SI unit of all errors, UDUNITS spelling.
+    as_written : Reading
+        Taken as the default definition in SI units, with the default sign and zero.
+    as_understood : Reading
+        Taken as the definition, sign, unit and offset that fit.
+    floor
+        What the digits written allow at best [SI unit]: the largest error of correctly rounded
+        values; None if unknown.
+    alternatives : tuple of Alternative
+        The other definitions, with the same sign, unit and offset.
+    indistinguishable : tuple of str
+        Definitions that fit as well, so that none is claimed.
+    growth : tuple of Growth
+        Largest error in each tenth of the reference's run.
+    values, missing
+        How many values were compared, and how many were not finite.
+    trace : Trace
+    scale
+        Largest value of the reference over its whole run [SI unit].
+    unexplained
+        Largest error beyond what rounding to the digits of its own row explains [SI unit].
+    resolution
+        Largest error of a value rounded to the digits of its own row [SI unit]; of rows with
+        different digits it is more than the floor.
+    is_contradicted
+        True if its sign and those of other columns are of no choice of axes.
+    none_odds
+        Odds of the definition against every one that is not known here, as a decimal logarithm, see
+        `definitions`; None of a column with one definition.
+    """
+
+    key: str
+    unit: str
+    as_written: Reading
+    as_understood: Reading
+    floor: float | None
+    alternatives: tuple[Alternative, ...]
+    indistinguishable: tuple[str, ...]
+    growth: tuple[Growth, ...]
+    values: int
+    missing: int
+    trace: Trace
+    scale: float
+    unexplained: float
+    resolution: float
+    is_contradicted: bool = False
+    none_odds: float | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """True if the odds of the definition against one that is not known are 20 to 1 or more.
+
+        If they are not, the one that the column is compared with is the nearest.
+        """
+        return self.none_odds is None or self.none_odds >= log10(_CLAIMED)
+
+    @property
+    def definition(self) -> str:
+        """The definition that the column turned out to have."""
+        return self.as_understood.definition
+
+    @property
+    def scd(self) -> float | None:
+        """Significant correct digits, see `Measures`."""
+        return self.as_understood.measures.scd
+
+    @property
+    def mescd(self) -> float | None:
+        """Mixed-error significant correct digits, see `Measures`."""
+        return self.as_understood.measures.mescd
+
+    @property
+    def max_abs_error(self) -> float | None:
+        """Largest absolute error [SI unit]."""
+        return self.as_understood.measures.max_abs_error
+
+    @property
+    def time_of_max(self) -> float | None:
+        """When it occurs [s]."""
+        return self.as_understood.measures.time_of_max
+
+    @property
+    def rms_error(self) -> float | None:
+        """Root of the mean squared error [SI unit]."""
+        return self.as_understood.measures.rms_error
+
+    @property
+    def max_rel_error(self) -> float | None:
+        """Largest absolute error divided by the column's scale."""
+        return self.as_understood.measures.max_rel_error
+
+    @property
+    def time_to_tolerance(self) -> float | None:
+        """First time at which the error exceeds 1e-3 of the scale [s]; None if it never does."""
+        return self.as_understood.measures.time_to_tolerance
+
+    @property
+    def grade(self) -> Grade:
+        """Right, not to be told at the digits written, close or wrong, see `grades.grade`."""
+        return grades.grade(
+            self.max_abs_error,
+            unexplained=self.unexplained,
+            resolution=self.resolution,
+            scale=self.scale,
+            is_contradicted=self.is_contradicted,
+        )
+
+    @property
+    def is_right(self) -> bool:
+        """True if it has six correct digits, and is written with as many."""
+        return self.grade == Grade.RIGHT
+
+    def shown(self, metric: str) -> float | None:
+        """A measure as far as the digits written can show it: no better than they are."""
+        found: float | None = getattr(self.as_understood.measures, metric)
+        least = self.resolution
+        if metric == "time_to_tolerance":
+            found = inf if found is None else found
+            return 0.0 if least > grades.TOLERANCE * self.scale else found
+        if found is None or metric == "rms_error":
+            return found
+        if metric in ("scd", "mescd"):
+            size = self.scale if metric == "scd" else 1.0 + self.scale
+            return min(found, grades.digits_of(least, size))
+        return max(found, least / (self.scale or inf) if metric == "max_rel_error" else least)
+
+    def __repr__(self) -> str:
+        if self.scd is None:
+            return f"<{self.key}: nothing compared>"
+        found = f"{self.scd:.1f} correct digits, largest error {self.max_abs_error:.2g} {self.unit}"
+        return f"<{self.key} ({self.definition}): {found}>"
+
+    def is_at_floor(self, times: float = 1.0) -> bool:
+        """True if the error is no more than so many times what the digits written allow."""
+        error = self.as_understood.measures.max_abs_error
+        return error is not None and self.floor is not None and error <= times * self.floor
+
+
+def odds_of(c: ColumnScore) -> Odds | None:
+    """Return the odds of a column's definition against the likeliest other one, if any is told.
+
+    Definitions that the file cannot tell from it are no others. Those that are not known here are
+    one of the others where they are the likeliest and the odds against them are below a million.
+    """
+    told = [
+        (a.log10_odds, a.definition)
+        for a in c.alternatives
+        if a.log10_odds is not None and a.definition not in c.indistinguishable
+    ]
+    if not told:
+        return None
+    sure, definition = min(told)
+    if c.none_odds is not None and c.none_odds < min(sure, SUREST):
+        return Odds(c.none_odds, None)
+    return Odds(sure, definition)
+
+
+def also_open(columns: Sequence[ColumnScore]) -> tuple[str, ...]:
+    """Names of the other definitions that the maneuvers leave open."""
+    names = dict.fromkeys(name for c in columns for name in c.indistinguishable)
+    return tuple(name for name in names if name != columns[0].definition)
+
+
+@dataclass(frozen=True, slots=True)
+class Consistency:
+    """Agreement of the file with itself; None where that cannot be asked of it.
+
+    Attributes
+    ----------
+    energy_sum
+        Largest abs(potential + kinetic - mechanical energy) [J].
+    energy_sum_floor
+        What rounding of the written values explains of it [J].
+    roll_rate, steer_rate
+        Difference of the rate from the derivative of its own angle, root mean square over the steps
+        [rad/s], only where the two columns as recognised are such a pair.
+    contradicted
+        Rates that their own angles contradict: the difference is more than rounding, and three
+        times what the angle's error amounts to.
+    """
+
+    energy_sum: float | None
+    energy_sum_floor: float | None
+    roll_rate: float | None
+    steer_rate: float | None
+    contradicted: tuple[str, ...] = ()
+
+
+class Worst(NamedTuple):
+    """The column with the fewest correct digits.
+
+    Attributes
+    ----------
+    maneuver
+        Its number.
+    column
+        Its key.
+    scd
+        Its digits.
+    """
+
+    maneuver: int
+    column: str
+    scd: float
+
+
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
+class ManeuverScore(Displayed, Held[str, ColumnScore]):
+    """Verdict on one maneuver: ``maneuver["roll_angle"]`` is that on one of its columns.
+
+    Attributes
+    ----------
+    maneuver
+        Number from 1.
+    name
+    rows
+        Rows compared.
+    t_start, t_end
+        First and last time with a value in every column [s].
+    coverage
+        Part of the reference's run that such rows cover: that lies between two of them that are no
+        farther apart than its longest dense piece. 0 without such rows.
+    gap
+        The longest stretch of the run that none of these rows falls in [s].
+    step
+        Median distance of the rows [s]; None of a single row.
+    performance
+        Eq. (1) of the benchmark, 100 (max E - min E) / E0 [%], E the file's own mechanical energy
+        from the floor and E0 its first value; None of fewer than two rows, or with E0 = 0.
+    performance_limit
+        What the benchmark allows [%] for the maneuver it judges; None for the others.
+    meets_limit
+        The benchmark's verdict by eq. (1), see `verdict.claim`; None without a limit or an energy.
+    consistency : Consistency
+    columns : tuple of ColumnScore
+        In the order of `columns.COMPARED`, those in the file.
+    part : Part
+        The rows that were compared, as written.
+    """
+
+    maneuver: int
+    name: str
+    rows: int
+    t_start: float
+    t_end: float
+    coverage: float
+    gap: float
+    step: float | None
+    performance: float | None
+    performance_limit: float | None
+    consistency: Consistency
+    columns: tuple[ColumnScore, ...]
+    part: Part
+    meets_limit: bool | None = None
+
+    _view: ClassVar[str] = "maneuver"
+
+    def __getitem__(self, key: str) -> ColumnScore:
+        for column in self.columns:
+            if column.key == key:
+                return column
+        # As people write it in a file: roll, phi.
+        meant = key_of(str(key))
+        if meant is not None and meant != key and meant in list(self):
+            return self[meant]
+        raise KeyError(unknown_word(str(key), list(self), "column "))
+
+    def __iter__(self) -> Iterator[str]:
+        return (column.key for column in self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    @property
+    def worst(self) -> Worst | None:
+        """The column with the fewest correct digits; None if nothing was compared."""
+        found = (Worst(self.maneuver, c.key, c.scd) for c in self.columns if c.scd is not None)
+        return min(found, key=lambda w: w.scd, default=None)
+
+
+Place = tuple[ManeuverScore, ColumnScore]
+"""A column, and the maneuver it is of."""

@@ -1,0 +1,651 @@
+"""The sentences of what was seen in a result file: evidence becomes findings here, last.
+
+A finding has a stable code, one or two sentences for people, and the numbers behind it for JSON.
+One function makes that of one class of evidence; nothing is decided here, and nothing that decides
+reads a finding.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import singledispatch
+from math import floor, inf
+from typing import Any
+
+from heyoka_bike.errors import quoted
+from heyoka_bike.scoring import evidence as seen
+from heyoka_bike.scoring.findings import Finding, info, maneuvers, named, warning
+from heyoka_bike.scoring.outcomes import (
+    EnergyDoesNotCount,
+    LeftOut,
+    NeverFilledIn,
+    NoSuchColumn,
+    NoSuchManeuver,
+    NothingCompared,
+    Outcome,
+    SignContradicted,
+    ValuesMissing,
+    WorstValue,
+)
+from heyoka_bike.scoring.reading.headings import ALMOST, TIME, listed
+from heyoka_bike.scoring.verdict import DoesNotCount
+from heyoka_bike.showing.wording import (
+    DOES_NOT_COUNT,
+    errors_words,
+    odds_words,
+    open_words,
+    ratio_words,
+    taken_words,
+)
+
+_KEYS_NAMED = 6
+"""Columns that a sentence about conventions names."""
+_NAMES_OF_EVIDENCE = 100
+"""Names that the evidence of a finding has, each cut as in a message."""
+
+DEFAULT_CONVENTIONS = (
+    "The file follows the conventions that are taken by default: SI units, roll and steer positive "
+    "to the right, potential energy from the floor, and the first definition of each column"
+)
+
+
+def findings(evidence: Iterable[seen.Evidence]) -> tuple[Finding, ...]:
+    """What is said of each, in the same order."""
+    return tuple(map(finding, evidence))
+
+
+def finding(evidence: seen.Evidence) -> Finding:
+    """What is said of one thing that was seen; of a run of several files with the file's name."""
+    found = _finding(evidence)
+    if not evidence.file:
+        return found
+    return Finding(found.code, f"{evidence.file}: {found.message}", found.severity, found.evidence)
+
+
+@singledispatch
+def _finding(evidence: seen.Evidence) -> Finding:
+    raise TypeError(f"found {evidence!r:.60}, expected evidence that has a sentence")
+
+
+# How a file was read.
+
+
+@_finding.register
+def _(e: seen.NotCompared) -> Finding:
+    names = [column.name for column in e.columns]
+    evidence: dict[str, Any] = {"names": _names(names), "count": len(names)}
+    if e.reason == seen.Reason.SET_ASIDE:
+        return warning(
+            "known_columns_left_out",
+            f"Columns that are known by name are left out: {listed(names)}. A number in a name is "
+            "that of a maneuver only if the other names have one, and if the reference has that "
+            f"maneuver; {e.how_to_tell}.",
+            **evidence,
+        )
+    if e.reason == seen.Reason.BESIDE_A_TABLE:
+        return warning(
+            "known_columns_left_out",
+            f"Columns that are known by name are left out: {listed(names)}. A table beside them "
+            "has all columns.",
+            **evidence,
+        )
+    if e.reason == seen.Reason.NOT_UNDERSTOOD:
+        keys = list(dict.fromkeys(column.key for column in e.columns if column.key))
+        are = "is" if len(names) == 1 else "are"
+        return warning(
+            "columns_not_understood",
+            f"{listed(names)} {are} not understood and left out, although {named(keys)} "
+            f"{'has' if len(keys) == 1 else 'have'} no other column; {e.how_to_tell}",
+            **evidence,
+            columns=keys,
+        )
+    message = f"Columns of other names are left out: {listed(names, ALMOST)}."
+    return info("columns_left_out", message, **evidence)
+
+
+@_finding.register
+def _(e: seen.LastRowIncomplete) -> Finding:
+    said = f"The last row (line {e.line}) is not complete and left out."
+    return warning("last_row_incomplete", said, line=e.line)
+
+
+@_finding.register
+def _(e: seen.NotFinite) -> Finding:
+    where = f"first in {e.counted_by} {e.line}, column {e.column}"
+    said = f"{e.count} values are not finite and not used ({where})."
+    return warning("not_finite", said, count=e.count, line=e.line, column=e.column)
+
+
+@_finding.register
+def _(e: seen.NamesNotUsed) -> Finding:
+    said = (
+        f"Not all column names are known ({listed(e.unknown)}), so the columns are taken in the "
+        f"benchmark's order, although column {e.columns[0]} is named {quoted(e.name)}."
+    )
+    unknown = _names(e.unknown)
+    return warning("names_not_used", said, columns=list(e.columns), unknown=unknown)
+
+
+@_finding.register
+def _(e: seen.UnknownUnit) -> Finding:
+    taken = "it is taken for seconds" if e.key == TIME else "only the usual units are tried"
+    said = f"The unit {quoted(e.unit)} of the column {quoted(e.name)} is not known, so {taken}."
+    (name,), (unit,) = _names([e.name]), _names([e.unit])
+    return warning("unit_unknown", said, name=name, unit=unit, column=e.key)
+
+
+@_finding.register
+def _(e: seen.Transposed) -> Finding:
+    said = f"The table has {e.rows} rows and {e.columns} columns; its rows are taken as columns."
+    return info("transposed", said, shape=[e.rows, e.columns])
+
+
+@_finding.register
+def _(e: seen.TimesAsDecimals) -> Finding:
+    said = (
+        f"the times are binary numbers next to multiples of 1e-{e.places} {e.unit}, and are read "
+        f"as these decimals ({e.example:.{e.places}f} {e.unit} is exactly that)"
+    )
+    return info("times_read_as_multiples", said, places=e.places, changed=e.changed)
+
+
+@_finding.register
+def _(e: seen.TimesUnsorted) -> Finding:
+    where = f"first in {e.counted_by} {e.line}"
+    said = f"Times go back ({where}); the rows are sorted by time."
+    return warning("times_unsorted", said, line=e.line, count=e.count)
+
+
+@_finding.register
+def _(e: seen.TimesRepeated) -> Finding:
+    said = f"{e.count} rows have the time of another one."
+    return info("times_repeated", said, count=e.count)
+
+
+def _names(names: Sequence[str]) -> list[str]:
+    return [quoted(name)[1:-1] for name in names[:_NAMES_OF_EVIDENCE]]
+
+
+# How it lies beside the reference.
+
+
+@_finding.register
+def _(e: seen.ManeuverRecognised) -> Finding:
+    said = f"the columns are those of maneuver {e.maneuver}, recognised by their values"
+    return info("maneuver_recognised", said, maneuver=e.maneuver)
+
+
+@_finding.register
+def _(e: seen.NoReference) -> Finding:
+    lacks = f"no {e.lacks}" if e.lacks else "no such columns"
+    said = f"{', '.join(e.keys)}: left out, for the reference in {e.folder} has {lacks}"
+    return warning("columns_without_reference", said, columns=list(e.keys))
+
+
+@_finding.register
+def _(e: seen.MeantByValues) -> Finding:
+    said = (
+        f"the name of a column may mean {' or '.join(e.may_be)}; by its values it is "
+        f"{e.key or 'none of them and left out'}"
+    )
+    return info("meant_by_values", said, column=e.key, may_be=list(e.may_be))
+
+
+@_finding.register
+def _(e: seen.WheelRate) -> Finding:
+    said = f"forward_speed is the rate of a wheel [rad/s]; its speed is that times {e.radius}"
+    return info("wheel_rate", said, radius=e.radius)
+
+
+@_finding.register
+def _(e: seen.OtherOrder) -> Finding:
+    said = f"the columns seem to be in another order: {', '.join(e.keys)}"
+    if e.told:
+        said += f"; {e.told} tells it"
+    return warning("columns_in_another_order", said, columns=list(e.keys))
+
+
+@_finding.register
+def _(e: seen.OtherManeuver) -> Finding:
+    said = (
+        f"the values in the place of maneuver {e.maneuver} are nearer to maneuver {e.nearest} "
+        f"(relative distance {e.distance:.2g}, against {e.own_distance:.2g})"
+    )
+    return warning("another_maneuver", said, maneuver=e.maneuver, nearest=e.nearest)
+
+
+@_finding.register
+def _(e: seen.RowsOutside) -> Finding:
+    said = (
+        f"{e.rows} row{'s' if e.rows > 1 else ''} with times from {e.t_first:.6g} to "
+        f"{e.t_last:.6g} s left out: the reference covers 0 to {e.duration:g} s and nothing is "
+        f"extrapolated{'; are they in milliseconds?' if e.may_be_milliseconds else ''}"
+    )
+    return warning("time_outside", said, rows=e.rows, t_first=e.t_first, t_last=e.t_last)
+
+
+@_finding.register
+def _(e: seen.TooLarge) -> Finding:
+    said = f"maneuver {e.maneuver}: {e.values} values of {e.key} are beyond 1e150 and left out"
+    return warning("too_large", said, maneuver=e.maneuver, column=e.key, values=e.values)
+
+
+@_finding.register
+def _(e: seen.NeverFilled) -> Finding:
+    held: dict[tuple[str, str], list[int]] = {}
+    for x in e.columns:
+        held.setdefault((x.key, repr(x.number)), []).append(x.maneuver)
+    alike: dict[tuple[str, tuple[int, ...]], list[str]] = {}
+    for (key, number), where in held.items():
+        alike.setdefault((number, tuple(where)), []).append(key)
+    said = []
+    for (number, numbers), keys in alike.items():
+        of = f" of maneuver {', '.join(map(str, numbers))}" if len(numbers) < e.maneuvers else ""
+        what = _NO_NUMBERS.get(number, f"{float(number):.9g}")
+        said.append(f"{', '.join(keys)}{of} hold{'s' if len(keys) == 1 else ''} {what}")
+    return warning(
+        "never_filled",
+        f"{', '.join(said)}: one number in every row of what varies, so never filled in; left out "
+        "of the result",
+        columns=[f"{x.maneuver}.{x.key}" for x in e.columns],
+    )
+
+
+_NO_NUMBERS = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "nothing but zeros"}
+
+
+# What its columns mean.
+
+
+@_finding.register
+def _(e: seen.Conventions) -> Finding:
+    said = [
+        *_senses(e.turned),
+        *in_units(e.units),
+        *_zeros(e.offsets),
+        *(f"{d.key} is {d.definition}{_in_brackets(taken_words(d))}" for d in e.definitions),
+    ]
+    others = "else but the signs that are warned of" if e.are_signs_contradicted else "else"
+    return info(
+        "conventions",
+        f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
+        f"{others} is as by default. Errors are stated with these conventions applied",
+        signs=list(e.turned),
+        units=dict(e.units),
+        offsets=dict(e.offsets),
+        definitions={d.key: d.definition for d in e.definitions},
+    )
+
+
+_SIDES: Mapping[str, tuple[str, ...]] = {
+    "roll": ("roll_angle", "roll_rate"),
+    "steer": ("steer_angle", "steer_rate"),
+    "yaw": ("yaw", "yaw_rate"),
+}
+_TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is positive"}
+
+
+def _senses(turned: Sequence[str]) -> Iterable[str]:
+    """Say which way is positive, of the columns with the other sign."""
+    left = [name for name, keys in _SIDES.items() if set(keys) & set(turned)]
+    if left:
+        yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
+    yield from (text for key, text in _TURNED.items() if key in turned)
+    known = {*_TURNED, *(key for keys in _SIDES.values() for key in keys)}
+    if others := [key for key in turned if key not in known]:
+        yield f"{named(others, _KEYS_NAMED)} with the other sign, as in other axes"
+
+
+def in_units(units: Mapping[str, str]) -> Iterable[str]:
+    """Units of columns, as "roll_angle, steer_angle in degree"."""
+    for unit in dict.fromkeys(units.values()):
+        keys = [key for key, u in units.items() if u == unit]
+        yield f"{named(keys, _KEYS_NAMED)} in {unit}"
+
+
+def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
+    for offset in dict.fromkeys(zeros.values()):
+        keys = [key for key, x in zeros.items() if x == offset]
+        where = "above" if offset < 0 else "below"
+        which = named(keys, _KEYS_NAMED)
+        yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _in_brackets(said: str) -> str:
+    return f" ({said})" if said else ""
+
+
+def _of_convention(e: seen.Convention) -> dict[str, Any]:
+    return {
+        "column": e.key,
+        "max_abs_error": list(e.errors),
+        "max_abs_error_as_written": list(e.errors_as_written),
+    }
+
+
+@_finding.register
+def _(e: seen.OtherDefinition) -> Finding:
+    taken = e.taken
+    sure = f", {odds_words(taken.odds)}" if taken.odds else ""
+    said = (
+        f"{e.key} is {taken.definition}{sure}: errors {errors_words(e.errors)}, against "
+        f"{errors_words(e.errors_of_default)} for the default {e.default}"
+        f"{_in_brackets(open_words(taken.may_also_be))}"
+    )
+    return info("definition", said, **_of_convention(e), definition=taken.definition)
+
+
+@_finding.register
+def _(e: seen.OtherSign) -> Finding:
+    said = f"{e.key} has the other sign: errors {errors_words(e.errors)} with it turned round"
+    return info("sign", said, **_of_convention(e))
+
+
+@_finding.register
+def _(e: seen.OtherUnit) -> Finding:
+    errors = errors_words(e.errors)
+    said = f"{e.key} is in {e.unit}, not {e.default}: errors {errors} in the latter"
+    return info("unit", said, **_of_convention(e), unit=e.unit)
+
+
+@_finding.register
+def _(e: seen.OtherZero) -> Finding:
+    errors = errors_words(e.errors)
+    said = f"{e.key} has another zero, {e.offset:+.9g} J: errors {errors} without that constant"
+    return info("offset", said, **_of_convention(e), offset=e.offset)
+
+
+@_finding.register
+def _(e: seen.UnitContradicted) -> Finding:
+    said = (
+        f"{e.key}: its heading says {e.heading}, but its values are in {e.unit}. One of them is "
+        "wrong; here they are taken as what they fit"
+    )
+    return warning("unit_contradicted", said, column=e.key, named=e.heading, unit=e.unit)
+
+
+@_finding.register
+def _(e: seen.SignContradiction) -> Finding:
+    return warning("signs_disagree", contradiction_words(e), columns=list(e.keys))
+
+
+def contradiction_words(e: seen.SignContradiction) -> str:
+    """Return the sentence of signs that contradict each other, without a full stop."""
+    if len(e.keys) == 2:
+        return f"{e.keys[0]} and {e.keys[1]} have opposite signs: one of them is turned round"
+    said = f"{named(e.keys)} have signs that no axes give together: some are turned round"
+    return said + (", or they are of an inverse attitude" if "frame_" in e.keys[0] else "")
+
+
+@_finding.register
+def _(e: seen.SensesOpposed) -> Finding:
+    return warning(
+        "senses_opposed",
+        "roll and steer have opposite senses: roll is positive to the left, steer to the right. "
+        "Right-handed axes give this only if one points backward and another down (with x forward "
+        "and z up it is steer that turns round): if yours are not so, one of the two has a sign "
+        "error",
+        columns=list(e.keys),
+    )
+
+
+@_finding.register
+def _(e: seen.DefinitionUnknown) -> Finding:
+    sure = ""
+    if e.log10_odds < 0.0:
+        sure = f", {ratio_words(-e.log10_odds)}"
+    return warning(
+        "definition_unknown",
+        f"{e.key}: a definition of its own? None that is known here gives this column{sure}; the "
+        f"other columns have {floor(e.digits_of_others)} digits or more. The nearest definition is "
+        f"{e.nearest}, with errors {errors_words(e.errors)}. This column is of another point or "
+        "axis, or written wrongly: say what it is",
+        column=e.key,
+        nearest=e.nearest,
+        max_abs_error=list(e.errors),
+        digits_of_others=e.digits_of_others,
+    )
+
+
+# What contradicts the rest of it, or the exact motion.
+
+
+@_finding.register
+def _(e: seen.TimeShift) -> Finding:
+    starts = f"; the first row, at {e.shift:.6g} s, holds the initial state"
+    return warning(
+        "time_shifted",
+        f"All times are {abs(e.shift):.9g} s too {'late' if e.shift > 0 else 'early'}: with that "
+        f"taken {'off' if e.shift > 0 else 'into account'} the motion fits"
+        f"{starts if e.begins_at_start else ''}. The errors here are those at the times as written",
+        shift=e.shift,
+    )
+
+
+@_finding.register
+def _(e: seen.CoveredInPart) -> Finding:
+    rows = f"complete rows of maneuver {', '.join(map(str, e.maneuvers))}"
+    said = f"{rows} cover {e.t_start:.6g} to {e.t_end:.6g} s only; the rest of the run is"
+    if e.has_holes:
+        said = f"{rows} are up to {e.gap:.3g} s apart; what the motion does meanwhile is"
+    return warning(
+        "coverage",
+        f"{said} not judged",
+        maneuvers=list(e.maneuvers),
+        t_start=e.t_start,
+        t_end=e.t_end,
+        gap=e.gap,
+    )
+
+
+@_finding.register
+def _(e: seen.EnergyHidesError) -> Finding:
+    worst = e.max_rel_error
+    part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
+    return warning(
+        "energy_hides_error",
+        f"{maneuvers(e.maneuvers)}: eq. (1) is met, and yet {e.key} is wrong by up to {part} % of "
+        "its scale; energy alone does not show this error",
+        maneuvers=list(e.maneuvers),
+        maneuver=e.maneuver,
+        performance=e.performance,
+        column=e.key,
+        max_rel_error=worst,
+    )
+
+
+@_finding.register
+def _(e: seen.EnergySum) -> Finding:
+    said = (
+        f"{maneuvers(e.maneuvers)}: potential plus kinetic energy differs from the mechanical "
+        f"energy by up to {e.energy_sum:.2g} J; rounding explains {e.floor:.2g} J"
+    )
+    numbers = list(e.maneuvers)
+    return warning("energy_sum", said, maneuvers=numbers, energy_sum=e.energy_sum, floor=e.floor)
+
+
+@_finding.register
+def _(e: seen.RateContradiction) -> Finding:
+    return warning(
+        "rate_is_not_the_derivative",
+        f"{maneuvers(e.maneuvers)}: {e.key} is not the derivative of its own angle, which is much "
+        f"better than it: up to {e.rms_difference:.2g} rad/s apart (root mean square)",
+        maneuvers=list(e.maneuvers),
+        column=e.key,
+        rms_difference=e.rms_difference,
+    )
+
+
+@_finding.register
+def _(e: seen.SinglePrecision) -> Finding:
+    said = (
+        "The values jump from row to row by some 1e-7 of their size, as numbers of single "
+        "precision on the way leave them: this is the arithmetic and not the model; compute in "
+        "double precision throughout"
+    )
+    if e.is_written:
+        said = (
+            f"{'All' if e.are_all else 'Most'} values are single-precision numbers, good to seven "
+            "digits, however many are written: an error of 1e-7 of a value, or one that grows from "
+            "that, is the arithmetic and not the model; compute and store in double precision"
+        )
+    return warning("single_precision", said, columns=list(e.keys))
+
+
+@_finding.register
+def _(e: seen.FewDigits) -> Finding:
+    digits = e.significant_digits
+    said = (
+        f"{named(e.keys)}: the error is that of the digits written ({digits} in the column with "
+        "the fewest); write 17 to show what the program can do"
+    )
+    return info("digits_written", said, columns=list(e.keys), significant_digits=digits)
+
+
+# What several files tell together.
+
+
+@_finding.register
+def _(e: seen.NoSharedColumns) -> Finding:
+    said = "no maneuver has a column that two of the files share; those of one run go in one file"
+    if e.of == seen.Grouping.PROGRAMS:
+        said = "no maneuver has a column that two of the programs share: nothing is side by side"
+    return warning("no_shared_columns", said)
+
+
+@_finding.register
+def _(e: seen.StepsUnknown) -> Finding:
+    apart = "the rows of several files are equally far apart"
+    said = (
+        f"{'several files are given as alike' if e.is_told else apart}, so the step sizes do not "
+        "tell the runs apart; give those of the integrator (--step) to see the order of "
+        "convergence, or the tolerances of its solver (--tolerance)"
+    )
+    return warning("steps_unknown", said)
+
+
+@_finding.register
+def _(e: seen.ManeuversDiffer) -> Finding:
+    who: dict[str, list[str]] = {}
+    for name, numbers in e.maneuvers.items():
+        who.setdefault(", ".join(map(str, numbers)) or "none", []).append(name)
+    held = "; ".join(f"{', '.join(names)}: {numbers}" for numbers, names in who.items())
+    said = (
+        f"the programs cover different maneuvers ({held}), so that the digits of their worst "
+        "columns do not compare: look at the maneuvers that they share"
+    )
+    of_each = {name: list(numbers) for name, numbers in e.maneuvers.items()}
+    return warning("maneuvers_differ", said, maneuvers=of_each)
+
+
+@_finding.register
+def _(e: seen.DefinitionsOfPrograms) -> Finding:
+    each = "; ".join(f"{name} in {', '.join(who)}" for name, who in e.programs.items())
+    said = f"{e.key} is {each}: each is compared with its own definition, so this is no error"
+    by = {name: list(who) for name, who in e.programs.items()}
+    return info("definitions_differ", said, column=e.key, definitions=by)
+
+
+@_finding.register
+def _(e: seen.DefinitionsOfRuns) -> Finding:
+    said = (
+        f"{', '.join(e.keys)} of these files have different definitions, signs or units; are they "
+        "of one program?"
+    )
+    return warning("definitions_differ", said, columns=list(e.keys))
+
+
+@_finding.register
+def _(e: seen.ErrorFalls) -> Finding:
+    columns = f"{e.columns} column{'s' if e.columns > 1 else ''}"
+    spread = f"median of {columns}, from {_two_decimals(e.least)} to {_two_decimals(e.most)}"
+    if e.by == "step":
+        said = f"observed order of convergence {_two_decimals(e.exponent)} ({spread})"
+        return info("order", said, order=e.exponent, least=e.least, most=e.most)
+    how = "in proportion to the tolerance"
+    if abs(e.exponent - 1) > _IN_PROPORTION:
+        how = f"like the tolerance to the power {e.exponent:.1f}"
+    said = f"the error falls {how}: exponent {e.exponent:.2f} ({spread})"
+    return info("tolerance", said, exponent=e.exponent, least=e.least, most=e.most)
+
+
+_IN_PROPORTION = 0.25
+"""Exponents within this of 1 are called "in proportion"."""
+
+
+def _two_decimals(order: float) -> str:
+    return f"{round(order, 2) + 0.0:.2f}"  # no -0
+
+
+@_finding.register
+def _(e: seen.OrderNotSettled) -> Finding:
+    said = (
+        f"the order of {', '.join(e.places)} still changes from step to step: the steps are too "
+        "large, or rounding has been reached, for one power law"
+    )
+    return info("order_not_settled", said, columns=list(e.places))
+
+
+@_finding.register
+def _(e: seen.ErrorStays) -> Finding:
+    is_rounding = e.how == seen.Staying.ROUNDING
+    size = f"{e.max_rel_error:.1g}" if is_rounding else f"up to {e.max_rel_error:.1g}"
+    code, rest = _STAYING[e.how]
+    find: Callable[..., Finding] = info if is_rounding else warning
+    said = f"{named(e.places, _KEYS_NAMED)}: the error, {size} of the scale{rest.format(e.by)}"
+    return find(code, said, columns=list(e.places), max_rel_error=e.max_rel_error)
+
+
+_STAYING = {
+    seen.Staying.ROUNDING: (
+        "limited_by_rounding",
+        " or less, does not fall with the {}, and need not: at this size it is rounding of "
+        "binary64 arithmetic, not the model; only longer numbers make it smaller",
+    ),
+    seen.Staying.NOISE: (
+        "noise_does_not_fall",
+        ", does not fall with the {}, but is another curve in each run: it is noise, of "
+        "single-precision numbers (1e-7), of iterations that stop early, or of rough "
+        "interpolation, and not the model",
+    ),
+    seen.Staying.SAME_CURVE: (
+        "error_stays",
+        ", is the same curve in both runs and does not fall with the {}: it is not the "
+        "integrator's, but that of the model, its parameters, the start or the output; ask "
+        "heyoka-bike diagnose",
+    ),
+}
+
+
+# What came of a requirement.
+
+
+def outcome(found: Outcome) -> str:
+    """What came of a requirement in one sentence: where the worst is, or why it is not met."""
+    match found:
+        case WorstValue():
+            value = "never" if found.value == inf else f"{found.value:.3g}"
+            where = f"maneuver {found.maneuver}"
+            where += f", {found.key}" if found.key else ""
+            return f"{value} ({where}{', at the digits written' if found.is_by_digits else ''})"
+        case NoSuchManeuver():
+            return f"maneuver {found.maneuver} is not in the file"
+        case NoSuchColumn():
+            where = "file" if found.has_reference else "reference"
+            return f"{found.key or 'no column'} is not in the {where}"
+        case LeftOut():
+            return f"{named([x.name for x in found.columns])}: in the file, and not compared"
+        case NeverFilledIn():
+            numbers = dict.fromkeys(str(x.maneuver) for x in found.columns)
+            keys = dict.fromkeys(str(x.key) for x in found.columns)
+            return f"maneuver {', '.join(numbers)}, {', '.join(keys)}: never filled in"
+        case ValuesMissing():
+            where = f"maneuver {found.maneuver}, {found.key}"
+            return f"{where}: {found.missing} of {found.values} values are not finite"
+        case SignContradicted():
+            return f"maneuver {found.maneuver}, {contradiction_words(found.contradiction)}"
+        case NothingCompared():
+            where = f"maneuver {found.maneuver}, {found.key}"
+            return f"{where}: {found.metric} is not defined, nothing could be compared"
+        case EnergyDoesNotCount(reason=DoesNotCount.NO_ENERGY):
+            return f"maneuver {found.maneuver} has no mechanical energy to judge"
+        case EnergyDoesNotCount():
+            return f"maneuver {found.maneuver}: {DOES_NOT_COUNT[found.reason]}"
