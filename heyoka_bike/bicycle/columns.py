@@ -326,12 +326,12 @@ KEYS_BY_WORD: Mapping[str, str] = {
 }
 """The key that each name means, in small letters without any breaks."""
 
-_WORD_BREAKS = re.compile(r"[\s_-]+")
+_NOT_OF_THE_WORD = re.compile(r"\[[^][]*\]|\([^()]*\)|[\s_-]+")
 
 
 def key_of(name: str) -> str | None:
-    """Key of the column that a name means (``phi``, ``Roll angle``); None if it is not known."""
-    return KEYS_BY_WORD.get(_WORD_BREAKS.sub("", name.lower()))
+    """Key of the column that a name means (``phi``, ``Roll [deg]``); None if it is not known."""
+    return KEYS_BY_WORD.get(_NOT_OF_THE_WORD.sub("", name.lower()))
 
 
 RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {

@@ -12,7 +12,7 @@ from typing import Any
 
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring import evidence as seen
-from heyoka_bike.scoring.findings import Finding, info, maneuvers, named, warning
+from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named, warning
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
     LeftOut,
@@ -58,6 +58,22 @@ def finding(evidence: seen.Evidence) -> Finding:
     if not evidence.file:
         return found
     return Finding(found.code, f"{evidence.file}: {found.message}", found.severity, found.evidence)
+
+
+def sentences(found: Iterable[Finding]) -> list[str]:
+    """The sentences of findings."""
+    return [f.message for f in found]
+
+
+def warnings(found: Iterable[Finding]) -> list[str]:
+    """The sentences of those findings that are warnings."""
+    return sentences(f for f in found if f.severity == Severity.WARNING)
+
+
+def cause(diagnosis: Sequence[Finding]) -> str:
+    """The first sentence of a diagnosis that names a cause, or else the first; empty without."""
+    told = [f for f in diagnosis if f.code != "no_mistake_found"]
+    return next(iter(sentences(told or diagnosis)), "")
 
 
 @singledispatch

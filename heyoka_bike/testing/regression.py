@@ -17,13 +17,13 @@ import numpy as np
 from heyoka_bike.errors import BicycleError, InputError, printable
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.outcomes import Requirement
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.verdict import WHOLE
+from heyoka_bike.showing import sayings
 from heyoka_bike.showing import wording as words
 
 # Of these more is better; of all other metrics less.
@@ -190,7 +190,7 @@ class Score:
             return (f"none: {e}",)
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
-        return tuple(f.message for f in said[:_FINDINGS_SHOWN])
+        return tuple(sayings.sentences(said[:_FINDINGS_SHOWN]))
 
     def __repr__(self) -> str:
         return f"<score of {words.verdict(self.report)}>"
@@ -249,7 +249,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     for m in scored.maneuvers:
         digits = (f"{c.key} {words.one_decimal(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
-    entries += [("warning", f.message) for f in scored.findings if f.severity == Severity.WARNING]
+    entries += [("warning", said) for said in sayings.warnings(scored.findings)]
     short = [r for r in failed if parse(r.text).metric == "coverage"]
     if short:
         entries.append(

@@ -6,8 +6,8 @@ from support.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
+from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.report import Explanation
 from heyoka_bike.scoring.score import score
 
 TURNED = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")

@@ -57,7 +57,7 @@ def test_the_game_sees_axes_that_are_forbidden(monkeypatch):
     def all_alike(signs):
         return [tuple(signs)] if len(set(signs.values())) > 1 else []
 
-    monkeypatch.setattr("heyoka_bike.scoring.judge.columns.contradictions", all_alike)
+    monkeypatch.setattr("heyoka_bike.scoring.judge.signs.contradictions", all_alike)
     assert lost(6)
 
 

@@ -9,8 +9,8 @@ import pytest
 from support import play
 from support.wrong_files import KINDS
 
-from heyoka_bike.scoring import measures, score, verdict
-from heyoka_bike.scoring.judge import columns
+from heyoka_bike.scoring import grades, measures, score, verdict
+from heyoka_bike.scoring.judge import signs as judge_signs
 from heyoka_bike.scoring.report import Report
 
 ROUNDS = range(3)
@@ -66,7 +66,7 @@ def test_the_game_sees_values_that_are_not_compared(monkeypatch):
 
 
 def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
-    monkeypatch.setattr(columns, "_impossible", lambda keys, signs: [])
+    monkeypatch.setattr(judge_signs, "_impossible", lambda keys, signs: [])
     kinds = ["rate_against_angle", "improper_matrix", "signs_against_each_other"]
     assert all(o.lost for o in outcomes(kinds, 2))
 
@@ -77,20 +77,20 @@ def test_the_game_sees_zeros_that_count_as_digits(monkeypatch):
 
 
 def test_the_game_sees_an_energy_that_nobody_asks_about(monkeypatch):
-    monkeypatch.setattr(verdict, "performance", lambda change, limit, **of: (change, ""))
+    monkeypatch.setattr(verdict, "performance", lambda change, limit, **of: verdict.Claim(change))
     assert is_lost(["energy_that_is_bought"], 2)
 
 
 def test_the_game_sees_a_column_that_is_left_out_in_silence(monkeypatch):
-    monkeypatch.setattr(Report, "not_compared", {})
+    monkeypatch.setattr(Report, "not_compared", ())
     assert is_lost(["another_column_beside"], 2)
 
 
 def test_the_game_sees_a_word_that_rests_on_few_digits(monkeypatch):
     def right_to_the_digits(error, *, unexplained, scale, **_):
-        return verdict.Grade.RIGHT if unexplained <= 1e-6 * scale else verdict.Grade.WRONG
+        return grades.Grade.RIGHT if unexplained <= 1e-6 * scale else grades.Grade.WRONG
 
-    monkeypatch.setattr(verdict, "grade", right_to_the_digits)
+    monkeypatch.setattr(grades, "grade", right_to_the_digits)
     assert is_lost(["rows_where_rounding_is_right"], 6)
 
 

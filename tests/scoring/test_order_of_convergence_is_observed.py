@@ -7,7 +7,8 @@ from support.made_results import codes, column, exact_columns, made, rows
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.series import score_files, score_series
 
 

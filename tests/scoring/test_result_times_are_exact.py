@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from heyoka_bike.scoring.evidence import TimesRepeated, TimesUnsorted
 from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.quanta import as_multiples, settle
 from heyoka_bike.scoring.reading.request import Request
@@ -232,4 +233,4 @@ def test_huge_times_are_compared_without_overflow():
     column = Vector(np.array([-1.7e308, 1.7e308, -1.7e308]), None, Quantum(2, digits=53), 17)
     times = settle(Vectors([column]), 0, Request("times", 1))
     assert times.hi.tolist() == [-1.7e308, -1.7e308, 1.7e308]
-    assert [f.code for f in times.findings] == ["times_unsorted", "times_repeated"]
+    assert [type(x) for x in times.seen] == [TimesUnsorted, TimesRepeated]

@@ -2,16 +2,17 @@
 
 import numpy as np
 import pytest
-from heyoka_bike.scoring.judge.columns import CHOICES, DEFAULT, contradictions, opposed
 from support.game_files import MOTION
 from support.honest_files import signs
 from support.made_results import made
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.judge.signs import CHOICES, contradictions, opposed
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 from heyoka_bike.showing.formats.summary import diagnosis
+from heyoka_bike.showing.sayings import DEFAULT_CONVENTIONS
 
 BEYOND = ("pitch", "yaw", "yaw_rate")
 KEYS = ["roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate", *BEYOND, *MOTION]
@@ -99,5 +100,5 @@ def test_signs_that_contradict_are_in_the_verdict(reference):
 def test_a_diagnosis_does_not_say_that_signs_are_as_by_default(reference):
     report = score(made(reference, turned("roll_angle", "roll_rate")), reference)
     said = diagnosis(report)
-    assert DEFAULT not in " ".join(said.split())
+    assert DEFAULT_CONVENTIONS not in " ".join(said.split())
     assert "has a sign error" in " ".join(said.split())

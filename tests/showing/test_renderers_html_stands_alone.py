@@ -188,7 +188,7 @@ def test_findings_and_requirements_are_said(parsed):
     text = parsed["rough"].text.lower()
     for finding in report.findings:
         assert finding.message.lower() in text
-    assert text.index("warning three rows") < text.index("info roll_angle")
+    assert text.index("warning 3 values are not finite") < text.index("info roll_angle")
     for requirement in report.requirements:
         assert f"{requirement.text} found {requirement.message}" in text
 

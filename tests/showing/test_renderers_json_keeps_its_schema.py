@@ -11,6 +11,7 @@ import pytest
 from support import sample_reports
 
 import heyoka_bike
+from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.series import read_runs, score_files
 from heyoka_bike.showing.formats import json as renderer
@@ -137,10 +138,9 @@ def test_what_is_not_finite_is_null():
     report = sample_reports.sample()
     first, *rest = report.maneuvers
     odd = replace(first, performance=float("inf"), step=float("nan"), rows=np.int64(7))
-    finding = replace(
-        report.findings[0], evidence={"a": np.float64("nan"), "b": np.bool_(True), "c": np.ones(2)}
-    )
-    document = read(replace(report, maneuvers=(odd, *rest), findings=(finding,)))
+    numbers = {"a": np.float64("nan"), "b": np.bool_(True), "c": np.ones(2)}
+    finding = Finding("odd", "it has numbers", evidence=numbers)
+    document = read(replace(report, maneuvers=(odd, *rest), diagnosis=(finding,)))
     assert document["maneuvers"][0]["performance"] is None
     assert document["maneuvers"][0]["step"] is None
     assert document["maneuvers"][0]["rows"] == 7

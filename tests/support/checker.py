@@ -22,12 +22,12 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
-from heyoka_bike.scoring.judge.contradictions import without_unfilled
 
 from heyoka_bike import load_reference, read_results
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.scoring.alignment import align, merge
+from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.score import scored
 from heyoka_bike.scoring.units import UNITS

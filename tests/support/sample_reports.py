@@ -11,22 +11,30 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver, load_reference
 from heyoka_bike.scoring.alignment import FileInfo, Part
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.evidence import (
+    DefinitionsOfPrograms,
+    ErrorFalls,
+    LostColumn,
+    NotFinite,
+    OtherDefinition,
+    OtherSign,
+    TakenDefinition,
+    UnitContradicted,
+)
 from heyoka_bike.scoring.measures import growth, measures
-from heyoka_bike.scoring.report import (
+from heyoka_bike.scoring.outcomes import LeftOut, Requirement, WorstValue
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.runs import Convergence, Run, Series
+from heyoka_bike.scoring.scores import (
     Alternative,
     ColumnScore,
     Consistency,
-    Convergence,
     ManeuverScore,
     Measures,
     Reading,
-    Report,
-    Requirement,
-    Run,
-    Series,
     Trace,
 )
+from heyoka_bike.scoring.verdict import meets_limit
 
 NOTHING = Measures(None, None, None, None, None, None, None)
 HOSTILE = "a<script>alert(1)</script><b onclick=alert(1)>&\"'\x1b[31m\x00\udcff￾\n.txt"
@@ -51,7 +59,7 @@ def perfect() -> Report:
 def rough() -> Report:
     """A file that is wrong by more than its values, and fails what is required."""
     report = sample(3.0)
-    failed = Requirement("scd >= 6", False, -0.5, "-0.5 (maneuver 1, roll_angle)")
+    failed = Requirement("scd >= 6", False, -0.5, WorstValue(-0.5, 1, "roll_angle"))
     return replace(report, requirements=(*report.requirements, failed))
 
 
@@ -85,24 +93,23 @@ def nothing() -> Report:
     """A report where everything that can be unknown is."""
     report = without_columns()
     file = replace(report.file, significant_digits=None)
-    return replace(report, file=file, maneuvers=report.maneuvers[:2], findings=())
+    return replace(report, file=file, maneuvers=report.maneuvers[:2], seen=())
 
 
 def no_maneuvers() -> Report:
     """A report without any maneuver."""
-    return replace(sample(), maneuvers=(), findings=(), requirements=())
+    return replace(sample(), maneuvers=(), seen=(), requirements=())
 
 
 def hostile() -> Report:
     """Markup and control characters in every text that may come from a file or a user."""
     report = sample(path=HOSTILE)
-    requirement = Requirement(HOSTILE, False, None, HOSTILE)
-    finding = Finding(HOSTILE, HOSTILE, Severity.WARNING, {HOSTILE: HOSTILE})
+    requirement = Requirement(HOSTILE, False, None, LeftOut((LostColumn(HOSTILE),)))
+    odd = UnitContradicted(HOSTILE, HOSTILE, HOSTILE)
     maneuvers = tuple(replace(m, name=HOSTILE) for m in report.maneuvers)
     return replace(
-        report, bicycle=HOSTILE, maneuvers=maneuvers, findings=(finding,),
-        requirements=(requirement,),
-    )  # fmt: skip
+        report, bicycle=HOSTILE, maneuvers=maneuvers, seen=(odd,), requirements=(requirement,)
+    )
 
 
 def many_rows(rows: int) -> Report:
@@ -128,7 +135,7 @@ def series(cpu: bool = True, steps: bool = True) -> Series:
         )
         for h in sizes
     )
-    finding = Finding("order", "the observed order is 4.0", evidence={"order": 4.0})
+    falls = ErrorFalls("step", exponent=4.0, least=3.9, most=4.1, columns=24)
     convergence = []
     for i, m in enumerate(runs[-1].report.maneuvers):
         for j, c in enumerate(m.columns):
@@ -144,7 +151,7 @@ def series(cpu: bool = True, steps: bool = True) -> Series:
                     errors[-1] / 40 if steps else None, c.floor,
                 )
             )  # fmt: skip
-    return Series(runs, tuple(convergence), (finding,))
+    return Series(runs, tuple(convergence), (falls,))
 
 
 def programs() -> Series:
@@ -164,8 +171,8 @@ def programs() -> Series:
         for i, m in enumerate(runs[0].report.maneuvers)
         for j, c in enumerate(m.columns)
     )  # fmt: skip
-    finding = Finding("definitions_differ", f"roll_angle is lean in Fine; {HOSTILE} in Rough")
-    return Series(runs, convergence, (finding,), is_one_program=False)
+    differ = DefinitionsOfPrograms("roll_angle", {"lean": ("Fine",), HOSTILE: ("Rough",)})
+    return Series(runs, convergence, (differ,), is_one_program=False)
 
 
 @cache
@@ -174,23 +181,20 @@ def _reference() -> Reference:
 
 
 def _report(reference: Reference, path: str, maneuvers: tuple[ManeuverScore, ...]) -> Report:
-    findings = (
-        Finding(
-            "definition",
-            "roll_angle is tait_bryan_xyz: errors 1e-05, 2e-05, 3e-05 rad, against 0.057, 0.031 "
-            "and 0.0049 rad for the default lean",
-            evidence={"column": "roll_angle", "definition": "tait_bryan_xyz"},
-        ),
-        Finding("sign", "steer_angle has the other sign", evidence={"column": "steer_angle"}),
-        Finding("gap", "three rows were not numbers", Severity.WARNING, {"rows": [7, 8, 9]}),
+    both = (1e-05, 2e-05, 3e-05), (0.057, 0.031, 0.0049)
+    taken = TakenDefinition("roll_angle", "tait_bryan_xyz", None, ())
+    seen = (
+        OtherDefinition("roll_angle", *both, taken, "lean", (0.057, 0.031, 0.0049)),
+        OtherSign("steer_angle", *both),
+        NotFinite(3, counted_by="row", line=7, column=2),
     )
     requirements = (
-        Requirement("2.roll_angle.scd >= 3", True, 3.9, "3.9 (maneuver 2, roll_angle)"),
-        Requirement("performance < 1e-3", True, 5.3e-6, "5.3e-06 (maneuver 1)"),
+        Requirement("2.roll_angle.scd >= 3", True, 3.9, WorstValue(3.9, 2, "roll_angle")),
+        Requirement("performance < 1e-3", True, 5.3e-6, WorstValue(5.3e-6, 1)),
     )
     info = FileInfo(path, "text", 1001, 0.0, 10.0, 12)
     return Report(
-        reference.dataset_version, reference.bicycle, info, maneuvers, findings, requirements,
+        reference.dataset_version, reference.bicycle, info, maneuvers, seen, requirements,
         reference_sha256=reference.content_sha256,
     )  # fmt: skip
 
@@ -198,13 +202,14 @@ def _report(reference: Reference, path: str, maneuvers: tuple[ManeuverScore, ...
 def _maneuver(reference: Reference, number: int, size: float) -> ManeuverScore:
     m = reference[number]
     columns = tuple(_column(m, key, size) for key in BENCHMARK_COLUMNS)
-    return ManeuverScore(
+    found = ManeuverScore(
         maneuver=number, name=m.name, rows=len(m.time), t_start=0.0, t_end=10.0, coverage=1.0,
         gap=0.01, step=0.01, performance=0.53 * size,
         performance_limit=1e-3 if number == 2 else None,
         consistency=Consistency(1e-9, 5e-10, 1.2e-5, None), columns=columns,
         part=Part(m.time, m.time_lo, {}, maneuver=number, reference=m),
     )  # fmt: skip
+    return replace(found, meets_limit=meets_limit(found))
 
 
 def _column(m: ReferenceManeuver, key: str, size: float) -> ColumnScore:

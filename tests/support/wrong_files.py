@@ -584,6 +584,86 @@ def another_column_beside(random):
     return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
 
 
+def a_long_name_beside(random):
+    """A second column of the same quantity, wrong, whose name is longer than any that is cut."""
+    parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
+    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
+    i = random.integers(1, 9)
+    name, values = columns[i]
+    wrong = [repr(1.3 * float(v) + 0.01) for v in values]
+    about = " ".join(random.choice(_REMARKS, random.integers(1, 30)))
+    second = f'"{name} ({about}) {random.integers(2, 100)}"'
+    others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
+    columns = [*columns, *others]
+    columns.insert(random.integers(1, len(columns) + 1), (second, wrong))
+    return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
+
+
+def a_name_not_understood(random):
+    """The one column of a quantity is wrong, under a name that only holds the known one."""
+    parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
+    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
+    for i in random.choice(np.arange(1, 9), random.integers(1, 4), replace=False):
+        name, values = columns[i]
+        wrong = [repr(1.3 * float(v) + 0.01) for v in values]
+        columns[i] = f'"{_around(random, name)}"', wrong
+    others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
+    columns = [columns[0], *others, *columns[1:]]
+    return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
+
+
+def a_maneuver_that_is_none(random):
+    """The columns of one quantity are wrong, and named for maneuvers that do not exist."""
+    parts, columns = _table(random)
+    key = str(random.choice(EIGHT))
+    own = [i for i, (name, _) in enumerate(columns) if name.endswith(key)]
+    for i in own if random.random() < 0.5 else random.choice(own, 1):
+        name, values = columns[i]
+        wrong = [repr(1.3 * float(v) + 0.01) for v in values]
+        number = random.integers(4, 100)
+        ways = [f"m{number}_{key}", f"maneuver {number} {key}", f"{name}_{number}"]
+        columns[i] = random.choice(ways), wrong
+    return _of_text(parts, _lines(columns), [key], ["scd >= 6", f"{key}.scd >= 6"])
+
+
+_REMARKS = (
+    "rear",
+    "frame",
+    "measured",
+    "about",
+    "its",
+    "x",
+    "axis",
+    "of",
+    "the",
+    "body",
+    "filtered",
+)
+_PATHS = ("field.", "bike.", "/bike/state/", "out:", "msg.data.", "Model|rear|", "state_", "raw ")
+_UNITS_NOT_KNOWN = (
+    " [\u00ba/s]",
+    " [\ufffd]",
+    " [?]",
+    " {SI units}",
+    " (see manual)",
+    "[",
+    "_meas",
+    " #",
+)
+
+
+def _word(random):
+    return "".join(random.choice(list("bcdfghjklmnqrswxyz"), random.integers(3, 60)))
+
+
+def _around(random, name):
+    """A known name with something before it, behind it, or both."""
+    words = random.choice([name, name.title().replace("_", ""), name.replace("_", " ")])
+    before = random.choice(_PATHS) if random.random() < 0.7 else f"{_word(random)}."
+    behind = random.choice(_UNITS_NOT_KNOWN) if random.random() < 0.7 else f"_{_word(random)}"
+    return random.choice([before + words, words + behind, before + words + behind])
+
+
 def energy_that_is_bought(random):
     """Eq. (1) of an energy that is not that of the motion: a constant, a far zero, few digits."""
     n = int(random.choice(MANEUVERS))
@@ -897,7 +977,8 @@ KINDS = {
         heading_twice, headings_exchanged, columns_in_another_place, rows_commented_out,
         a_table_after_the_table, a_field_that_is_none, cut_off, times_of_one_decimal,
         digits_of_every_second_row, rows_where_rounding_is_right, rows_at_whole_numbers,
-        another_column_beside, energy_that_is_bought, zero_of_one_energy, zero_that_moves,
+        another_column_beside, a_long_name_beside, a_name_not_understood,
+        a_maneuver_that_is_none, energy_that_is_bought, zero_of_one_energy, zero_that_moves,
         energy_of_any_zero, speed_of_no_point, energy_from_far_away, energy_of_coarse_parts,
     )},
 }  # fmt: skip

@@ -536,7 +536,9 @@ def _with_known_beside(
     found: list[Vectors], group: ArrayGroup, used: Sequence[str | None] = ()
 ) -> list[Vectors]:
     """The tables, the first with the evidence that arrays of known names stand beside them."""
-    known = [name for name in group.arrays if name not in used and _is_known_column(name)]
+    # A single number is a parameter.
+    rows = (name for name, x in group.arrays.items() if name not in used and length(x) > 1)
+    known = [name for name in rows if _is_known_column(name)]
     if not found or not known:
         return found
     lost = headings.set_aside(known, group.request, Reason.BESIDE_A_TABLE)

@@ -7,9 +7,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from heyoka_bike.display import shown_by
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence import Evidence
+from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.reading.request import Request
 
 
@@ -116,6 +118,12 @@ class Results:
     maneuvers: tuple[Rows, ...]
     significant_digits: int | None = None
     seen: tuple[Evidence, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """How it was read, in words, with the numbers behind it."""
+        found: tuple[Finding, ...] = shown_by("sayings").findings(self.seen)
+        return found
 
     def __repr__(self) -> str:
         return f"<results of {self.path}: {', '.join(repr(rows) for rows in self.maneuvers)}>"

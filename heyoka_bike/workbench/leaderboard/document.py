@@ -8,6 +8,7 @@ from typing import Any
 
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart, linear, spread, wide
+from heyoka_bike.showing.sayings import cause
 from heyoka_bike.showing.wording import label, number, readable, reference_words
 from heyoka_bike.version import __version__
 from heyoka_bike.workbench.leaderboard.ranking import Entry, Leaderboard
@@ -135,9 +136,7 @@ def _facts(entry: Entry) -> doc.Facts:
 
 def diagnosis(entry: Entry) -> str:
     """Return the first finding of a diagnosis that names a cause; empty without a diagnosis."""
-    found = entry.report.diagnosis
-    telling = (f.message for f in found if f.code != "no_mistake_found")
-    return next(telling, found[0].message if found else "")
+    return cause(entry.report.diagnosis)
 
 
 def _places(entries: Sequence[Entry]) -> list[tuple[int, Entry]]:

@@ -16,6 +16,7 @@ from heyoka_bike.scoring.reading.source import results_of
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import output
+from heyoka_bike.showing.sayings import sentences
 from heyoka_bike.showing.wording import origin
 from heyoka_bike.system.files import write_output
 from heyoka_bike.system.jobs import ProcessLimits, reporting
@@ -215,5 +216,5 @@ def _carry_out(task: Task) -> TaskEnding:
         write_output(task.made(suffix), output.render(scored, name, made).encode())
     if isinstance(scored, Series):
         return TaskEnding("done")
-    said = tuple(printable(f.message) for f in scored.diagnosis)
+    said = tuple(map(printable, sentences(scored.diagnosis)))
     return TaskEnding("done", is_one_run=True, diagnosis=said)

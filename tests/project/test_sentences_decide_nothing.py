@@ -1,0 +1,101 @@
+"""Nothing outside `showing` reads code, sentence or evidence of a finding: data decides.
+
+Findings are made of typed evidence at the end, see `scoring.evidence` and `showing.sayings`. What
+decides by their words would be wrong where a word is cut.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2] / "heyoka_bike"
+WORDS = {"code", "message", "evidence", "severity"}
+HOLDERS = {"findings", "diagnosis", "said"}
+LOOPS = (ast.For, ast.comprehension)
+# The diagnosis makes findings itself, and reads what it made. The list may only get shorter.
+STILL_READ = {
+    "scoring/diagnosis/answers.py",
+    "scoring/diagnosis/diagnose.py",
+    "scoring/diagnosis/numerical.py",
+    "scoring/diagnosis/plain.py",
+}
+
+
+def findings_read(text):
+    """Lines that read the words of a finding.
+
+    A finding is what a parameter or a variable is annotated to be, what a loop takes from the
+    findings of a report, or what is chosen from them. A module that imports the class reads those
+    that it made.
+    """
+    found = []
+    makes_them = "scoring.findings import" in text
+    for scope in _scopes(ast.parse(text)):
+        names = set()
+        # A name may be made of another one, whichever is met first.
+        for node in [*scope, *scope]:
+            if isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
+                target = node.arg if isinstance(node, ast.arg) else ast.unparse(node.target)
+                names |= {target} if "Finding" in ast.unparse(node.annotation) else set()
+            elif isinstance(node, ast.For | ast.comprehension) and _is_of_findings(
+                node.iter, names
+            ):
+                names |= {x.id for x in ast.walk(node.target) if isinstance(x, ast.Name)}
+            elif isinstance(node, ast.Assign) and _is_of_findings(node.value, names):
+                names |= {
+                    x.id for t in node.targets for x in ast.walk(t) if isinstance(x, ast.Name)
+                }
+        for node in scope:
+            if isinstance(node, ast.Attribute) and node.attr in WORDS:
+                of = node.value
+                is_name = isinstance(of, ast.Name) and of.id in names
+                is_own = makes_them and node.attr in ("message", "evidence")
+                if is_name or is_own or (not isinstance(of, ast.Name) and _is_of_findings(of)):
+                    found.append(node.lineno)
+    return found
+
+
+def _scopes(tree):
+    """The nodes of each function, and of the module without its functions."""
+    functions = [x for x in ast.walk(tree) if isinstance(x, ast.FunctionDef | ast.AsyncFunctionDef)]
+    inside = {id(x) for f in functions for x in ast.walk(f)}
+    return [
+        *([*ast.walk(f)] for f in functions),
+        [x for x in ast.walk(tree) if id(x) not in inside],
+    ]
+
+
+def _is_of_findings(node, names=()):
+    attributes = {x.attr for x in ast.walk(node) if isinstance(x, ast.Attribute)}
+    known = {x.id for x in ast.walk(node) if isinstance(x, ast.Name)} & {*names}
+    return bool(attributes & HOLDERS or known)
+
+
+def modules():
+    paths = sorted(p.relative_to(ROOT).as_posix() for p in ROOT.rglob("*.py"))
+    return [p for p in paths if not p.startswith("showing/")]
+
+
+def test_no_module_reads_the_words_of_a_finding():
+    read = {p for p in modules() if findings_read((ROOT / p).read_text(encoding="utf-8"))}
+    assert read - STILL_READ == set()
+    assert STILL_READ - read == set(), "the list gets shorter"
+
+
+@pytest.mark.parametrize("line", [
+    "any(f.code == 'never_filled' for f in report.findings)",
+    "next(f for f in report.said if f.severity == 1)",
+    "report.diagnosis[0].message",
+    "[x.evidence['names'] for x in reversed(report.findings)]",
+])  # fmt: skip
+def test_it_is_seen_in_a_line(line):
+    assert findings_read(f"def decide(report):\n    return {line}\n") == [2]
+
+
+def test_it_is_seen_of_a_parameter_and_a_loop():
+    assert findings_read("def f(x: Finding):\n    return x.code\n") == [2]
+    assert findings_read("def f(r):\n    for x in r.findings:\n        print(x.message)\n") == [3]
+    assert findings_read("def f(r):\n    x = r.findings[0]\n    return x.code\n") == [3]
+    assert findings_read("def f(r):\n    x = r.said\n    return [y.code for y in x]\n") == [3]
+    assert findings_read("def f(e: InputError):\n    return e.message\n") == []

@@ -1,0 +1,182 @@
+"""A column of the result that was not compared keeps it from being right, whatever its name is.
+
+Neither the length of a name, nor its place, number, unit or neighbours may hide a wrong column.
+Columns with a meaning of their own, beside one that is compared, hide nothing.
+"""
+
+import csv
+from functools import cache
+from itertools import product
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heyoka_bike import load_reference, score
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.cli import main
+from heyoka_bike.errors import BicycleError
+from heyoka_bike.scoring.reading.headings import recognise
+
+LONG = "(rear frame, measured about its x axis)"
+EVERY = slice(None, None, 10)
+
+
+@cache
+def right(number=2):
+    m = load_reference()[number]
+    return {"time": m.time[EVERY], **{key: m[key][EVERY] for key in KEYS}}
+
+
+def wrong(key, number=2):
+    return 1.3 * right(number)[key] + 0.01
+
+
+def written(path, columns):
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC)
+        out.writerow(columns)
+        out.writerows(zip(*(map(float, x) for x in columns.values()), strict=True))
+    return path
+
+
+def renamed(names, columns):
+    return {names.get(key, key): x for key, x in columns.items()}
+
+
+def few(number=2):
+    """So many columns that their places alone mean nothing."""
+    return {key: x for key, x in right(number).items() if key != "mechanical_energy"}
+
+
+def judged(path, *required):
+    return score(path, require=["scd >= 6", *required])
+
+
+def assert_not_whole(report, name):
+    assert not report.is_whole
+    assert not report.is_right
+    assert not any(r.met for r in report.requirements)
+    assert name in {x.name for x in report.not_compared}
+    assert not report.verdict.partition(": ")[2].startswith("right")
+
+
+@pytest.mark.parametrize("name", [
+    "roll_angle 2", f"roll_angle [rad] {LONG} 2", f"roll_angle [rad] ({'very ' * 200}long) 2",
+    "roll_angle_17", "Roll Angle (deg) 2",
+])  # fmt: skip
+def test_a_second_column_of_a_quantity(name, tmp_path):
+    columns = {**right(), name: wrong("roll_angle")}
+    report = judged(written(tmp_path / "a.csv", columns), "roll_angle.scd >= 6")
+    assert_not_whole(report, name)
+
+
+@pytest.mark.parametrize("count", [1, 100, 10_000])
+def test_among_any_number_of_others(count, tmp_path):
+    others = {f"sensor {i} of the frame": np.zeros(3) for i in range(count)}
+    first = {key: x[:3] for key, x in right().items()}
+    name = f"roll_angle {LONG} 2"
+    report = judged(written(tmp_path / "a.csv", {**first, **others, name: first["roll_angle"] + 1}))
+    assert_not_whole(report, name)
+
+
+@pytest.mark.parametrize("name", ["m1_steer_angle_2", "m4_steer_angle"])
+def test_a_quantity_that_is_numbered_for_no_maneuver(name, tmp_path, capsys):
+    columns = {"time": right(1)["time"]}
+    columns |= {f"m1_{key}": x for key, x in few(1).items() if key not in ("time", "steer_angle")}
+    path = written(tmp_path / "a.csv", {**columns, name: wrong("steer_angle", 1)})
+    assert_not_whole(judged(path), name)
+    assert main(["score", str(path), "--require", "scd >= 6"]) == 3
+    assert "not all of it was compared" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("name", [
+    "field.forward_speed", "bike state.Forward Speed", "forward_speed [\ufffd/s]",
+    "x_forward_speed_raw", "chassis.speed",
+])  # fmt: skip
+def test_a_known_name_that_is_not_understood(name, tmp_path):
+    assert recognise(name) is None
+    columns = renamed({"forward_speed": name}, {**few(), "forward_speed": wrong("forward_speed")})
+    report = judged(written(tmp_path / "a.csv", columns))
+    assert_not_whole(report, name)
+    (finding,) = (f for f in report.findings if f.code == "columns_not_understood")
+    assert finding.evidence["columns"] == ["forward_speed"]
+
+
+def test_one_maneuver_of_several(tmp_path):
+    columns = {"time": right(1)["time"]}
+    for n, key in product((1, 2, 3), [key for key in few() if key != "time"]):
+        is_odd = (n, key) == (2, "roll_rate")
+        name = "m2_roll_rate [\ufffd/s]" if is_odd else f"m{n}_{key}"
+        columns[name] = wrong(key, n) if is_odd else right(n)[key]
+    path = written(tmp_path / "a.csv", columns)
+    assert_not_whole(judged(path), "m2_roll_rate [\ufffd/s]")
+    # Another maneuver is not concerned.
+    assert score(path, require="1.scd >= 6").passed
+    assert not score(path, require="2.scd >= 6").passed
+
+
+def test_columns_beside_a_table_that_has_all(tmp_path):
+    table = np.column_stack(list(right().values()))
+    np.savez(tmp_path / "a.npz", run=table, roll_angle=wrong("roll_angle"))
+    assert_not_whole(score(tmp_path / "a.npz", require="scd >= 6", maneuver=2), "roll_angle")
+    np.savez(tmp_path / "b.npz", run=table, speed=4.6)
+    assert score(tmp_path / "b.npz", require="scd >= 6", maneuver=2).is_right
+
+
+def test_columns_beside_groups_of_maneuvers(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as f:
+        for number in (1, 2):
+            for key, x in right(number).items():
+                f[f"maneuver_{number}/{key}"] = x
+        f["steer_angle"] = wrong("steer_angle")
+    assert_not_whole(judged(tmp_path / "a.h5"), "steer_angle")
+
+
+def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as f:
+        for number in (1, 2, 4):
+            for key, x in right(min(number, 3)).items():
+                f[f"maneuver_{number}/{key}"] = x
+    report = score(tmp_path / "a.h5", require=["scd >= 6", "1.scd >= 6"])
+    assert not report.is_whole
+    assert [r.met for r in report.requirements] == [False, True]
+
+
+@pytest.mark.parametrize("name", [
+    "roll_angle_setpoint", "steer_angle_error", "wheel speed front", "roll_angle.filtered", "u1",
+    "wheel_speed", "q7", "torque",
+])  # fmt: skip
+def test_a_column_with_a_meaning_of_its_own(name, tmp_path):
+    report = judged(written(tmp_path / "a.csv", {**right(), name: wrong("roll_angle")}))
+    if name == "u1":
+        # Beside a potential energy it is another one.
+        assert not report.is_right
+        return
+    assert report.is_right
+    assert report.passed
+
+
+words = st.text("bcdfghjklmnqrswxyz", min_size=3, max_size=60)
+around = st.one_of(
+    words.map(lambda word: f"{word}.{{}}"),
+    words.map(lambda word: f"{word}_{{}}"),
+    words.map(lambda word: f"{{}}_{word}"),
+    words.map(lambda word: f"{{}} [{word}]"),
+)
+
+
+@settings(max_examples=60)
+@given(st.sampled_from(KEYS), around, st.integers(0, 30))
+def test_names_drawn_at_random(tmp_path_factory, key, around, others):
+    columns = renamed({key: around.format(key)}, {**right(), key: wrong(key)})
+    columns |= {f"sensor {i}": np.zeros(101) for i in range(others)}
+    path = written(tmp_path_factory.mktemp("drawn") / "a.csv", columns)
+    try:
+        report = judged(path)
+    except BicycleError:
+        return
+    assert not report.is_right
+    assert not report.passed
