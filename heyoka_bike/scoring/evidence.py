@@ -275,7 +275,14 @@ class OtherOrder(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherManeuver(Evidence):
-    """Values in the place of a maneuver that are nearer to another one; distances in scales."""
+    """Values in the place of a maneuver that are nearer to another one.
+
+    Attributes
+    ----------
+    maneuver, nearest
+    distance, own_distance
+        From the nearest maneuver and from their own, in scales of the columns.
+    """
 
     maneuver: int
     nearest: int
@@ -285,7 +292,19 @@ class OtherManeuver(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class RowsOutside(Evidence):
-    """Rows outside the run of the reference, which are left out; times in s."""
+    """Rows outside the run of the reference, which are left out.
+
+    Attributes
+    ----------
+    rows
+        How many.
+    t_first, t_last
+        The earliest and the latest of their times [s].
+    duration
+        Of the reference [s].
+    may_be_milliseconds
+        True if most times are about a thousand times too large.
+    """
 
     rows: int
     t_first: float
@@ -328,7 +347,16 @@ class NeverFilled(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TakenDefinition:
-    """A column, the definition it is taken as, the odds of it, and what else it may be."""
+    """A column, and the definition that it is taken as.
+
+    Attributes
+    ----------
+    key, definition
+    odds : Odds or None
+        None where nothing tells.
+    may_also_be
+        Definitions that fit as well.
+    """
 
     key: str
     definition: str
@@ -636,7 +664,18 @@ class Staying(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ErrorStays(Evidence):
-    """Columns whose error does not fall; its size in scales, and with what it should fall."""
+    """Columns whose error does not fall.
+
+    Attributes
+    ----------
+    how : Staying
+    places
+        The columns (``2.roll_angle``).
+    max_rel_error
+        The largest of their errors, in scales.
+    by
+        With what it should fall: ``step`` or ``tolerance``.
+    """
 
     how: Staying
     places: tuple[str, ...]

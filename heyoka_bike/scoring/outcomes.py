@@ -60,7 +60,14 @@ class NeverFilledIn:
 
 @dataclass(frozen=True, slots=True)
 class ValuesMissing:
-    """Some values of a column are not finite."""
+    """Some values of a column are not finite.
+
+    Attributes
+    ----------
+    maneuver, key
+    missing, values
+        How many of how many.
+    """
 
     maneuver: int
     key: str

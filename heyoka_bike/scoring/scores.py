@@ -384,13 +384,13 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         from the floor and E0 its first value; None of fewer than two rows, or with E0 = 0.
     performance_limit
         What the benchmark allows [%] for the maneuver it judges; None for the others.
-    meets_limit
-        The benchmark's verdict by eq. (1), see `verdict.claim`; None without a limit or an energy.
     consistency : Consistency
     columns : tuple of ColumnScore
         In the order of `columns.COMPARED`, those in the file.
     part : Part
         The rows that were compared, as written.
+    meets_limit
+        The benchmark's verdict by eq. (1), see `verdict.claim`; None without a limit or an energy.
     """
 
     maneuver: int
