@@ -22,7 +22,15 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main as command
 from heyoka_bike.errors import NothingScoredError
-from heyoka_bike.motion.integrate import Expressions, require_heyoka, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import (
+    Compiled,
+    Expressions,
+    NativeNumbers,
+    TaylorIntegrator,
+    constant,
+    variables,
+)
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
@@ -135,7 +143,7 @@ class Motion:
 
     @property
     def number(self):
-        return float if self.precision == "binary64" else require_heyoka().real128
+        return NativeNumbers(Precision.of(self.precision)).type
 
     def equations(self):
         precision = Precision.of(self.precision)
@@ -153,16 +161,16 @@ class Motion:
 
     def columns(self, states):
         """The eight columns of states, shape (rows, 6): shape (8, rows)."""
-        hy, balls = require_heyoka(), Balls(BITS)
+        balls = Balls(BITS)
         with balls.precision():
             equations = Equations.of(self.bicycle, balls).convert(
-                lambda x: hy.expression(self.number(x.str(60, radius=False))), Expressions()
+                lambda x: constant(self.number(x.str(60, radius=False))), Expressions()
             )
-        *state, _ = hy.make_vars(*equations.states)
+        *state, _ = variables(equations.states)
         # The yaw is in none of them.
-        found = equations.columns([*state, hy.expression(self.number("0"))])
+        found = equations.columns([*state, constant(self.number("0"))])
         wanted = [found[name] for name in BENCHMARK_COLUMNS]
-        return hy.cfunc(wanted, state, fp_type=self.number)(np.ascontiguousarray(states.T))
+        return Compiled(wanted, state, self.number)(states.T)
 
 
 class _TooLongError(Exception):
@@ -172,7 +180,7 @@ class _TooLongError(Exception):
 def scipy_run(motion, method, rtol, atol):
     """Columns of the rows that were reached, shape (8, rows), calls and processor time [s]."""
     equations = motion.equations()
-    compiled = require_heyoka().cfunc([rate for _, rate in equations], [x for x, _ in equations])
+    compiled = Compiled([rate for _, rate in equations], [x for x, _ in equations])
     calls = 0
 
     def counted(_, y):
@@ -180,7 +188,7 @@ def scipy_run(motion, method, rtol, atol):
         calls += 1
         if calls > MOST_CALLS:
             raise _TooLongError
-        return compiled(np.ascontiguousarray(y))
+        return compiled(y)
 
     times, start = motion.times(), motion.start()
     begin = time.process_time()
@@ -201,11 +209,9 @@ def scipy_run(motion, method, rtol, atol):
 def heyoka_run(motion):
     """The same of heyoka at its default tolerance, with its steps."""
     times = motion.times()
-    integrator = require_heyoka().taylor_adaptive(
-        motion.equations(), motion.start(), fp_type=motion.number, compact_mode=True
-    )
+    integrator = TaylorIntegrator(motion.equations(), motion.start(), motion.number)
     begin = time.process_time()
-    _, _, _, steps, _, states = integrator.propagate_grid(times)
+    states, steps = integrator.over(times)
     return motion.columns(states), steps, time.process_time() - begin
 
 

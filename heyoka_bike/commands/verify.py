@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     if args.dir is not None and not args.dir.strip():
         raise InputError("DIR: found nothing, expected a folder")
     if args.rerun:
-        from heyoka_bike.motion.integrate import require_heyoka
+        from heyoka_bike.motion.heyoka_adapter import require_heyoka
 
         require_heyoka()
     from heyoka_bike.reference.verification.numbers import run_again

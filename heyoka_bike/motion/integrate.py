@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import logging
 import math
-import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import flint
@@ -22,71 +20,18 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import posture, turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import GENERATE, InputError, SingularMotionError, required
+from heyoka_bike.errors import InputError, SingularMotionError
+from heyoka_bike.motion.heyoka_adapter import (
+    Expressions,
+    NativeNumbers,
+    Outcome,
+    TaylorIntegrator,
+    constant,
+    variables,
+)
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Balls, Number, midpoint, to_grid
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.arithmetic import Arrays, Balls, midpoint, to_grid
 from heyoka_bike.numbers.precision import Precision
-
-CACHE_LIMIT = 2**30
-"""Bytes of compiled code that heyoka keeps on the disk at most; its own limit is 20 times that."""
-
-
-class Expressions(Arithmetic):
-    """heyoka expressions whose constants are exact in one precision.
-
-    Constants come in from `Constants.convert`; in the equations themselves only the integers 0, 1
-    and 2 are written, which are exact in every format.
-    """
-
-    def number(self, value: Exact | Fraction | int) -> Number:
-        raise TypeError("constants of an expression are made by Constants.convert")
-
-    def elementary(self, name: str, x: Number) -> Number:
-        return getattr(require_heyoka(), name)(x)
-
-    def atan2(self, y: Number, x: Number) -> Number:
-        return require_heyoka().atan2(y, x)
-
-    def sum(self, terms: Iterable[Number]) -> Number:
-        hy = require_heyoka()
-        return hy.sum(
-            [x if isinstance(x, hy.expression) else hy.expression(float(x)) for x in terms]
-        )
-
-
-def require_heyoka() -> Any:
-    """The module heyoka, which keeps compiled code on the disk where it can.
-
-    Raises
-    ------
-    MissingPackageError
-        It is not installed.
-    """
-    heyoka = required(
-        "heyoka",
-        f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
-        "heyoka.py)",
-    )
-    _limit_cache(heyoka)
-    return heyoka
-
-
-@cache
-def _limit_cache(heyoka: Any) -> None:
-    """Bound the cache; one that cannot be written is off, or heyoka tells of it amid a report."""
-    state = heyoka.llvm_state
-    folder = state.get_diskcache_path()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        is_usable = os.access(folder, os.W_OK)
-    except OSError:
-        is_usable = False
-    if is_usable:
-        state.set_diskcache_limit(min(state.get_diskcache_limit(), CACHE_LIMIT))
-    else:
-        state.set_diskcache_enabled(False)
-
 
 GUARD_BITS = 16
 _BREAK_BITS = 6  # a step loses at most 2^-6 of its length to the rounding of its end
@@ -106,15 +51,13 @@ def right_hand_side(
 
     Every constant is the exact one, correctly rounded to the precision.
     """
-    hy = require_heyoka()
-    native = Native(precision)
+    native = NativeNumbers(precision)
     exact = Equations.of(bicycle, Balls(2 * precision.bits + 64), is_regular=is_regular)
     with exact.precision():
         equations = exact.convert(
-            lambda x: hy.expression(native.from_integer(*_mantissa(x, precision.bits))),
-            Expressions(),
+            lambda x: constant(native.from_integer(*_mantissa(x, precision.bits))), Expressions()
         )
-    state = list(hy.make_vars(*equations.states))
+    state = variables(equations.states)
     rates = equations.rates_with_yaw(state)
     count = len(state) if with_yaw else len(state) - 1
     return list(zip(state[:count], rates[:count], strict=True))
@@ -177,7 +120,7 @@ def _integrate(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
     is_regular: bool, progress: Progress | None,
 ) -> Trajectory:  # fmt: skip
-    native = Native(precision)
+    native = NativeNumbers(precision)
     grid = precision.bits + GUARD_BITS
     equations = Equations.of(bicycle, Balls(precision.bits + 64), is_regular=is_regular)
     with equations.precision():
@@ -190,16 +133,16 @@ def _integrate(
     breaks, pieces = [Fraction(0)], []
     while breaks[-1] < end:
         t = breaks[-1]
-        adaptive.time = native.from_integer(0, 0)
-        adaptive.state[:] = [native.from_integer(x, grid) for x in state]
+        adaptive.begin(native.from_integer(0, 0), [native.from_integer(x, grid) for x in state])
         # A limit is needed by steady motions, whose natural step is infinite.
         rest = native.from_integer((end - t).numerator, (end - t).denominator.bit_length() - 1)
-        outcome, _ = adaptive.step(max_delta_t=rest, write_tc=True)
-        natural = float(adaptive.last_h)
-        if not math.isfinite(natural) or natural < _MIN_STEP or "err" in str(outcome):
+        step = adaptive.step(rest)
+        natural = step.length
+        is_lost = step.outcome == Outcome.NOT_FINITE or not math.isfinite(natural)
+        if is_lost or natural < _MIN_STEP:
             raise watch.singular([x / 2**grid for x in state], float(t))
         h = end - t if natural >= float(rest) else _dyadic_below(natural)
-        piece = _piece(native, adaptive.tc, state, h, grid)
+        piece = _piece(native, step.coefficients, state, h, grid)
         pieces.append(piece)
         breaks.append(t + h)
         state = [sum(c) for c in piece]
@@ -218,10 +161,9 @@ def _integrate(
 
 
 def _adaptive(
-    bicycle: Bicycle, precision: Precision, native: Native, state: Sequence[int], grid: int,
+    bicycle: Bicycle, precision: Precision, native: NativeNumbers, state: Sequence[int], grid: int,
     tolerance: float | None, is_regular: bool,
-) -> Any:  # fmt: skip
-    hy = require_heyoka()
+) -> TaylorIntegrator:  # fmt: skip
     if tolerance is None:
         tol = native.from_integer(1, precision.bits + 5)
     elif 2.0**-precision.bits / 64 <= tolerance < 1:
@@ -233,61 +175,18 @@ def _adaptive(
         )
     # MPFR takes the time of a step, and optimising the calls of it five times that of compiling
     # them: a second. It changes no digit.
-    options = {"prec": precision.bits, "opt_level": 0} if native.is_mpfr else {}
-    return hy.taylor_adaptive(
+    return TaylorIntegrator(
         right_hand_side(bicycle, precision, is_regular=is_regular),
         [native.from_integer(x, grid) for x in state],
-        fp_type=native.type,
-        tol=tol,
-        compact_mode=True,
-        **options,
+        native.type,
+        bits=precision.bits if native.is_mpfr else None,
+        tolerance=tol,
+        is_optimised=not native.is_mpfr,
     )
 
 
-class Native:
-    """heyoka's number type for a precision, and exact conversions from and to integers."""
-
-    def __init__(self, precision: Precision) -> None:
-        import numpy as np
-
-        hy = require_heyoka()
-        self.bits = precision.bits
-        self.is_mpfr = precision.name.endswith("digits")
-        if self.is_mpfr:
-            # Without this handler NumPy arrays of heyoka.real leak their digits.
-            hy.install_custom_numpy_mem_handler()
-            self.type: Any = hy.real
-        elif precision.name == "binary64":
-            self.type = float
-        elif precision.name == "longdouble":
-            if np.finfo(np.longdouble).nmant != 63:
-                raise InputError("this machine's long double is not the 80-bit format")
-            self.type = np.longdouble
-        else:
-            if not hasattr(hy, "real128"):
-                raise InputError("this build of heyoka has no binary128")
-            self.type = hy.real128
-
-    def from_integer(self, n: int, grid: int) -> Any:
-        """Return the value n 2^-grid, correctly rounded to the precision."""
-        # Conversions of integers are correctly rounded, and the scaling is exact.
-        x, scale = self._number(n), self._number(1 << abs(grid))
-        return x / scale if grid > 0 else x * scale
-
-    def to_integer(self, x: Any, shift: int) -> int:
-        """The value times 2^shift, truncated to an integer."""
-        if self.type is float:
-            n, d = float(x).as_integer_ratio()
-            return (n << shift) // d
-        return int(x * self._number(1 << shift))
-
-    def _number(self, n: int) -> Any:
-        # Through text: NumPy would pass a Python integer through binary64.
-        return self.type(n, self.bits) if self.is_mpfr else self.type(str(n))
-
-
 def _piece(
-    native: Native, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
+    native: NativeNumbers, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
 ) -> tuple[tuple[int, ...], ...]:
     """Coefficients in s = t / h as integers times 2^-grid; the constant ones are the state's."""
     halvings = h.denominator.bit_length() - 1

@@ -37,7 +37,8 @@ from heyoka_bike.errors import (
     UndecidedError,
 )
 from heyoka_bike.motion.events import Ending, ending
-from heyoka_bike.motion.integrate import integrate, require_heyoka
+from heyoka_bike.motion.heyoka_adapter import require_heyoka
+from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision

@@ -163,7 +163,7 @@ def _score(folder: Path) -> Check:
 
 def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision: str) -> Check:
     """Integrate a maneuver here, and compare it with the reference."""
-    from heyoka_bike.motion.integrate import require_heyoka
+    from heyoka_bike.motion.heyoka_adapter import require_heyoka
 
     require_heyoka()
     from heyoka_bike.numbers.precision import Precision

@@ -15,7 +15,8 @@ from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import state_names, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
 from heyoka_bike.bicycle.equations.outputs import columns
-from heyoka_bike.motion.integrate import Native, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import NativeNumbers
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.precision import Precision
 
@@ -108,7 +109,7 @@ def test_the_strict_number_refuses_a_literal():
 @pytest.mark.parametrize("is_regular", [pytest.param(False, marks=pytest.mark.proof), True])
 def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
     p = Precision.of(precision)
-    native = Native(p)
+    native = NativeNumbers(p)
     system = right_hand_side(bicycle, p, is_regular=is_regular, with_yaw=False)
     options = {"prec": p.bits} if native.is_mpfr else {}
     compiled = hy.cfunc(

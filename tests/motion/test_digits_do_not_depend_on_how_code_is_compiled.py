@@ -1,10 +1,10 @@
 """The same numbers whatever the compiler behind heyoka does."""
 
 import h5py
+import heyoka as hy
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.motion.integrate import require_heyoka
 from heyoka_bike.reference.manifest import read_manifest
 
 pytestmark = pytest.mark.proof
@@ -40,7 +40,6 @@ def expected(tmp_path_factory):
 
 @pytest.mark.parametrize("options", VARIANTS, ids=["plain", "wide"])
 def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
-    hy = require_heyoka()
     plain, used = hy.taylor_adaptive, []
 
     def changed(*arguments, **given):

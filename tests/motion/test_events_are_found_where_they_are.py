@@ -22,7 +22,7 @@ from heyoka_bike.motion.events import (
     follow,
     zeros,
 )
-from heyoka_bike.motion.integrate import integrate, require_heyoka, right_hand_side
+from heyoka_bike.motion.integrate import integrate, right_hand_side
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
@@ -303,7 +303,7 @@ def test_a_lean_is_greatest_or_least_by_what_the_roll_angle_does(bicycle, maneuv
 
 @pytest.mark.proof
 def test_upright_and_greatest_lean_are_where_heyoka_detects_them(bicycle, maneuvers):
-    hy = require_heyoka()
+    hy = pytest.importorskip("heyoka")
     system = right_hand_side(bicycle, Precision.of("binary64"), is_regular=True)
     variables = {str(v): v for v, _ in system}
     times = {UPRIGHT: [], GREATEST_LEAN: []}

@@ -23,6 +23,7 @@ WRONG = {
     "Reading a reference, scoring and its reports need NumPy and h5py only": (
         "showing/formats", "rich",
     ),
+    "heyoka is used through its adapter": ("workbench/atlas", "heyoka"),
     # Mistakes are made in programs, which know nothing of them.
     "No circles anywhere": (
         "scoring/diagnosis/programs", "heyoka_bike.scoring.diagnosis.mistakes",

@@ -11,7 +11,8 @@ from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.integrate import Expressions, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import Expressions
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision

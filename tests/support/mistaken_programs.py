@@ -14,7 +14,7 @@ from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.equations.outputs import columns, yaw_rate
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
-from heyoka_bike.motion.integrate import Expressions
+from heyoka_bike.motion.heyoka_adapter import Expressions
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.mistakes.library import Program, apply

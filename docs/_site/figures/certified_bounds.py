@@ -16,7 +16,8 @@ import flint
 import numpy as np
 
 from heyoka_bike.errors import MissingPackageError
-from heyoka_bike.motion.integrate import integrate, require_heyoka
+from heyoka_bike.motion.heyoka_adapter import require_heyoka
+from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory, row_times
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision

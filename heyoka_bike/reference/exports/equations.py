@@ -1,6 +1,6 @@
 """The equations of motion of a bicycle as source code, with its parameters as constants.
 
-All functions are written from the one `Equations`, see `numbers.languages`.
+All functions are written from the one `Equations`, see `numbers.straight_line`.
 """
 
 from __future__ import annotations

@@ -34,7 +34,8 @@ from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots, motion_columns
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.motion.integrate import integrate, require_heyoka
+from heyoka_bike.motion.heyoka_adapter import require_heyoka
+from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_chebyshev import basis

@@ -26,7 +26,7 @@ from heyoka_bike.bicycle.parameters import (
     describe_inputs,
 )
 from heyoka_bike.errors import DatasetError
-from heyoka_bike.motion.integrate import require_heyoka
+from heyoka_bike.motion.heyoka_adapter import require_heyoka
 from heyoka_bike.motion.trajectory import Certificate
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference import layout

@@ -24,7 +24,8 @@ import mpmath
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, benchmark, describe_inputs
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.events import REAR_LIFT, UPRIGHT, events, first_event
-from heyoka_bike.motion.integrate import integrate, require_heyoka
+from heyoka_bike.motion.heyoka_adapter import require_heyoka
+from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision

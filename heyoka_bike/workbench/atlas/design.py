@@ -104,7 +104,7 @@ class Design:
 
     def provenance(self) -> dict[str, str]:
         """All that the numbers depend on, as text."""
-        from heyoka_bike.motion.integrate import require_heyoka
+        from heyoka_bike.motion import heyoka_adapter
 
         inputs = {
             "bicycle": {s: str(self.bicycle[s]) for s in PARAMETERS},
@@ -117,7 +117,7 @@ class Design:
             "longest": f"{self.longest:g} s",
             "method": f"Taylor steps of order {plan.order}, at the edge {edge.order}, binary64",
             "heyoka_bike": versions()["heyoka_bike"],
-            "heyoka": require_heyoka().__version__,
+            "heyoka": heyoka_adapter.version(),
             "chunk": f"{self.side} x {self.side} points",
         }
 

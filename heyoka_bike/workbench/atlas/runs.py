@@ -13,11 +13,9 @@ The code is unrolled, and multiplications and additions are contracted (``fast_m
 rounded once. No sum of the equations depends on the order of its terms.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -26,7 +24,16 @@ from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.kinematics import turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.integrate import Expressions, require_heyoka
+from heyoka_bike.motion.heyoka_adapter import (
+    Compiled,
+    Expressions,
+    Lanes,
+    TaylorBatch,
+    as_expression,
+    constant,
+    parameter,
+    variables,
+)
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.dual import Duals
@@ -71,10 +78,9 @@ PLANS: Mapping[str | float, Plan] = {1e-10: Plan(15, 28.0), "roundoff": Plan(19,
 class _Code:
     """heyoka's: steps of a vector, normal forces, slopes of the rates."""
 
-    lanes: int
-    step: Any
-    forces: Any
-    slopes: Any
+    step: TaylorBatch
+    forces: Compiled
+    slopes: Compiled
 
 
 class Runs:
@@ -103,7 +109,6 @@ class Runs:
             tuple(self._numbers[:, 0]) if self._is_single else (None,) * len(self._numbers)
         )
         self._code = _code(compiled_in, plan.order, _Template(self._one))
-        self._interrupted = require_heyoka().taylor_outcome.success
 
     def equations(self, which: Array) -> Equations:
         """Those of the bicycles of some motions, in arrays."""
@@ -156,51 +161,45 @@ class Runs:
         samples = np.full((len(states), count + 1, STATE), np.nan)
         ends = np.full(len(states), np.nan)
         steps = np.empty(len(states))
-        at = np.repeat(np.arange(count + 1)[:, None] * spacing, self._code.lanes, axis=1)
+        at = np.repeat(np.arange(count + 1)[:, None] * spacing, self._code.step.lanes, axis=1)
         places = np.argsort(order, kind="stable")
-        for begin in range(0, len(places), self._code.lanes):
-            left = places[begin : begin + self._code.lanes]
+        for begin in range(0, len(places), self._code.step.lanes):
+            left = places[begin : begin + self._code.step.lanes]
             while len(left):
-                grid, results, times = self._propagate(states[left], which[left], at)
-                outcomes = [result[0] for result in results[: len(left)]]
+                found = self._propagate(states[left], which[left], at)
+                grid, times = found.samples[:, :STATE], found.times
                 # One that ends interrupts the others: they go again without it.
                 # A lane may reach its end in the very step that ends another.
                 is_there = times[: len(left)] == at[-1, 0]
                 is_whole = is_there & np.isfinite(grid[-1, 0, : len(left)])
-                is_ready = is_whole | (
-                    ~is_there & np.array([x != self._interrupted for x in outcomes])
-                )
+                is_ready = is_whole | (~is_there & ~np.array(found.are_interrupted[: len(left)]))
                 if not is_ready.any():
                     is_ready[:] = True
                 ready = left[is_ready]
                 samples[ready] = grid[:, :, : len(left)].transpose(2, 0, 1)[is_ready]
-                steps[ready] = [r[3] for r, x in zip(results, is_ready, strict=False) if x]
+                steps[ready] = [n for n, x in zip(found.steps, is_ready, strict=False) if x]
                 ends[left[is_ready & ~is_whole]] = times[: len(left)][is_ready & ~is_whole]
                 left = left[~is_ready]
         return samples, ends, steps
 
-    def _propagate(self, states: Array, which: Array, at: Array) -> tuple[Array, Any, Array]:
-        """Samples by time, variable and lane; heyoka's results; times that were reached."""
-        ta = self._code.step
+    def _propagate(self, states: Array, which: Array, at: Array) -> Lanes:
+        """One window of a vector of motions."""
+        step = self._code.step
         # Lanes that are free follow the first.
-        free = self._code.lanes - len(states)
+        free = self._code.step.lanes - len(states)
         states = np.concatenate([states, np.repeat(states[:1], free, axis=0)])
         which = np.concatenate([which, np.repeat(which[:1], free)])
-        ta.set_time(0.0)
-        ta.state[:STATE] = states.T
-        ta.state[_CLOCK], ta.state[_NORM] = 0.0, self._norm
-        if not self._is_single:
-            ta.pars[:] = self._numbers[: len(ta.pars), which]
-        found = ta.propagate_grid(at, max_steps=_MOST_STEPS)
-        return found[-1][:, :STATE], ta.propagate_res, ta.time
+        begin = np.zeros((_NORM + 1, step.lanes))
+        begin[:STATE], begin[_NORM] = states.T, self._norm
+        numbers = None if self._is_single else self._numbers[: step.parameters, which]
+        return step.over(begin, at, numbers, most_steps=_MOST_STEPS)
 
-    def _evaluated(self, function: Any, states: Array, which: Array) -> Array:
-        flat = np.ascontiguousarray(states.reshape(-1, STATE).T)
-        given = {}
+    def _evaluated(self, function: Compiled, states: Array, which: Array) -> Array:
+        numbers = None
         if not self._is_single:
-            numbers = self._numbers[:, np.repeat(which, states.shape[1])]
-            given["pars"] = np.ascontiguousarray(numbers[: function.nparams])
-        return np.ascontiguousarray(function(flat, **given).T).reshape(*states.shape[:2], -1)
+            numbers = self._numbers[: function.parameters, np.repeat(which, states.shape[1])]
+        found = function(states.reshape(-1, STATE).T, numbers)
+        return np.ascontiguousarray(found.T).reshape(*states.shape[:2], -1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,38 +212,25 @@ class _Template:
 @lru_cache(4)
 def _code(constants: tuple[float | None, ...], order: int, template: _Template) -> _Code:
     """Compiled code, of constants that are compiled in, or None for those read later."""
-    hy = require_heyoka()
-    symbols = iter([hy.par[i] if x is None else hy.expression(x) for i, x in enumerate(constants)])
+    symbols = iter([parameter(i) if x is None else constant(x) for i, x in enumerate(constants)])
     equations = template.equations.convert(lambda _: next(symbols), Expressions())
-    state = list(hy.make_vars(*equations.states))[:STATE]
-    lanes = hy.recommended_simd_size()
+    state = variables(equations.states)[:STATE]
     turn = turn_divisor(equations.unfold(state)[0])
     ends = [state[STEER] * state[STEER] - ACROSS * ACROSS, turn * turn - LEAST_TURN * LEAST_TURN]
     floor = forces(equations, state)
     duals = Duals(Expressions())
     rates = equations.over(duals).rates(duals.variables(state))
-    slopes = [p if isinstance(p, hy.expression) else hy.expression(float(p))
-              for rate in rates for p in rate.slopes]  # fmt: skip
-    clock, norm = hy.make_vars("clock", "norm")
+    slopes = [as_expression(p) for rate in rates for p in rate.slopes]
+    clock, norm = variables(("clock", "norm"))
     system = [
         *zip(state, equations.rates(state), strict=True),
-        (clock, hy.expression(1 / _TICK)),
-        (norm, hy.expression(0.0)),
+        (clock, constant(1 / _TICK)),
+        (norm, constant(0.0)),
     ]
-    step = hy.taylor_adaptive_batch(
-        system,
-        [[1.0] * lanes for _ in system],
-        # heyoka takes ceil(1 - log(tol) / 2) as the order.
-        tol=math.exp(-2 * (order - 1.5)),
-        compact_mode=False,
-        fast_math=True,
-        t_events=[hy.t_event_batch(x) for x in ends],
-    )
     return _Code(
-        lanes,
-        step,
-        hy.cfunc([floor.rear.normal, floor.front.normal], state, fast_math=True),
-        hy.cfunc(slopes, state, fast_math=True),
+        TaylorBatch(system, order, ends),
+        Compiled([floor.rear.normal, floor.front.normal], state, is_fast=True),
+        Compiled(slopes, state, is_fast=True),
     )
 
 

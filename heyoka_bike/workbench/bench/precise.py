@@ -6,7 +6,6 @@ heyoka's steps that fall into it; a result says over how many seconds it was mea
 """
 
 import contextlib
-import math
 import time
 from collections.abc import Sequence
 from fractions import Fraction
@@ -16,7 +15,8 @@ import flint
 
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.motion.integrate import Native, integrate, require_heyoka, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import NativeNumbers, TaylorIntegrator, order_of
+from heyoka_bike.motion.integrate import integrate, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.analytic import AtPoints
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
@@ -73,20 +73,19 @@ def costs(published: Trajectory) -> list[Measured]:
 
 
 def _heyoka(published: Trajectory, p: Precision) -> Measured:
-    hy, native = require_heyoka(), Native(p)
+    native = NativeNumbers(p)
     duration = published.maneuver.duration
     start = [native.from_integer(*midpoint(x)) for x in _start(published, p)]
     zero, one = native.from_integer(0, 0), native.from_integer(duration.denominator, 0)
     end = native.from_integer(duration.numerator, 0) / one
-    integrator = hy.taylor_adaptive(
-        right_hand_side(published.bicycle, p, with_yaw=False), start,
-        fp_type=native.type, compact_mode=True, **({"prec": p.bits} if native.is_mpfr else {}),
+    integrator = TaylorIntegrator(
+        right_hand_side(published.bicycle, p, with_yaw=False), start, native.type,
+        bits=p.bits if native.is_mpfr else None,
     )  # fmt: skip
 
     def run() -> None:
-        integrator.time = zero
-        integrator.state[:] = start
-        integrator.propagate_until(end)
+        integrator.begin(zero, start)
+        integrator.until(end)
 
     took = min(seconds(run) for _ in range(_RUNS))
     return _result("heyoka", p, published, took, duration, [str(x) for x in integrator.state])
@@ -108,7 +107,7 @@ def _mpmath(published: Trajectory, p: Precision) -> Measured:
 
 def _balls(published: Trajectory, p: Precision) -> Measured:
     """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
-    balls, order, longest = AtPoints(p.bits), _order(p.bits), flint.ctx.cap
+    balls, order, longest = AtPoints(p.bits), order_of(p.bits), flint.ctx.cap
     equations = Equations.of(published.bicycle, balls, is_regular=False)
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
@@ -186,14 +185,9 @@ def _cost(published: Trajectory, p: Precision) -> Measured:
     timed = len(marks) - 1
     per_step = (marks[-1] - marks[0]) / timed
     return {
-        "digits": p.digits, "order": _order(p.bits + _TOLERANCE_BITS), "steps": timed,
+        "digits": p.digits, "order": order_of(p.bits + _TOLERANCE_BITS), "steps": timed,
         "seconds_per_step": per_step, "seconds": per_step * count,
     }  # fmt: skip
-
-
-def _order(bits: int) -> int:
-    """Of heyoka's Taylor steps, by its rule, for a tolerance of 2^-bits."""
-    return math.ceil(1 + bits * math.log(2) / 2)
 
 
 class _EnoughError(Exception):

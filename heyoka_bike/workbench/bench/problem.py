@@ -20,7 +20,8 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS, Bicycle, Maneuver, benchmark
 from heyoka_bike.errors import InputError
-from heyoka_bike.motion.integrate import Expressions, require_heyoka, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import Compiled, Expressions, constant, variables
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.load import ReferenceManeuver, load_reference
@@ -68,27 +69,24 @@ class ReferenceProblem:
         """The right-hand side, called with time and state, and the time of building it [s]."""
         begin = time.perf_counter()
         equations = right_hand_side(self.bicycle, Precision.of("binary64"), with_yaw=False)
-        compiled = require_heyoka().cfunc(
-            [rate for _, rate in equations], [x for x, _ in equations]
-        )
+        compiled = Compiled([rate for _, rate in equations], [x for x, _ in equations])
 
         def slope(_: float, y: Array) -> Any:
-            return compiled(np.ascontiguousarray(y))
+            return compiled(y)
 
         return slope, time.perf_counter() - begin
 
     def columns(self, number: Callable[[str], Any] = float) -> Callable[[Array], Any]:
         """The benchmark's eight columns of states, shape (rows, 6), compiled: shape (8, rows)."""
-        hy = require_heyoka()
         with self._equations.precision():
             equations = self._equations.convert(
-                lambda x: hy.expression(number(x.str(60, radius=False))), Expressions()
+                lambda x: constant(number(x.str(60, radius=False))), Expressions()
             )
-        *state, _ = hy.make_vars(*equations.states)
+        *state, _ = variables(equations.states)
         # The yaw is in none of them.
-        found = equations.columns([*state, hy.expression(number("0"))])
-        compiled = hy.cfunc([found[name] for name in BENCHMARK_COLUMNS], state, fp_type=number)
-        return lambda states: compiled(np.ascontiguousarray(states.T))
+        found = equations.columns([*state, constant(number("0"))])
+        compiled = Compiled([found[name] for name in BENCHMARK_COLUMNS], state, number)
+        return lambda states: compiled(states.T)
 
     def measure(self, rows: Array, expected: Values) -> tuple[float, float]:
         """Eq. (1) [%] and state error of states; infinite for a run that did not get through."""

@@ -26,11 +26,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
-from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import (
+    NativeNumbers,
+    TaylorIntegrator,
+    caches_off,
+    has_binary128,
+)
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError
@@ -141,22 +146,22 @@ class Heyoka(TimedCode):
     _build: dict[int, float] = field(default_factory=dict, init=False, repr=False)
 
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        hy = require_heyoka()
-        number, times, expected = float, problem.times, problem.expected
+        times, expected = problem.times, problem.expected
+        if self.precision == "binary128" and not has_binary128():
+            raise Unavailable("not in this heyoka")
+        number = NativeNumbers(Precision.of(self.precision)).type
         if self.precision == "binary128":
-            if not hasattr(hy, "real128"):
-                raise Unavailable("not in this heyoka")
-            number, expected = hy.real128, problem.reference.rows
+            expected = problem.reference.rows
             exact = [problem.maneuver.time(i) for i in range(problem.maneuver.rows)]
             times = np.array([number(t.numerator) / number(t.denominator) for t in exact])
         start = problem.start(number)
         begin = time.perf_counter()
-        integrator = hy.taylor_adaptive(
+        integrator = TaylorIntegrator(
             right_hand_side(problem.bicycle, Precision.of(self.precision), with_yaw=False),
             start,
-            fp_type=number,
-            compact_mode=self.is_compact,
-            **({} if tolerance is None else {"tol": number(tolerance)}),
+            number,
+            is_compact=self.is_compact,
+            tolerance=None if tolerance is None else number(tolerance),
         )
         # The compiled code depends on the order only and is reused: the first build counts.
         build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
@@ -164,14 +169,13 @@ class Heyoka(TimedCode):
         columns = problem.columns(number)
 
         def run() -> tuple[Array, int, Array]:
-            integrator.time = times[0]
-            integrator.state[:] = start
-            _, _, _, steps, _, rows = integrator.propagate_grid(times)
+            integrator.begin(times[0], start)
+            rows, steps = integrator.over(times)
             return rows, steps, columns(rows)
 
         rows, steps, _ = run()
         return Trial(
-            run, float(integrator.tol), build, steps, *problem.measure(rows, expected),
+            run, integrator.tolerance, build, steps, *problem.measure(rows, expected),
             order=integrator.order,
         )  # fmt: skip
 
@@ -572,14 +576,7 @@ def _pinned() -> Iterator[None]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Heyoka's own caches off, so that building is timed as the first time, and no warnings."""
-    state: Any = require_heyoka().llvm_state
-    was_enabled = state.get_diskcache_enabled()
-    state.set_diskcache_enabled(False)
-    state.clear_memcache()
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
+    with caches_off(), warnings.catch_warnings(), np.errstate(all="ignore"):
         # Far from their limits the peers overflow, or complain that they cannot go on.
         warnings.simplefilter("ignore")
-        try:
-            yield
-        finally:
-            state.set_diskcache_enabled(was_enabled)
+        yield

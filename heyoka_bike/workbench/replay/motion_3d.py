@@ -4,7 +4,7 @@ The equations need neither place nor yaw; both follow here from the state, by in
 The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
 rear wheel touches the floor at the start.
 
-The rates of yaw, track and wheels are those of `configuration`. Their integrals are Gauss's
+The rates of yaw, track and wheels are those of `rates_of_integrals`. Their integrals are Gauss's
 quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
 the error is that of binary64. What else follows from them is `Configuration`'s.
 """

@@ -110,8 +110,7 @@ class Program:
     rows
         Changes of the columns, in order.
     amounts
-        Of terms that the equations are without, see `incomplete`, and of forces, see `applied`: by
-        name, each once.
+        By name, each once: of forces, and of terms that the equations are without, see `forces`.
     linear : Terms or None
         Of the equations linearised about the upright straight motion; None if they are not.
     """

@@ -1,0 +1,47 @@
+"""One module knows heyoka's API: every other one asks it.
+
+heyoka is imported when it is needed, by its name in a text, which no import contract sees.
+"""
+
+import ast
+from pathlib import Path
+
+import heyoka
+
+ROOT = Path(__file__).resolve().parents[2] / "heyoka_bike"
+ADAPTER = ROOT / "motion" / "heyoka_adapter.py"
+API = {
+    "cfunc", "install_custom_numpy_mem_handler", "llvm_state", "make_vars", "nt_event", "real128",
+    "recommended_simd_size", "t_event_batch", "taylor_adaptive", "taylor_adaptive_batch",
+    "taylor_outcome",
+}  # fmt: skip
+"""Names of heyoka that are names of nothing else here."""
+
+
+def uses(text):
+    """What a module does with heyoka: how it imports it, and the names that it asks for."""
+    tree = ast.parse(text)
+    calls = (x for x in ast.walk(tree) if isinstance(x, ast.Call) and x.args)
+    imports = {
+        ast.unparse(x.func)
+        for x in calls
+        if isinstance(x.args[0], ast.Constant) and x.args[0].value == "heyoka"
+    }
+    # The name of an integrator in a table is no import.
+    imports &= {"required", "import_module", "importlib.import_module", "__import__"}
+    return imports | {x.attr for x in ast.walk(tree) if isinstance(x, ast.Attribute)} & API
+
+
+def test_the_names_are_those_of_heyoka():
+    assert {name for name in API if not hasattr(heyoka, name)} == set()
+
+
+def test_every_other_module_asks_the_adapter():
+    others = {p: uses(p.read_text(encoding="utf-8")) for p in ROOT.rglob("*.py") if p != ADAPTER}
+    assert {p.relative_to(ROOT).as_posix(): names for p, names in others.items() if names} == {}
+
+
+def test_the_adapter_is_seen_to_use_it():
+    assert {"required", "taylor_adaptive", "cfunc", "make_vars"} <= uses(ADAPTER.read_text())
+    assert uses("hy.taylor_outcome.success") == {"taylor_outcome"}
+    assert uses('m = import_module("heyoka")') == {"import_module"}
