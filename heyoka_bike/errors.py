@@ -147,9 +147,11 @@ def quoted(text: str, limit: int = 40) -> str:
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
 
 
-def unknown_word(word: str, known: Sequence[str], what: str = "") -> str:
-    """Return the message about a word that is not known: the word, and all that are."""
+def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
+    """Return the message about a word that is not known, or is none: it, and all that are known."""
     some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
+    if not isinstance(word, str):
+        return f"found {printable(repr(word))[:60]} ({type(word).__name__}), expected {what}{some}"
     return f"found {what}{quoted(word)}, expected {some}{did_you_mean(word, known)}"
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.bicycle.toml_source import TomlSource, Where, kind
-from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.errors import InputError, quoted, unknown_word
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.unit import factor
 from heyoka_bike.system.resources import (
@@ -156,7 +156,11 @@ class Bicycle:
         return cls(name, {symbol: Exact.parse(texts[symbol]) for symbol in PARAMETERS})
 
     def __getitem__(self, symbol: str) -> Exact:
-        return self.values[symbol]
+        try:
+            return self.values[symbol]
+        except (KeyError, TypeError):
+            said = unknown_word(symbol, list(self.values), "parameter ")
+            raise KeyError(said) from None
 
     def replace(self, **changes: Exact) -> Bicycle:
         """A copy with some parameters changed, checked again; they have no uncertainty."""

@@ -136,9 +136,11 @@ class ReferenceManeuver(Displayed):
     _view: ClassVar[str] = "reference_maneuver"
 
     def __getitem__(self, name: str) -> Array:
-        if name in self.rows.hi or name not in self.at_any_time:
-            return self.rows[name]
-        return self._at_rows([name])[name]
+        try:
+            is_stored = name in self.rows.hi or name not in self.at_any_time
+        except TypeError:
+            is_stored = True  # what cannot be a key is refused there
+        return self.rows[name] if is_stored else self._at_rows([name])[name]
 
     @property
     def columns(self) -> tuple[str, ...]:

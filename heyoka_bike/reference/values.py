@@ -48,9 +48,10 @@ class Values(Displayed, Held[str, Array]):
     _view: ClassVar[str] = "values"
 
     def __getitem__(self, name: str) -> Array:
-        if name not in self.hi:
-            raise KeyError(unknown_word(name, list(self.hi), "column "))
-        return self.hi[name]
+        try:
+            return self.hi[name]
+        except (KeyError, TypeError):
+            raise KeyError(unknown_word(name, list(self.hi), "column ")) from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.hi)

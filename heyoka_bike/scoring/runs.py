@@ -91,7 +91,7 @@ class Series(Scored):
     is_one_program: bool = True
 
     def __getitem__(self, which: int | str) -> Report:
-        if not isinstance(which, str):
+        if isinstance(which, int):
             return self.runs[which].report
         for run in self.runs:
             if run.name == which:

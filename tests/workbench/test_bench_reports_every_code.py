@@ -18,9 +18,9 @@ import pytest
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
+from heyoka_bike.motion.heyoka_adapter import order_of
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.motion.heyoka_adapter import order_of
 from heyoka_bike.workbench.bench import batches, compiled, precise, race
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import (

@@ -23,7 +23,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, benchmark
-from heyoka_bike.errors import InputError, SingularMotionError
+from heyoka_bike.errors import InputError, SingularMotionError, unknown_word
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
@@ -163,6 +163,8 @@ class Simulation:
 
     def __getitem__(self, name: str) -> Array:
         """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""
+        if name not in BENCHMARK_COLUMNS:
+            raise KeyError(unknown_word(name, BENCHMARK_COLUMNS, "column "))
         found: Array = self.values[:, BENCHMARK_COLUMNS.index(name)]
         return found[0] if len(found) == 1 else found
 
