@@ -120,10 +120,14 @@ STATE_INPUTS: Mapping[str, Parameter] = {
 }
 """The entries of a maneuver; speed, roll_rate, duration and spacing are required."""
 
+PERFORMANCE_LIMIT = Parameter("what eq. (1) of the benchmark must be less than", "%", _POSITIVE)
+"""An entry of a maneuver that the benchmark judges by its eq. (1); it is no input of the motion."""
+
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
 """The start: what a maneuver says of the state at t = 0."""
 
 _REQUIRED = ("speed", "roll_rate", "duration", "spacing")
+_LIMIT = "performance_limit"
 MAX_ROWS = 1_000_001
 _TOP = {"name", "source", "sources"}
 _ENTRY = {"value", "unit", "symbol", "source", "name"}
@@ -198,6 +202,9 @@ class Maneuver:
         Angles at the start [rad], positive to the right.
     steer_rate : Exact
         Rate of the steer at the start [rad/s].
+    performance_limit : Fraction or None
+        What eq. (1) of the benchmark must be less than [%], if it judges this maneuver so. Two
+        maneuvers that differ in this alone are the same motion, and equal.
     """
 
     name: str
@@ -208,11 +215,12 @@ class Maneuver:
     roll: Exact = ZERO
     steer: Exact = ZERO
     steer_rate: Exact = ZERO
+    performance_limit: Fraction | None = field(default=None, compare=False)
 
     @classmethod
     def parse(cls, name: str, texts: Mapping[str, str]) -> Maneuver:
         """The maneuver of exact texts, as in `ReferenceManeuver.inputs`."""
-        values = {key: Exact.parse(texts[key]) for key in STATE_INPUTS}
+        values: dict[str, Any] = {key: Exact.parse(texts[key]) for key in STATE_INPUTS}
         duration, spacing = values.pop("duration"), values.pop("spacing")
         return cls(name, **values, duration=duration.fraction(), spacing=spacing.fraction())
 
@@ -359,10 +367,17 @@ def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str
     }
 
 
+def describe_limits(maneuvers: Iterable[Maneuver]) -> dict[str, str]:
+    """Limits of eq. (1) [%] as exact text, by the number of the maneuver, for the manifest."""
+    limits = ((str(n), m.performance_limit) for n, m in enumerate(maneuvers, 1))
+    return {number: str(limit) for number, limit in limits if limit is not None}
+
+
 def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Maneuver:
     where = ("maneuver", index)
     needed = {key: STATE_INPUTS[key].description for key in _REQUIRED}
-    source.refuse_unknown(table, {"name", "source", *STATE_INPUTS}, where, needed)
+    known = {"name", "source", _LIMIT, *STATE_INPUTS}
+    source.refuse_unknown(table, known, where, needed)
     values = {
         key: _read_value(source, table[key], parameter, (*where, key), _ENTRY)[0]
         for key, parameter in STATE_INPUTS.items()
@@ -388,8 +403,13 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
         name = source.line_of_text(table, "name", where)
     if "source" in table:
         source.line_of_text(table, "source", where, limit=1000)
+    limit = None
+    if _LIMIT in table:
+        x, _ = _read_value(source, table[_LIMIT], PERFORMANCE_LIMIT, (*where, _LIMIT), _ENTRY)
+        _check_range(source, _LIMIT, x, PERFORMANCE_LIMIT, (*where, _LIMIT))
+        limit = x.rational
     start = {key: x for key, x in values.items() if key in START}
-    return Maneuver(name, **start, duration=duration, spacing=spacing)
+    return Maneuver(name, **start, duration=duration, spacing=spacing, performance_limit=limit)
 
 
 def _read_value(
@@ -407,6 +427,8 @@ def _read_value(
             source.line_of_text(entry, note, where, limit=1000)
     unit = entry.get("unit", parameter.unit)
     size = factor(unit, parameter.unit) if isinstance(unit, str) else None
+    # A percentage is no unit of a quantity.
+    size = Exact(Fraction(1)) if unit == parameter.unit == "%" else size
     if size is None:
         found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"
         raise source.error(f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit"))

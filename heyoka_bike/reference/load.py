@@ -121,6 +121,8 @@ class ReferenceManeuver(Displayed):
         Of the bicycle, exact.
     more : tuple of Dense
         Pieces of other columns, with other breaks.
+    performance_limit : float or None
+        What eq. (1) of the benchmark must be less than [%]; None if the maneuver is not judged so.
     """
 
     name: str
@@ -132,6 +134,7 @@ class ReferenceManeuver(Displayed):
     units: Mapping[str, str]
     parameters: Mapping[str, str]
     more: tuple[Dense, ...] = ()
+    performance_limit: float | None = None
 
     _view: ClassVar[str] = "reference_maneuver"
 
@@ -381,6 +384,11 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         return replace(self, maneuvers=joined)
 
     @property
+    def judged(self) -> tuple[int, ...]:
+        """Numbers of the maneuvers that are judged by eq. (1), see their ``performance_limit``."""
+        return tuple(n for n in self if self[n].performance_limit is not None)
+
+    @property
     def times(self) -> Array:
         """Times of the rows [s], shape (rows,), if all maneuvers have the same.
 
@@ -556,11 +564,16 @@ def _read_maneuvers(
     f: Mapping[str, Any], manifest: manifest_file.Manifest
 ) -> tuple[ReferenceManeuver, ...]:
     groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
-    parameters = manifest.inputs["bicycle"]["parameters"]
-    return tuple(_read_maneuver(group, parameters) for group in groups)
+    parameters, limits = manifest.inputs["bicycle"]["parameters"], manifest.performance_limits
+    return tuple(
+        _read_maneuver(group, parameters, limits.get(number))
+        for number, group in enumerate(groups, 1)
+    )
 
 
-def _read_maneuver(group: Any, parameters: Mapping[str, str]) -> ReferenceManeuver:
+def _read_maneuver(
+    group: Any, parameters: Mapping[str, str], limit: Fraction | None
+) -> ReferenceManeuver:
     dense = group["dense"]
     rows = Values(*on_demand(group))
     known = definitions_among(rows.hi).values()
@@ -573,6 +586,7 @@ def _read_maneuver(group: Any, parameters: Mapping[str, str]) -> ReferenceManeuv
         dense=Dense(*on_demand(dense), breaks=read_array(dense, "breaks")),
         units={c.name: c.unit for columns in known for c in columns},
         parameters={str(k): str(v) for k, v in parameters.items()},
+        performance_limit=None if limit is None else float(limit),
     )
 
 

@@ -27,6 +27,7 @@ from heyoka_bike.bicycle.parameters import (
     Maneuver,
     benchmark,
     describe_inputs,
+    describe_limits,
     read_inputs,
 )
 from heyoka_bike.errors import (
@@ -353,16 +354,22 @@ class _SetInMaking:
         """The files, in place of the finished parts."""
         tables = [certificate.tabulated(parts["integrate"].get(), parts) for parts in self.parts]
         self.parts = []
-        changed = write_dataset(self.folder, self.bicycle, tables, self.digits, self.version)
+        changed = write_dataset(
+            self.folder, self.bicycle, tables, self.digits, self.version,
+            describe_limits(self.maneuvers),
+        )  # fmt: skip
         self.kept.clear()
         return Generated(self.folder, self.version, tuple(changed), tuple(self.ends), tuple(tables))
 
 
 def write_dataset(
     folder: str | Path, bicycle: Bicycle, tables: Sequence[certificate.Table], digits: int,
-    dataset_version: str,
+    dataset_version: str, performance_limits: Mapping[str, str] | None = None,
 ) -> list[str]:  # fmt: skip
     """Write the set into a folder; returns the names of the files that changed.
+
+    The limits of eq. (1) are those of the maneuvers that have one, by number, see
+    `describe_limits`.
 
     Raises
     ------
@@ -398,6 +405,7 @@ def write_dataset(
         content_sha256=hashes[layout.HDF5],
         inputs=inputs,
         made_by={"digits": digits, "packages": packages},
+        performance_limits=performance_limits,
     )
     files |= describe(manifest_file.parse(manifest_of(files=files)))
     return manifest_file.write_set(folder, files, manifest_of(files=files))

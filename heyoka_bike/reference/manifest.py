@@ -11,13 +11,15 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from heyoka_bike.bicycle.parameters import describe_limits, read_maneuvers
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference.layout import AFTER_FILES, as_json
 from heyoka_bike.system.files import UNFINISHED, replace_file
-from heyoka_bike.system.resources import reference_folder
+from heyoka_bike.system.resources import benchmark_maneuvers, reference_folder
 
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
@@ -66,6 +68,9 @@ class Manifest:
         Digits of the integration, and versions of the packages.
     inputs : mapping
         Bicycle and maneuvers, as exact text.
+    performance_limits : mapping of int to Fraction
+        What eq. (1) of the benchmark must be less than [%], by number of those maneuvers that are
+        judged by it.
     files : mapping of str to (int, str)
         Bytes and sha256 by file name.
     sha256 : str
@@ -76,6 +81,7 @@ class Manifest:
     content_sha256: str
     made_by: Mapping[str, Any]
     inputs: Mapping[str, Any]
+    performance_limits: Mapping[int, Fraction]
     files: Mapping[str, tuple[int, str]]
     sha256: str
 
@@ -91,14 +97,20 @@ def hdf5_version(dataset_version: str) -> str:
 def render(
     *, dataset_version: str, content_sha256: str, inputs: Mapping[str, Any],
     made_by: Mapping[str, Any], files: Mapping[str, bytes],
+    performance_limits: Mapping[str, str] | None = None,
 ) -> bytes:  # fmt: skip
-    """Bytes of the manifest of the given files; no date, host or time in it."""
+    """Bytes of the manifest of the given files; no date, host or time in it.
+
+    Published sets do not name the limit of eq. (1): it is that of the benchmark's own maneuvers.
+    """
+    limits = {} if dataset_version != CUSTOM else performance_limits
     document = {
         "schema_version": SCHEMA_VERSION,
         "dataset_version": dataset_version,
         "content_sha256": content_sha256,
         "made_by": made_by,
         "inputs": inputs,
+        **({"performance_limits": dict(limits)} if limits else {}),
         "files": [
             {"file": name, "bytes": len(data), "sha256": sha256(data)}
             for name, data in sorted(files.items())
@@ -145,11 +157,16 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
             raise DatasetError(
                 f"{path}: found schema version {version}, expected {SCHEMA_VERSION} ({advice})"
             )
+        dataset_version = str(document["dataset_version"])
+        limits = document.get("performance_limits", {})
+        if dataset_version != CUSTOM:
+            limits = describe_limits(read_maneuvers(benchmark_maneuvers()))
         return Manifest(
-            dataset_version=str(document["dataset_version"]),
+            dataset_version=dataset_version,
             content_sha256=str(document["content_sha256"]),
             made_by=dict(document["made_by"]),
             inputs=dict(document["inputs"]),
+            performance_limits={int(n): Fraction(str(x)) for n, x in limits.items()},
             files={str(f["file"]): (int(f["bytes"]), str(f["sha256"])) for f in document["files"]},
             sha256=sha256(raw),
         )

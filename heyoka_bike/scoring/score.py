@@ -6,7 +6,7 @@
 what is right.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from typing import Any
@@ -15,7 +15,6 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
@@ -39,8 +38,6 @@ from heyoka_bike.scoring.scores import (
 from heyoka_bike.scoring.units import to_si
 from heyoka_bike.scoring.verdict import meets_limit
 
-# The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
-_JUDGED: Mapping[int, float] = {2: 1e-3}
 # Correct values that were rounded once or twice are off by up to this many times half a last digit.
 _ROUNDED = 2.0
 
@@ -105,12 +102,11 @@ def scored(
     understood: Understandings | None = None,
 ) -> Report:
     """The report of aligned results, with their columns as understood or as they fit best."""
-    limits = _JUDGED if reference.dataset_version != CUSTOM else {}
     taken = understand(alignment.parts) if understood is None else understood
     taken = _with_exact_zero(taken, alignment.parts)
 
     def score_part(part: Part) -> ManeuverScore:
-        return _score_maneuver(part, taken, limits.get(part.number))
+        return _score_maneuver(part, taken)
 
     if all(is_small(part) for part in alignment.parts):
         maneuvers = tuple(map(score_part, alignment.parts))
@@ -136,7 +132,7 @@ def scored(
     return replace(found, requirements=tuple(check(text, found) for text in asked))
 
 
-def _score_maneuver(part: Part, understood: Understandings, limit: float | None) -> ManeuverScore:
+def _score_maneuver(part: Part, understood: Understandings) -> ManeuverScore:
     # In the benchmark's order; without a usable value nothing is understood of a column.
     columns = tuple(
         _score_column(part, key, understood.get(key) or plain(key))
@@ -155,7 +151,7 @@ def _score_maneuver(part: Part, understood: Understandings, limit: float | None)
         gap=gap,
         step=float(median(steps)) if len(steps) else None,
         performance=measures.performance(*_energy(part, understood, columns)),
-        performance_limit=limit,
+        performance_limit=part.reference.performance_limit,
         consistency=_consistency(part, columns),
         columns=columns,
         part=part,

@@ -203,7 +203,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     sets = tmp_path / "set"
     inputs = ["--bicycle", "browser-jason", "--maneuvers", str(maneuvers)]
     assert main(["generate", *inputs, "--out", str(sets)]) == 0
-    monkeypatch.setitem(PROBLEMS, "H4", RankedProblem(("browser-jason", str(maneuvers)), (1,)))
+    monkeypatch.setitem(PROBLEMS, "H4", RankedProblem(("browser-jason", str(maneuvers))))
     shutil.copy(sets / "uncontrolled-bicycle.txt", folder / "small.txt")
     entry(folder, lambda text: text.replace('"H1"', '"H4"'), file=folder / "small.txt")
     capsys.readouterr()

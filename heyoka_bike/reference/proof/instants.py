@@ -137,7 +137,7 @@ def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
     for text in given.values():
         if not _DECIMAL.fullmatch(text):
             raise ValueError(f"state {number}: found {text!r:.40}, expected a decimal")
-    exact = {key: Exact(Fraction(text)) for key, text in given.items()}
+    exact: dict[str, Any] = {key: Exact(Fraction(text)) for key, text in given.items()}
     return Maneuver(f"state {number}", duration=_ONE_SECOND, spacing=_ONE_SECOND, **exact)
 
 

@@ -41,8 +41,6 @@ _OF_MODEL = [
     *(m for m in MISTAKES if m.kind == "model" and m.code not in _LINEAR),
     *EQUATION_MISTAKES,
 ]
-_OF_START = [m for m in MISTAKES if m.kind == "start"]
-_OF_OUTPUT = [m for m in MISTAKES if m.kind == "output"]
 
 Mistakes = tuple[Mistake, ...]
 
@@ -91,7 +89,7 @@ def explain(
     residual = file.residual
     progress(0.3)
     if only_output:
-        found = file.judged((m,) for m in (*_OF_OUTPUT, *file.order_beside(file.right)))
+        found = file.judged((m,) for m in (*file.of_kind("output"), *file.order_beside(file.right)))
     else:
         found = _alone(file)
         progress(0.6)
@@ -134,7 +132,8 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
         likely, others = _of_equations(seen)
         yield [*file.judged(likely), *_values(file, seen)]
     yield file.judged(others)
-    beside = (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(file.right), *_clock(seen))
+    written = (*file.of_kind("output"), *file.order_beside(file.right))
+    beside = (*LINEAR_PROGRAMS, *written, *_clock(seen))
     yield file.judged((m,) for m in (*_starts(file), *beside))
     if seen is None or seen.is_blown_up:
         yield file.judged(file.possible([(m,) for m in _OF_MODEL]))
@@ -195,7 +194,8 @@ def _of_whole_runs(file: SeenFile) -> list[Hypothesis]:
     found = [h for h in _fitted(file, names) if h.relief > WEIGHTS.mostly]
     keys = {x.key for h in found for x in h.found}
     alike = [m for m in _OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
-    return [*found, *file.judged((m,) for m in (*alike, *(_OF_START if keys & {*starts} else ())))]
+    of_start = file.of_kind("start") if keys & {*starts} else ()
+    return [*found, *file.judged((m,) for m in (*alike, *of_start))]
 
 
 def _fitted(
@@ -218,8 +218,8 @@ def _starts(file: SeenFile) -> list[Mistake]:
     every = len(file.right.expected)
     seen = file.residual
     if seen is None or sum(m.beginning is not None for m in seen.motions) < every:
-        return _OF_START
-    return seen.starts_nearby(_OF_START)
+        return file.of_kind("start")
+    return seen.starts_nearby(file.of_kind("start"))
 
 
 def _together(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -238,7 +238,7 @@ def _together(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     asked: list[Mistakes] = []
     for leader in [] if any(h.leaves_nothing for h in found) else leaders:
         (first,) = leader.mistakes
-        others = [*_OF_OUTPUT, *file.order_beside(leader)]
+        others = [*file.of_kind("output"), *file.order_beside(leader)]
         if leader is ranked[0]:
             others += _starts(file)
         if leader is ranked[0] and first.kind == "output":

@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.evidence import (
     log_odds_before,
     log_ratio,
 )
-from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
+from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
@@ -126,6 +126,9 @@ class SeenFile:
         self._reference = reference
         starts = {n: _start(reference[n].inputs) for n in reference}
         self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
+        first = reference[1]
+        numbers = tuple(reference)
+        self._library = mistakes_of(numbers, len(first.time), float(first.duration))
         self.simulator = simulator
         self.tried = 0
         self._parts = [_SeenPart(part) for part in parts]
@@ -139,6 +142,10 @@ class SeenFile:
         )
         self.residual = self._residual(library) if library else None
         self.has_one_speed = has_constant_speed(parts)
+
+    def of_kind(self, kind: str) -> list[Mistake]:
+        """Mistakes of the library, for the maneuvers of the reference: ``start`` or ``output``."""
+        return [m for m in self._library if m.kind == kind]
 
     def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> list[Hypothesis]:
         """Simulate programs with these mistakes and compare them with the file.

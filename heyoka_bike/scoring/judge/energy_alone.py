@@ -13,9 +13,11 @@ VISIBLE = 1e-2
 
 def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
     """Maneuvers that meet eq. (1), although something else of them is visibly wrong."""
-    limit = next((m.performance_limit for m in report.maneuvers if m.performance_limit), None)
+    # A maneuver that is not judged is held against the limit of one that is.
+    limits = [m.performance_limit for m in report.maneuvers if m.performance_limit is not None]
     hidden = {}
     for m in report.maneuvers:
+        limit = m.performance_limit or min(limits, default=None)
         if m.performance is None or limit is None or claim(m, limit).value >= limit:
             continue
         wrong = {

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.errors import InputError, MissingPackageError, printable, quoted
 from heyoka_bike.scoring.evidence import (
     Evidence,
@@ -51,7 +52,7 @@ _FILES = (Results, str, PathLike)
 
 
 def read_results(
-    source: Any, *, maneuver: int | None = None, count: int = 3,
+    source: Any, *, maneuver: int | None = None, count: int | None = None,
     columns: Sequence[str] | None = None,
 ) -> Results:  # fmt: skip
     """Read the results of a program, from a file or from its arrays.
@@ -67,7 +68,7 @@ def read_results(
     maneuver
         Number of the maneuver, from 1, that columns belong to which do not tell.
     count
-        Number of maneuvers of the reference.
+        Number of maneuvers of the reference; by default of the benchmark.
     columns
         What the columns are, in the order of the file, whatever their names in it: ``time``,
         ``roll_angle``, ``m2_steer_angle`` and so on, ``-`` for one that is left out.
@@ -85,6 +86,7 @@ def read_results(
     MissingPackageError
         A package that is needed for its format is not installed.
     """
+    count = len(benchmark()[1]) if count is None else count
     if maneuver is not None:
         maneuver = _number(maneuver, count)
     is_file = isinstance(source, str | PathLike)

@@ -86,7 +86,7 @@ def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuv
     The maneuver lasts for as long as is looked at where none does.
     """
     at = {**{name: Exact(Fraction(x)) for name, x in design.start.items()}, **point}
-    start = {name: at.pop(name) for name in START}
+    start: dict[str, Any] = {name: at.pop(name) for name in START}
     bicycle = design.bicycle.replace(**at) if at else design.bicycle
     maneuver = Maneuver("point", **start, duration=_LOOK, spacing=_LOOK)
     row = np.array([[float(start[name]) for name in START]])

@@ -41,12 +41,12 @@ from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.workbench.bench.problem import (
     ERROR_LIMIT,
-    PERFORMANCE_LIMIT,
     Array,
     Measured,
     ReferenceProblem,
     Trial,
     Unavailable,
+    performance_limit,
     seconds,
 )
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, prepare
@@ -313,7 +313,7 @@ class Exudyn(TimedCode):
                 return found
 
             performance, error = problem.measure_columns(run().T, _EXUDYN)
-            if performance < PERFORMANCE_LIMIT:
+            if performance < performance_limit():
                 break
         return Trial(run, step, 0.0, round(maneuver.duration / step), performance, error)
 
@@ -486,7 +486,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
     def excess_of(trial: Trial) -> float:
         """Logarithm of the error over its limit."""
         if line.accuracy_class == "performance":
-            ratio = trial.performance / PERFORMANCE_LIMIT
+            ratio = trial.performance / performance_limit()
         else:
             ratio = trial.error / ERROR_LIMIT
         return math.log10(min(max(ratio, 1e-99), 1e99))

@@ -18,15 +18,13 @@ from heyoka_bike.workbench.bench import race
 from heyoka_bike.workbench.bench.batches import first_result, floor, long_runs, throughput
 from heyoka_bike.workbench.bench.compiled import FLAGS
 from heyoka_bike.workbench.bench.precise import costs, precise
-from heyoka_bike.workbench.bench.problem import ReferenceProblem
+from heyoka_bike.workbench.bench.problem import ReferenceProblem, judged
 from heyoka_bike.workbench.bench.race import CLASSES, Progress, Timing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA_VERSION = 1
-JUDGED, ALL_THREE = 2, (1, 2, 3)
-"""Maneuvers: the one that the benchmark judges, and all."""
 _ALL = "all maneuvers"
 _PACKAGES = ("heyoka_bike", "heyoka", "scipy", "scikit-sundae", "exudyn", "numpy")
 _WIDTH = 170
@@ -92,7 +90,7 @@ def measure(
 
 
 def _published(folder: str | None) -> Trajectory:
-    return read_candidate(reference_folder() if folder is None else folder)[JUDGED - 1]
+    return read_candidate(reference_folder() if folder is None else folder)[judged() - 1]
 
 
 def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, Any]:

@@ -47,17 +47,19 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
+    from heyoka_bike.bicycle.parameters import benchmark
     from heyoka_bike.system.files import write_output
     from heyoka_bike.workbench.bench import summary
-    from heyoka_bike.workbench.bench.problem import benchmark_problem
+    from heyoka_bike.workbench.bench.problem import benchmark_problem, judged
 
     runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _RUNS
     if not 1 <= runs <= _MAX_RUNS:
         raise InputError(f"--runs: found {runs}, expected 1 to {_MAX_RUNS}")
     _check_output(args.output)
     figure_format = _figure_format(args.output)
-    main = benchmark_problem(args.reference, summary.JUDGED)
-    every = [benchmark_problem(args.reference, n) for n in summary.ALL_THREE] if args.all else []
+    main = benchmark_problem(args.reference, judged())
+    numbers = range(1, len(benchmark()[1]) + 1) if args.all else ()
+    every = [benchmark_problem(args.reference, n) for n in numbers]
     with stage_bar() as progress:
         document = summary.measure(
             main, every, runs, progress, is_quick=args.quick,

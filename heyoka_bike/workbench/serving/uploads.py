@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import Message
 
+from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.errors import InputError, quoted, unknown_word
 from heyoka_bike.numbers.exact import positive_numbers
 from heyoka_bike.scoring import requirements
@@ -24,7 +25,6 @@ OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")
 
 # Around and between the files of a form [bytes].
 _BESIDE = 100_000
-_MANEUVERS = 3
 # The option of which there may be several, and fields in all.
 _REPEATED = "require"
 _MOST_FIELDS = 50
@@ -203,8 +203,9 @@ def _options(told: _Fields) -> dict[str, list[str]]:
 def _maneuver(text: str | None) -> int | None:
     if text is None:
         return None
-    if text not in map(str, range(1, _MANEUVERS + 1)):
-        raise InputError(f"maneuver: found {quoted(text)}, expected 1 to {_MANEUVERS}")
+    count = len(benchmark()[1])
+    if text not in map(str, range(1, count + 1)):
+        raise InputError(f"maneuver: found {quoted(text)}, expected 1 to {count}")
     return int(text)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -111,8 +112,34 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
 DEGREE = 5
 
 _WHEN = "when a row is written: before or after the step"
-_SPACING = "the times of the rows: 0 to 10 s by 0.01 s are 1001 of them, both ends included"
 _SUM = "the sum of the energies: every body has a potential, a translational and a rotational one"
+
+
+@cache
+def misspaced(rows: int, duration: float) -> tuple[Mistake, ...]:
+    """So many rows over a duration [s], written one step too close, or too far apart."""
+    steps = rows - 1
+    step = duration / steps
+    check = (
+        f"the times of the rows: 0 to {duration:g} s by {step:g} s are {rows} of them, both ends "
+        "included"
+    )
+    as_if = f"written as if {step:g} s apart"
+    return (
+        clock_mistake(
+            "end_left_out",
+            f"{rows} rows are spread over {duration:g} s without its end and {as_if}",
+            check,
+            scale=steps / rows,
+        ),
+        clock_mistake(
+            "one_row_less",
+            f"{steps} rows are spread over {duration:g} s and {as_if}",
+            check,
+            scale=steps / (steps - 1),
+        ),
+    )
+
 
 OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     clock_mistake("one_step_late", "each row is written one step late", _WHEN, shift=-1.0),
@@ -120,10 +147,6 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                   "t = h", _WHEN, shift=1.0),
     clock_mistake("half_step_late", "each row is written half a step late", _WHEN, shift=-0.5),
     clock_mistake("half_step_early", "each row is written half a step early", _WHEN, shift=0.5),
-    clock_mistake("end_left_out", "1001 rows are spread over 10 s without its end and written as "
-                  "if 0.01 s apart", _SPACING, scale=1000 / 1001),
-    clock_mistake("one_row_less", "1000 rows are spread over 10 s and written as if 0.01 s apart",
-                  _SPACING, scale=1000 / 999),
     *(output_mistake(f"{which}_differences", f"the rates are {which} differences of the angles",
                      "where the rates come from", _differences(which))
       for which in ("forward", "backward", "central")),

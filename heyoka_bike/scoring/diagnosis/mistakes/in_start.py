@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import permutations
+from functools import cache
+from itertools import combinations
 from math import pi
 
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
@@ -58,14 +59,17 @@ def _spin_kept(code: str, rear: str) -> Mistake:
     return Mistake(f"{code}_spin_kept", says, "which wheel is the rear one", "model", make)
 
 
-_NUMBERS = (1, 2, 3)
-# One alone first: a file of one maneuver does not tell whether others are misplaced, too.
-_ALONE = [{n: held} for n in _NUMBERS for held in _NUMBERS if n != held]
-_ORDERS = [
-    {n: held for n, held in zip(_NUMBERS, order, strict=True) if n != held}
-    for order in permutations(_NUMBERS)
-    if order != _NUMBERS
-]
+@cache
+def misplaced(numbers: tuple[int, ...]) -> tuple[Mistake, ...]:
+    """Maneuvers of these numbers in each other's place: one alone, two exchanged, all in turn."""
+    # One alone first: a file of one maneuver does not tell whether others are misplaced, too.
+    alone = [{n: held} for n in numbers for held in numbers if n != held]
+    exchanged = [{a: b, b: a} for a, b in combinations(numbers, 2)]
+    turned = [(*numbers[i:], *numbers[:i]) for i in range(1, len(numbers))]
+    in_turn = [dict(zip(numbers, order, strict=True)) for order in turned]
+    orders = [x for x in in_turn if x not in exchanged]
+    return tuple(map(_place, [*alone, *exchanged, *orders]))
+
 
 START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_of_frame_only", "only the rear frame starts with the roll rate",
@@ -115,6 +119,5 @@ START_MISTAKES: tuple[Mistake, ...] = (
               "radius of the rear wheel", "rF", "rR"),
     _spin_kept("wheels_exchanged", "one"),
     _spin_kept("radii_exchanged", "wheel"),
-    *(_place(sources) for sources in (*_ALONE, *_ORDERS)),
 )  # fmt: skip
-"""In no particular order."""
+"""In no particular order; those in which maneuvers are in each other's place are `misplaced`."""

@@ -7,22 +7,36 @@ a file, such as columns in another order, are in `proposals`.
 
 from collections.abc import Sequence
 
+from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.scoring.diagnosis.mistakes.in_axes import AXES_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.in_start import START_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES, misspaced
+from heyoka_bike.scoring.diagnosis.mistakes.in_start import START_MISTAKES, misplaced
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply
 
-__all__ = ["MISTAKES", "Mistake", "Program", "apply", "in_order"]
+__all__ = ["MISTAKES", "Mistake", "Program", "apply", "in_order", "mistakes_of"]
 
 KINDS = ("model", "start", "output")
 
-MISTAKES: tuple[Mistake, ...] = (
-    *MODEL_MISTAKES, *AXES_MISTAKES, *START_MISTAKES, *OUTPUT_MISTAKES,
-    *LINEAR_PROGRAMS,
+_OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
+    *MODEL_MISTAKES, *AXES_MISTAKES, *START_MISTAKES, *OUTPUT_MISTAKES, *LINEAR_PROGRAMS,
 )  # fmt: skip
-"""The library, in no particular order."""
+
+
+def mistakes_of(numbers: tuple[int, ...], rows: int, duration: float) -> tuple[Mistake, ...]:
+    """The library for maneuvers of these numbers, with so many rows over a duration [s]."""
+    return (*_OF_ANY_BENCHMARK, *misplaced(numbers), *misspaced(rows, duration))
+
+
+def _of_the_benchmark() -> tuple[Mistake, ...]:
+    _, maneuvers = benchmark()
+    numbers = tuple(range(1, len(maneuvers) + 1))
+    return mistakes_of(numbers, maneuvers[0].rows, float(maneuvers[0].duration))
+
+
+MISTAKES: tuple[Mistake, ...] = _of_the_benchmark()
+"""The library for the maneuvers of the benchmark, in no particular order."""
 
 _PLACE = {m.code: i for i, m in enumerate(MISTAKES)}
 
