@@ -271,8 +271,13 @@ def _outcome(m: ManeuverScore) -> str:
     if reason := claim(m, m.performance_limit).reason:
         return f"does not count: {DOES_NOT_COUNT[reason]}"
     so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
-    limit = f"{m.performance_limit:.0e} %".replace("e-0", "e-")
+    limit = limit_words(m.performance_limit)
     return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
+
+
+def limit_words(limit: float) -> str:
+    """What eq. (1) must be less than, as "1e-3 %"."""
+    return f"{limit:.0e} %".replace("e-0", "e-")
 
 
 def requirement_words(scored: Report | Series) -> str:

@@ -64,7 +64,7 @@ def test_a_result_beyond_the_limit_is_packed_and_told(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda t: t[:, :9], "found maneuvers [1], expected all three"),
+        (lambda t: t[:, :9], "found maneuvers [1], expected all of [1, 2, 3]"),
         (lambda t: t * np.where(np.arange(25) % 8 == 7, 180 / np.pi, 1.0),
          "found steer_angle in degree, expected rad"),
     ],

@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.score import score
     from heyoka_bike.showing.formats.output import render
-    from heyoka_bike.showing.wording import origin
+    from heyoka_bike.showing.wording import limit_words, origin
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     (cpu,) = positive_numbers("--cpu", args.cpu)[:1]
@@ -71,8 +71,8 @@ def run(args: argparse.Namespace) -> int:
     print_text(said)
     print(args.output)
     if not report[measured].meets_limit:
-        limit = reference[measured].performance_limit
-        complain(f"{args.file}: eq. (1) of maneuver {measured} is not below {limit:g} %")
+        limit = limit_words(reference[measured].performance_limit or 0.0)
+        complain(f"{args.file}: eq. (1) of maneuver {measured} is not below {limit}")
         return Exit.CHECK_FAILED
     return Exit.OK
 
