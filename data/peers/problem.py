@@ -69,15 +69,16 @@ class Problem:
             tomllib.loads((DATA / folder / f"{file}.toml").read_text(encoding="utf-8"))
             for folder, file in zip(("bicycles", "maneuvers"), asked.inputs, strict=True)
         ]
+        numbers = asked.numbers(len(read[1]["maneuver"]))
         maneuvers = [
             {key: number(m[key]["value"]) for key in ("speed", "roll_rate", "duration", "spacing")}
-            for m in (read[1]["maneuver"][n - 1] for n in asked.numbers)
+            for m in (read[1]["maneuver"][n - 1] for n in numbers)
         ]
         return cls(
             name,
             {key: number(entry["value"]) for key, entry in read[0]["parameters"].items()},
             [[m["speed"], m["roll_rate"]] for m in maneuvers],
-            asked.numbers,
+            numbers,
             round(1 / maneuvers[0]["spacing"]),
             round(maneuvers[0]["duration"] / maneuvers[0]["spacing"]) + 1,
             sum(m["duration"] for m in maneuvers),

@@ -23,8 +23,8 @@ from heyoka_bike.scoring.judge.energy_sum import energy_sum
 from heyoka_bike.scoring.judge.rates import RATES, from_derivative
 from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.measures import errors, is_small, largest_errors, rounding
+from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.reading.source import results_of, words
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.scoring.scores import (

@@ -59,8 +59,9 @@ from heyoka_bike.scoring.evidence import (
 )
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.reading.source import ARRAY, results_of, several
+from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Convergence, Run, Series
 from heyoka_bike.scoring.score import aligned, scored

@@ -25,7 +25,8 @@ from heyoka_bike.scoring.outcomes import (
     ValuesMissing,
     WorstValue,
 )
-from heyoka_bike.scoring.reading.headings import ALMOST, TIME, listed
+from heyoka_bike.scoring.reading.names.columns import TIME
+from heyoka_bike.scoring.reading.names.words import ALMOST, listed
 from heyoka_bike.scoring.verdict import DoesNotCount
 from heyoka_bike.showing.wording import (
     DOES_NOT_COUNT,

@@ -18,10 +18,10 @@ import pytest
 import scipy.io
 
 from heyoka_bike.errors import InputError, MissingPackageError
-from heyoka_bike.scoring.reading import request as reading
-from heyoka_bike.scoring.reading import text as text_table
+from heyoka_bike.scoring.reading import result_file
 from heyoka_bike.scoring.reading.formats import libraries, listed
 from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.reading.text import rows as text_rows
 
 ROW = [f"{i}.5" for i in range(25)]
 NAMES = "time roll_angle roll_rate forward_speed"
@@ -180,7 +180,7 @@ TEXTS = [
 @pytest.mark.parametrize(("content", "line", "column", "fragment"), TEXTS)
 def test_bad_text(content, line, column, fragment, reader, tmp_path, monkeypatch):
     if reader == "careful":
-        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+        monkeypatch.setattr(text_rows, "parse_block", lambda *_: None)
     error = the_one_error(content, tmp_path)
     assert fragment in error.message
     if line is not None or "more than" in fragment or "no row" in fragment:
@@ -189,8 +189,8 @@ def test_bad_text(content, line, column, fragment, reader, tmp_path, monkeypatch
 
 @pytest.mark.parametrize("size", [1, 100, 1000])
 def test_lines_are_counted_over_blocks(size, tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "_CHUNK", size)
-    monkeypatch.setattr(reading, "_HEAD", 600)
+    monkeypatch.setattr(result_file, "_BYTES_AT_ONCE", size)
+    monkeypatch.setattr(result_file, "_BYTES_OF_HEAD", 600)
     lines = good(100)
     lines[77] = lines[77].replace("9.5", "x")
     for end in ("\n", "\r\n", "\r"):
@@ -527,6 +527,7 @@ def test_bad_sheets(tmp_path):
         ({"a": [["nothing"]], "m1": [["time", "roll"]]}, "sheet 'm1': found no row of numbers"),
         ({"a": [["t", "q4"], [0, 1], [1, 2]]}, "found column names 'q4' not understood"),
         ({"a": [*table, [2, "x"], [3, 4]]}, "found 'x' as value 2, expected a number"),
-        ({"a": []}, "found an empty file"),
+        ({"a": []}, "found an empty sheet"),
+        ({"a": [["t", "roll", "steer"], [0, None, 1], [1, None, 2]]}, "no value in column 2"),
     ]:
         assert fragment in the_one_error(saved(**sheets), tmp_path, "r.xlsx").message

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.reading import text as text_table
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.reading.text import rows as text_rows
 
 RNG = np.random.default_rng(1)
 COUNT = 300
@@ -30,7 +30,7 @@ def written(tmp_path, form, values=VALUES, time="{:.2f}"):
 @pytest.fixture(params=["quick", "careful"], autouse=True)
 def reader(request, monkeypatch):
     if request.param == "careful":
-        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+        monkeypatch.setattr(text_rows, "parse_block", lambda *_: None)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.scoring.reading import formats, source
 from heyoka_bike.scoring.reading.formats import FORMATS, Format, listed
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.scoring.reading.text import read_text
+from heyoka_bike.scoring.reading.text.rows import read_text
 from heyoka_bike.workbench.serving import pages
 from heyoka_bike.workbench.serving.tasks import Limits
 

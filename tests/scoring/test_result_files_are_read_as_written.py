@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.scoring.reading import request as reading
-from heyoka_bike.scoring.reading import text as text_table
+from heyoka_bike.scoring.reading import result_file
 from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.reading.text import rows as text_rows
 
 NAMES = ("time", *(f"m{m}_{key}" for m in (1, 2, 3) for key in BENCHMARK_COLUMNS))
 
@@ -145,7 +145,7 @@ def assert_same(results, rows):
 @pytest.mark.parametrize("way", WAYS)
 def test_the_same_rows(way, reader, rows, tmp_path, monkeypatch):
     if reader == "careful":
-        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+        monkeypatch.setattr(text_rows, "parse_block", lambda *_: None)
     path = tmp_path / "results.xlsx"
     path.write_bytes(WAYS[way](rows))
     results = read_results(path)
@@ -159,8 +159,8 @@ def test_the_same_rows(way, reader, rows, tmp_path, monkeypatch):
 @pytest.mark.parametrize("way", ["CRLF", "CR", "blank lines", "comments", "UTF-16", "gzip", "D"])
 @pytest.mark.parametrize("size", [1, 7, 500, 1201])
 def test_blocks_may_end_anywhere(way, size, rows, tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "_CHUNK", size)
-    monkeypatch.setattr(reading, "_HEAD", 600)
+    monkeypatch.setattr(result_file, "_BYTES_AT_ONCE", size)
+    monkeypatch.setattr(result_file, "_BYTES_OF_HEAD", 600)
     path = tmp_path / "x"
     path.write_bytes(WAYS[way](rows))
     assert_same(read_results(path), rows)
@@ -178,7 +178,7 @@ def test_the_quick_reader_takes_plain_numbers(way, rows, tmp_path, monkeypatch):
     def refuse(*_):
         pytest.fail("read line by line")
 
-    monkeypatch.setattr(text_table._Reader, "_line_by_line", refuse)
+    monkeypatch.setattr(text_rows.RowReader, "_line_by_line", refuse)
     path = tmp_path / "x"
     path.write_bytes(WAYS[way](rows))
     assert_same(read_results(path), rows)
@@ -240,7 +240,7 @@ NOT_FINITE = ["nan", "NaN", "-nan", "NAN", "nan(ind)", "-nan(ind)", "NaN(123)",
 @pytest.mark.parametrize("token", NOT_FINITE)
 def test_values_that_are_not_finite(token, separator, reader, rows, tmp_path, monkeypatch):
     if reader == "careful":
-        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+        monkeypatch.setattr(text_rows, "parse_block", lambda *_: None)
     bad = [list(row) for row in rows]
     bad[4][3] = bad[4][5] = bad[7][24] = token
     path = tmp_path / "x"
@@ -273,7 +273,7 @@ def test_a_last_row_that_is_cut(end, rows, tmp_path):
 
 def test_rows_after_blocks_of_another_kind(rows, tmp_path, monkeypatch):
     """One odd block does not change what the others give, nor the numbers of the lines."""
-    monkeypatch.setattr(reading, "_CHUNK", 1000)
+    monkeypatch.setattr(result_file, "_BYTES_AT_ONCE", 1000)
     many = [[f"{i}", *rows[i % 11][1:]] for i in range(200)]
     many[150][7] = "nan"
     lines = text(many).splitlines(keepends=True)

@@ -8,12 +8,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from heyoka_bike.scoring.evidence import TimesRepeated, TimesUnsorted
-from heyoka_bike.scoring.reading import text as text_table
-from heyoka_bike.scoring.reading.quanta import as_multiples, settle
 from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.results import Quantum, Vector, Vectors
+from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
-from heyoka_bike.scoring.reading.text import rest
+from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
+from heyoka_bike.scoring.reading.text import rows as text_rows
+from heyoka_bike.scoring.reading.text.blocks import rest
+from heyoka_bike.scoring.reading.times import as_multiples, settle
 
 
 def written(tmp_path, times, header=""):
@@ -54,7 +55,7 @@ DECIMALS = [
 @pytest.mark.parametrize("times", DECIMALS, ids=lambda times: times[1][:20])
 def test_decimals_are_kept(times, reader, tmp_path, monkeypatch):
     if reader == "careful":
-        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+        monkeypatch.setattr(text_rows, "parse_block", lambda *_: None)
     results = read_results(written(tmp_path, times))
     assert codes(results) == []
     assert_exact(results.maneuvers[0], [Fraction(t) for t in times])
@@ -64,7 +65,7 @@ def test_decimals_are_kept(times, reader, tmp_path, monkeypatch):
 @pytest.mark.parametrize("exponent", ["-999999999", "-99999999999999999999", "-0" + "0" * 999])
 def test_absurd_exponents_do_no_harm(exponent, reader, tmp_path, monkeypatch):
     if reader == "careful":
-        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+        monkeypatch.setattr(text_rows, "parse_block", lambda *_: None)
     results = read_results(written(tmp_path, ["0", f"1e{exponent}", "2.3"]))
     (rows,) = results.maneuvers
     assert rows.time.tolist() == [0, float(f"1e{exponent}"), 2.3]
@@ -230,7 +231,7 @@ def test_repeated_times_are_kept(tmp_path):
 
 
 def test_huge_times_are_compared_without_overflow():
-    column = Vector(np.array([-1.7e308, 1.7e308, -1.7e308]), None, Quantum(2, digits=53), 17)
-    times = settle(Vectors([column]), 0, Request("times", 1))
+    column = ReadColumn(np.array([-1.7e308, 1.7e308, -1.7e308]), None, Quantum(2, digits=53), 17)
+    times = settle(ReadTable([column]), 0, Request("times", 1))
     assert times.hi.tolist() == [-1.7e308, -1.7e308, 1.7e308]
     assert [type(x) for x in times.seen] == [TimesUnsorted, TimesRepeated]

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading.text import DIALECTS
+from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 
 PARTS = ["1", "-2.5", "+.5", "3.", "1e-3", "1D+05", "1.5-100", "1-100", "nan", "1.#IND", "x", "1 2",
          "", "0x1", "1e", "1_0", "'4'", "5,5", "٣"]  # fmt: skip

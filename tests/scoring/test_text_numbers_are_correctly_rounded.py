@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading.quanta import places_of, significant
-from heyoka_bike.scoring.reading.text import parse_block
+from heyoka_bike.scoring.reading.digits import places_of, significant
+from heyoka_bike.scoring.reading.text.blocks import parse_block
 
 sign = st.sampled_from(["", "-", "+"])
 digits = st.text("0123456789", min_size=1, max_size=22)

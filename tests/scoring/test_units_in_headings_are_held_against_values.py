@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.reading.headings import _WORDS, named_unit, quantities, unknown_unit
+from heyoka_bike.scoring.reading.names.columns import named_unit
+from heyoka_bike.scoring.reading.names.units import _WORDS, quantities, unknown_unit
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import UNITS, factor

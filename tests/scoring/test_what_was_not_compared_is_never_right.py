@@ -18,7 +18,7 @@ from heyoka_bike import load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError
-from heyoka_bike.scoring.reading.headings import recognise
+from heyoka_bike.scoring.reading.names.columns import recognise
 
 LONG = "(rear frame, measured about its x axis)"
 EVERY = slice(None, None, 10)

@@ -33,8 +33,8 @@ from heyoka_bike.scoring.instants.checked import (
     Explained,
 )
 from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.results import Vectors
 from heyoka_bike.scoring.reading.source import read_columns
+from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.system.resources import find_input
 
 STATE = "state"
@@ -58,7 +58,7 @@ class InstantTable:
         Columns by name, SI units; NaN where there is no finite number.
     uncertain : mapping of str to ndarray, shape (n,)
         By how much a value may be off as it was written with so many digits.
-    vectors : Vectors
+    vectors : ReadTable
         As they were read.
     left_out : tuple of str
         Names of columns that are not known.
@@ -68,7 +68,7 @@ class InstantTable:
     numbers: Any
     values: Mapping[str, Array]
     uncertain: Mapping[str, Array]
-    vectors: Vectors
+    vectors: ReadTable
     left_out: tuple[str, ...]
 
     @property

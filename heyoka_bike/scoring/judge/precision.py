@@ -12,7 +12,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence import FewDigits, SinglePrecision
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.reading.quanta import are_single
+from heyoka_bike.scoring.reading.digits import are_single
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 

@@ -1,17 +1,13 @@
-"""A request to read a file: what its columns may be, its bytes, and the lines of a text."""
+"""A request to read a file: what its columns may be, and how an error says where it is."""
 
-import codecs
+from __future__ import annotations
+
 import re
-import sys
-import zlib
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from io import BytesIO, IncrementalNewlineDecoder
-from os import PathLike
-from os.path import isdir
-from pathlib import Path
-from typing import BinaryIO, cast
+from numbers import Integral
+from typing import Any
 from warnings import catch_warnings, simplefilter
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -63,11 +59,11 @@ class Request:
     group: int | None = None
     is_ordered: bool = True
 
-    def within(self, part: str) -> "Request":
+    def within(self, part: str) -> Request:
         """The request for a part of the file; for all of it if that has no name."""
         return replace(self, part=f"{self.part}{part}: ") if part else self
 
-    def of_maneuver(self, number: int) -> "Request":
+    def of_maneuver(self, number: int) -> Request:
         """The request for the part of the file that is of one maneuver."""
         return replace(self.within(f"maneuver {number}"), count=1, group=number)
 
@@ -126,191 +122,15 @@ class Request:
         return self.not_columns(f"{width} columns{likely}", line)
 
 
-_BOMS = (
-    (codecs.BOM_UTF8, "utf-8"),
-    # Before UTF-16, whose mark is the start of this one.
-    (codecs.BOM_UTF32_LE, "utf-32-le"),
-    (codecs.BOM_UTF32_BE, "utf-32-be"),
-    (codecs.BOM_UTF16_LE, "utf-16-le"),
-    (codecs.BOM_UTF16_BE, "utf-16-be"),
-)
-# What has no line feeds at all is not read into memory.
-_LONGEST_LINE = 4_000_000
-_CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
-# What typesetting makes of a minus sign and of blanks.
-_PLAIN = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
-# Of random bytes one in ten; a damaged text may have a few.
-_MOST_CONTROLS = 0.02
-
-
-def encoding_of(head: bytes) -> tuple[str, int] | None:
-    """Encoding of a text that starts like this and the length of its mark; None if it is no text.
-
-    Any bytes with hardly any control characters are text. Those that are not UTF-8 can only stand
-    in headings and comments, and are left alone.
-    """
-    for mark, name in _BOMS:
-        if head.startswith(mark):
-            return name, len(mark)
-    even, odd = head[::2], head[1::2]
-    # Of UTF-16 every other byte is zero, of rows of numbers all of these.
-    for name, zeros, others in (("utf-16-le", odd, even), ("utf-16-be", even, odd)):
-        if len(zeros) > 1 and zeros.count(0) > 0.9 * len(zeros) and not others.count(0):
-            return name, 0
-    if len(head) - len(head.translate(None, _CONTROLS)) > _MOST_CONTROLS * len(head):
-        return None
-    return "utf-8", 0
-
-
-def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[str]:
-    """Blocks of whole lines that end in a line feed; the last one may lack it.
-
-    Blanks are plain ones, and so are minus signs.
-
-    Parameters
-    ----------
-    chunks
-        The text after its mark, cut anywhere.
-    encoding
-        See `encoding_of`. A byte that is no UTF-8 is Latin-1.
-    request
-        The request to read it.
+def maneuver_number(maneuver: Any, count: int) -> int:
+    """The number of a maneuver, from 1 to `count`.
 
     Raises
     ------
     InputError
-        A line that is too long, or text that is not in that encoding.
+        It is none.
     """
-    errors = "latin-1" if encoding == "utf-8" else "strict"
-    plain = codecs.getincrementaldecoder(encoding)(errors)
-    decoder = IncrementalNewlineDecoder(plain, translate=True)
-    rest, line = "", 1
-    try:
-        for chunk in chunks:
-            text = rest + decoder.decode(chunk)
-            end = text.rfind("\n") + 1
-            block, rest = text[:end], text[end:]
-            line += block.count("\n")
-            if len(rest) > _LONGEST_LINE:
-                said = f"found a line of more than {_LONGEST_LINE} characters"
-                raise request.error(f"{said}, expected rows of numbers", line)
-            if block:
-                yield block.translate(_PLAIN)
-        # A file cut in the middle of a character lacks no more than that.
-        plain.errors = "ignore"
-        rest += decoder.decode(b"", final=True)
-    except UnicodeError:
-        name = encoding.upper().replace("-LE", "").replace("-BE", "")
-        raise request.error(f"found damaged text, expected {name}", line) from None
-    if rest:
-        yield rest.translate(_PLAIN)
-
-
-def _as_latin_1(error: UnicodeError) -> tuple[str, int]:
-    assert isinstance(error, UnicodeDecodeError)
-    return error.object[error.start : error.end].decode("latin-1"), error.end
-
-
-codecs.register_error("latin-1", _as_latin_1)
-
-
-# Whole lines of so much text are read at once; the processor's cache holds what they become.
-_CHUNK = 1 << 21
-# The first of them shows how rows are written: it must hold any heading, and some rows.
-_HEAD = 1 << 21
-# Of that so much tells text from other files.
-_SIGNATURE = 4096
-_GZIP = b"\x1f\x8b"
-
-
-class ResultFile:
-    """A file, or standard input; what gzip packed is unpacked.
-
-    Parameters
-    ----------
-    source
-        Its path, ``-`` for standard input.
-    request
-        The request to read it.
-    stack
-        Closes it.
-
-    Attributes
-    ----------
-    request : Request
-    stack : ExitStack
-    head : bytes
-        What it begins with.
-    encoding : str
-        Of a text; see `request.encoding_of`.
-
-    Raises
-    ------
-    InputError
-        It cannot be read.
-    """
-
-    def __init__(self, source: str | PathLike[str], request: Request, stack: ExitStack) -> None:
-        self.request = request
-        self.stack = stack
-        self._file = self._open(source)
-        self._plain = None if source == "-" else Path(source)
-        self.head = self._read(_HEAD)
-        if self.head.startswith(_GZIP):
-            from gzip import GzipFile
-
-            packed = GzipFile(fileobj=self.stream())
-            self._file = cast(BinaryIO, stack.enter_context(packed))
-            self._plain = None
-            self.head = self._read(_HEAD)
-        self.encoding, self._mark = encoding_of(self.signature) or ("utf-8", 0)
-
-    @property
-    def signature(self) -> bytes:
-        """The first bytes, which tell the format."""
-        return self.head[:_SIGNATURE]
-
-    def text(self) -> Iterator[bytes]:
-        """All bytes after the mark of the encoding, in pieces."""
-        yield self.head[self._mark :]
-        while chunk := self._read(_CHUNK):
-            yield chunk
-
-    def content(self) -> bytes:
-        """All bytes, which then are the head."""
-        self.head += self._read(-1)
-        return self.head
-
-    def stream(self) -> BinaryIO:
-        """The file at its beginning, which is in memory if it cannot seek."""
-        if self._plain is None or not self._file.seekable():
-            return BytesIO(self.content())
-        self._file.seek(0)
-        return self._file
-
-    def path_or_stream(self) -> Path | BinaryIO:
-        """The file by its path, if it is one."""
-        return self._plain if self._plain and self._plain.is_file() else self.stream()
-
-    def _open(self, source: str | PathLike[str]) -> BinaryIO:
-        if source != "-" and isdir(source):
-            raise self.request.error("found a directory, expected a result file")
-        try:
-            if source != "-":
-                return self.stack.enter_context(Path(source).open("rb"))
-            if sys.stdin is None:
-                raise ValueError("closed")
-            return cast(BinaryIO, sys.stdin.buffer)
-        except (OSError, ValueError) as e:
-            raise self._unreadable(e) from None
-
-    def _read(self, size: int) -> bytes:
-        """So many bytes more; all that are left if the size is -1."""
-        try:
-            return self._file.read(size)
-        except (OSError, EOFError, zlib.error) as e:
-            raise self._unreadable(e) from None
-
-    def _unreadable(self, e: Exception) -> InputError:
-        reason = printable(" ".join(str(getattr(e, "strerror", None) or e).split()))[:100]
-        return self.request.error(f"cannot be read ({reason}), expected a result file")
+    is_number = isinstance(maneuver, Integral) and not isinstance(maneuver, bool)
+    if not (is_number and 1 <= maneuver <= count):
+        raise InputError(f"found maneuver {maneuver!r:.40}, expected 1 to {count}")
+    return int(maneuver)

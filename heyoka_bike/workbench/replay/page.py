@@ -20,7 +20,8 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError, printable, quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.reading.source import ARRAY, results_of
+from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.showing.charts.chart import ChartAxis, Line, chart, linear, times
 from heyoka_bike.showing.charts.results import legend
 from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose

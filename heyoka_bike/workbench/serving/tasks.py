@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from heyoka_bike.errors import BicycleError, Exit, InputError, printable
-from heyoka_bike.scoring.reading.source import results_of
+from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import output

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from heyoka_bike.scoring.reading.request import encoding_of
+from heyoka_bike.scoring.reading.encodings import encoding_of
 
 # MATLAB puts a text of this length before HDF5.
 _MATLAB_TEXT = 512
@@ -129,7 +129,7 @@ FORMATS = (
         "xlsx", ".xlsx",
         "a sheet of rows, or sheets `maneuver_1` and so on. Older spreadsheets and `.ods` are "
         "refused: save them as CSV",
-        _begins(*_ZIP), "libraries.read_xlsx", "openpyxl", "a spreadsheet",
+        _begins(*_ZIP), "xlsx.read", "openpyxl", "a spreadsheet",
     ),
     Format(
         "parquet", "Parquet", "a table", _begins(b"PAR1"), "libraries.read_parquet", "pyarrow",

@@ -13,8 +13,10 @@ import h5py
 import numpy as np
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.reading.arrays import DEEPEST, MOST_MEMBERS, StoredArray, unpacked
-from heyoka_bike.scoring.reading.request import Request, ResultFile
+from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, MOST_MEMBERS
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,16 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import headings
-from heyoka_bike.scoring.reading.request import Request, ResultFile
-from heyoka_bike.scoring.reading.text import DIALECTS, read_text
+from heyoka_bike.scoring.reading.names.columns import (
+    are_names,
+    group_number,
+    is_maneuver,
+    recognise,
+)
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.text.dialects import DIALECTS
+from heyoka_bike.scoring.reading.text.rows import read_text
 
 # Names of the columns of rows, and of the rows.
 _NAMES = ("columns", "names", "header", "headers", "fields")
@@ -113,10 +120,10 @@ def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
 
 def _member(name: str, x: Any, below: Callable[[Any], Any]) -> tuple[str, Any]:
     """Name and values of a member, which may be an object of its values and their unit."""
-    if headings.is_maneuver(name) and isinstance(x, str):
+    if is_maneuver(name) and isinstance(x, str):
         return name, np.array(x, object)
     lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, dict) else []
-    if len(lists) != 1 or not headings.recognise(name):
+    if len(lists) != 1 or not recognise(name):
         return name, below(x)
     unit = x.get("unit", x.get("units"))
     return f"{name} [{unit}]" if isinstance(unit, str) else name, below(lists[0])
@@ -137,9 +144,9 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
     members = list(x.values())
     if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
         # The index of the rows has names, outside or inside.
-        if headings.are_names(list(x), request):
+        if are_names(list(x), request):
             return {name: np.array([y.get(k) for k in members[0]], object) for name, y in x.items()}
-        if headings.are_names(list(members[0]), request):
+        if are_names(list(members[0]), request):
             return _records(members)
     return None
 
@@ -173,9 +180,9 @@ def _records(items: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def _number(x: Mapping[str, Any]) -> int | None:
     """Number of the maneuver that an object says it is of."""
     for name, y in x.items():
-        if isinstance(y, str) and (headings.is_maneuver(name) or name.lower() in ("name", "id")):
-            word = f"maneuver {y}" if y.isdecimal() and headings.is_maneuver(name) else y
-            if number := headings.group_number(word):
+        if isinstance(y, str) and (is_maneuver(name) or name.lower() in ("name", "id")):
+            word = f"maneuver {y}" if y.isdecimal() and is_maneuver(name) else y
+            if number := group_number(word):
                 return number
     return None
 

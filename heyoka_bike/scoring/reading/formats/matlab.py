@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.arrays import MOST_BYTES, read_array, tables
+from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
+from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
 from heyoka_bike.scoring.reading.formats.hdf5 import OfClass
-from heyoka_bike.scoring.reading.headings import recognise
-from heyoka_bike.scoring.reading.request import Request, ResultFile
-from heyoka_bike.scoring.reading.results import Vectors
+from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.table import ReadTable
 
 # Types of elements.
 _NUMBERS = {
@@ -41,8 +43,6 @@ _LEAST, _WIDEST = 200, 8
 # Of version 4.
 _NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
 _FULL_4, _TEXT_4 = 0, 1
-
-
 _Element = tuple[int, memoryview]
 
 
@@ -236,7 +236,7 @@ _WRITTEN = {
 _SAVED = "save results.mat with its times and values as arrays"
 
 
-def read(file: ResultFile) -> list[Vectors]:
+def read(file: ResultFile) -> list[ReadTable]:
     """The tables in the variables; those of version 7.3 are in HDF5.
 
     Raises

@@ -3,37 +3,30 @@
 Labels, names and units may stand in the rows of a table, and its columns may be in lines.
 """
 
-import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from itertools import chain, pairwise
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.arrays import long_columns, tables
-from heyoka_bike.scoring.reading.headings import TIME, are_names, group_number, recognise
-from heyoka_bike.scoring.reading.request import Request, ResultFile, whole_lines
-from heyoka_bike.scoring.reading.results import Vectors
-from heyoka_bike.scoring.reading.text import (
-    DIALECTS,
-    Dialect,
-    best_dialect,
-    read_text,
-    without_comment,
-)
+from heyoka_bike.scoring.reading.arrays.tables import tables
+from heyoka_bike.scoring.reading.cells import read_words
+from heyoka_bike.scoring.reading.encodings import whole_lines
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.table import ReadTable
+from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
+from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 
 # One matrix alone is rows of numbers, and these begin early.
 _OCTAVE, _VARIABLE, _SHORT = b"# Created by Octave", b"\n# name:", 400
-_MANEUVER = "maneuver"
-# A duration of MATLAB, of less than a minute.
-_DURATION = re.compile(r"(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?")
+
+_LONGEST_WITH_WORDS = 1 << 21
+"""Characters of a text in which words may stand among the numbers of a column."""
 
 
-def read(file: ResultFile) -> list[Vectors]:
+def read(file: ResultFile) -> list[ReadTable]:
     """The rows of a text; see `read_table`.
 
     Raises
@@ -50,82 +43,53 @@ def read(file: ResultFile) -> list[Vectors]:
     return read_table(file.text(), file.encoding, file.request)
 
 
-def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list[Vectors]:
+def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list[ReadTable]:
     """The tables in a text: rows of numbers, the same on its side, or with words in its rows.
 
     Parameters
     ----------
     chunks, encoding, request
-        As in `text.read_text`.
+        As in `text.rows.read_text`.
 
     Raises
     ------
     InputError
-        None of that: what `text.read_text` says.
+        None of that: what `text.rows.read_rows` says.
     """
-    rest = iter(chunks)
-    pulled: list[bytes] = []
+    blocks = whole_lines(chunks, encoding, request)
+    kept = [first_block(blocks)]
 
-    def first() -> Iterator[bytes]:
-        for chunk in rest:
-            # No more is kept of a long text; words begin in its first lines.
-            pulled[:] = [chunk] if not pulled else [b"", b""]
-            yield chunk
+    def others() -> Iterator[str]:
+        for block in blocks:
+            # Of a long text no more is kept than shows that it is one.
+            if length() <= _LONGEST_WITH_WORDS:
+                kept.append(block)
+            yield block
 
+    def length() -> int:
+        return sum(map(len, kept))
+
+    rest = others()
     try:
-        return [read_text(first(), encoding, request)]
+        return [read_rows(kept[0], rest, request)]
     except InputError as error:
-        if len(pulled) == 1:
-            text = "".join(whole_lines(chain(pulled, rest), encoding, request))
-            lines = [x for line in text.split("\n") if (x := without_comment(line))]
-            for read in (_read_words, _read_upright):
-                with suppress(InputError):
-                    if found := read(lines, request):
-                        return found
+        while length() <= _LONGEST_WITH_WORDS and next(rest, ""):
+            pass
+        if length() > _LONGEST_WITH_WORDS:
+            raise
+        lines = [x for line in "".join(kept).split("\n") if (x := without_comment(line))]
+        with suppress(InputError):
+            for dialect in DIALECTS:
+                rows = map(dialect.split, lines)
+                if found := read_words(rows, request, dialect.number):
+                    return found
+        with suppress(InputError):
+            if found := _read_upright(lines, request):
+                return found
         raise error from None
 
 
-def _read_words(lines: list[str], request: Request) -> list[Vectors] | None:
-    """The tables in columns of words and numbers below a line of their names; None without one."""
-    for dialect in DIALECTS:
-        if columns := _columns(lines, dialect, request):
-            return tables(columns, request)
-    return None
-
-
-def _columns(
-    lines: list[str], dialect: Dialect, request: Request
-) -> dict[str, NDArray[np.object_]] | None:
-    """Cells by the names of their columns; None if lines have not all as many."""
-    names, number = [TIME, *BENCHMARK_COLUMNS], None
-    rows: list[list[Any]] = []
-    for line in lines:
-        fields = [field.strip("\"'") for field in dialect.split(line)]
-        if not rows and (are_names(fields, request) or long_columns(fields)):
-            names = fields
-        elif (label := group_number(line.strip("[]():;,=-\"' "))) is not None:
-            number = label
-        elif fields == names:
-            continue
-        elif len(fields) == len(names):
-            rows.append(
-                [*(_plain(*cell, dialect) for cell in zip(names, fields, strict=True)), number]
-            )
-        else:
-            return None
-    columns = zip([*names, _MANEUVER], zip(*rows, strict=True), strict=False)
-    found = {name: np.array(x, object) for name, x in columns if name != _MANEUVER or x[0]}
-    return found if len({*names}) == len(names) else None
-
-
-def _plain(name: str, cell: str, dialect: Dialect) -> str:
-    """A number as `float` reads it, a time without its unit; a word as it is."""
-    found = recognise(name)
-    match = _DURATION.fullmatch(cell) if found and found[0] == TIME else None
-    return dialect.number(match[1] if match else cell) or cell
-
-
-def _read_upright(lines: list[str], request: Request) -> list[Vectors] | None:
+def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:
     """The table of a text that is on its side; None if it is not.
 
     It is if it has as many lines as there may be columns, all of them numbers, as many in each, and

@@ -1,0 +1,1 @@
+"""Arrays in any shape as columns by name: in files, in memory, in data frames."""

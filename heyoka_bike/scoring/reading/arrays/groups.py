@@ -1,0 +1,100 @@
+"""A group of arrays: those in a part of a file, and the groups in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from heyoka_bike.errors import quoted
+from heyoka_bike.scoring.reading.arrays.columns import read_array
+from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
+from heyoka_bike.scoring.reading.names.columns import group_number, is_time
+from heyoka_bike.scoring.reading.request import Request
+
+DEEPEST = 4
+"""Groups in groups: of a program, of a maneuver, of its columns. A group may contain itself."""
+
+MOST_MEMBERS = 100_000
+"""Arrays and groups of a file; a group may be in itself, many times."""
+
+
+class ArrayGroup:
+    """The arrays in a part of a file, and the groups of others in it.
+
+    Parameters
+    ----------
+    members
+        Both by name: arrays, or what becomes one, and what `by_name` knows.
+    request
+        The request to read this part.
+
+    Attributes
+    ----------
+    request : Request
+    names : list of str
+        Of all members.
+    arrays : dict of str to array
+        Anything that has a type and a shape.
+    groups : dict of str to mapping
+        Their members by name.
+    times : dict of str to array
+        The arrays whose name is that of times.
+
+    Raises
+    ------
+    InputError
+        Too many members, or one that is no array.
+    """
+
+    def __init__(self, members: Mapping[str, Any], request: Request) -> None:
+        if len(members) > MOST_MEMBERS:
+            raise request.error(
+                f"found {len(members)} arrays and groups, expected at most {MOST_MEMBERS}"
+            )
+        self.request, self.names = request, list(members)
+        self.arrays: dict[str, Any] = {}
+        self.groups: dict[str, Mapping[str, Any]] = {}
+        for name, x in members.items():
+            within = request.within(name)
+            columns = by_name(x)
+            if columns is None and (array := as_array(x, within)).dtype.names:
+                records = read_array(array, within).ravel()
+                columns = {field: records[field] for field in array.dtype.names}
+            if columns is None:
+                self.arrays[name] = array
+            else:
+                self.groups[name] = columns
+        self.times = {name: x for name, x in self.arrays.items() if is_time(name)}
+
+    def of_maneuvers(self) -> list[ArrayGroup]:
+        """The group of each maneuver, with the times that may be stored once for all of them.
+
+        Raises
+        ------
+        InputError
+            A maneuver is there twice.
+        """
+        times = {n: x for n, x in self.arrays.items() if is_time(n.removesuffix("_lo"))}
+        found: dict[int, ArrayGroup] = {}
+        for name in self.names:
+            number, x = group_number(name), self.arrays.get(name)
+            if number is None or (x is not None and len(x.shape) != 2):
+                continue
+            if number in found:
+                raise self.request.error(
+                    f"found maneuver {number} a second time ({quoted(name)}), expected it once"
+                )
+            group = self.groups.get(name, {name if times else "": x})
+            shared = {} if any(map(is_time, group)) else times
+            found[number] = ArrayGroup({**shared, **group}, self.request.of_maneuver(number))
+        return [found[number] for number in sorted(found)]
+
+
+def is_vector(x: Any) -> bool:
+    """True if an array is a column; MATLAB has no arrays of one dimension."""
+    return len(x.shape) == 1 or (len(x.shape) == 2 and 1 in x.shape)
+
+
+def length(x: Any) -> int:
+    """Number of values of a column."""
+    return max(x.shape, default=0)

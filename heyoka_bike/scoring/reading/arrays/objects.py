@@ -1,0 +1,61 @@
+"""Objects of Python that hold columns by name, or an array.
+
+Data frames and datasets are known by what they can do: none of the packages that make them is
+imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray
+from heyoka_bike.scoring.reading.names.columns import is_time
+from heyoka_bike.scoring.reading.request import Request
+
+
+def by_name(x: Any) -> Mapping[str, Any] | None:
+    """Return an object that has columns as a mapping of their names; None for another."""
+    if isinstance(x, Mapping):
+        # Of a dataset of xarray the time is a coordinate.
+        members = {**getattr(x, "coords", {}), **x}.items()
+        return {f"maneuver_{n}" if isinstance(n, Integral) else str(n): y for n, y in members}
+    if isinstance(x, type):
+        return None
+    if callable(table := getattr(x, "table", None)):
+        found = table()
+        return found if isinstance(found, Mapping) else {"": found}
+    if not (hasattr(x, "__getitem__") and isinstance(getattr(x, "columns", None), Iterable)):
+        return None
+    # Columns of pyarrow are the arrays themselves.
+    frame = {str(name): x[name] for name in getattr(x, "column_names", x.columns)}
+    index = getattr(x, "index", None)
+    name = getattr(index, "name", None)
+    if isinstance(name, str) and is_time(name) and not any(map(is_time, frame)):
+        return {name: index, **frame}
+    return frame
+
+
+def as_array(x: Any, request: Request) -> Any:
+    """Return an array, or what reads one later, of what a member holds.
+
+    Raises
+    ------
+    InputError
+        It is no array.
+    """
+    if isinstance(x, StoredArray) or type(x) is np.ndarray:
+        return x
+    try:
+        # Of a matrix every part is a matrix, too.
+        array: NDArray[Any] = np.asarray(x) if isinstance(x, np.matrix) else np.asanyarray(x)
+    except (ValueError, TypeError, OverflowError):
+        said = f"found a {type(x).__name__} that is no array, expected real numbers"
+        raise request.error(said) from None
+    # Words one by one may be decimals, and the first that is none can be named.
+    is_words = array.dtype.kind == "U" and array.shape and not hasattr(x, "dtype")
+    return array.astype(object) if is_words else array

@@ -1,0 +1,97 @@
+"""Shapes: which axis of an array is that of the maneuvers, of the rows, of the columns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.scoring.reading.arrays.columns import read_array, read_maneuvers
+from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup, is_vector, length
+from heyoka_bike.scoring.reading.names.columns import group_number, is_maneuver, recognise
+
+# What Simulink calls the outputs of a model; its states may have the same shape.
+_SIMULINK_OUTPUTS = ("yout", "simout", "y")
+# Axes of maneuvers, rows and columns: as NumPy's programs have them, as MATLAB's, others.
+_ORDERS_OF_AXES = ((0, 1, 2), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))
+
+
+def by_maneuver(group: ArrayGroup) -> ArrayGroup:
+    """Groups of the maneuvers for which arrays have an axis; the group if they have none."""
+    if any(map(group_number, group.names)):
+        return group
+    parts = _columns_by_maneuver(group) or _table_by_maneuver(group)
+    return ArrayGroup(parts, group.request) if parts else group
+
+
+def _columns_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
+    """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
+    arrays, request = group.arrays, group.request
+    meant = {name: recognise(name) for name in arrays if name not in group.times}
+    unnumbered = [name for name, found in meant.items() if found and found[1] is None]
+    shapes = {tuple(arrays[name].shape) for name in unnumbered}
+    if not group.times or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
+        return {}
+    time = next(iter(group.times.values()))
+    if is_vector(time):
+        fitting = [i for i in (0, 1) if shape[1 - i] == length(time) != shape[i]]
+    else:
+        fitting = [i for i in (0, 1) if tuple(time.shape) == shape and shape[i] == request.count]
+    if not fitting or len({*shape}) == 1:
+        return {}
+    axis, size = fitting[0], shape[fitting[0]]
+    numbers = np.arange(1.0, size + 1)
+    told = [n for n, x in arrays.items() if is_maneuver(n) and length(x) == size]
+    if told and 1 < size <= request.count:
+        numbers = read_maneuvers(arrays[told[0]], request.within(told[0]))
+    elif size != request.count:
+        return {}
+    names = [name for name, x in arrays.items() if tuple(x.shape) == shape]
+    columns = {name: read_array(arrays[name], request.within(name)) for name in names}
+    members = {**arrays, **group.groups}
+    others = {n: x for n, x in members.items() if n not in columns and not is_maneuver(n)}
+    return {
+        f"maneuver_{n:.0f}": others | {k: x.take(i, axis) for k, x in columns.items()}
+        for i, n in enumerate(numbers)
+    }
+
+
+def _table_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
+    """Of an array of three axes, beside its times or with them."""
+    request = group.request
+    widths = [w - bool(group.times) for w in (request.widths if request.names else (9,))]
+    fitting = [
+        (name, order)
+        for name, x in group.arrays.items()
+        if len(x.shape) == 3 and 0 not in x.shape
+        for width in widths
+        for order in _ORDERS_OF_AXES
+        if x.shape[order[0]] == request.count and x.shape[order[2]] == width
+    ]
+    if len({name for name, _ in fitting}) != 1:
+        return {}
+    # Where several orders fit, it is the first of them.
+    name, order = fitting[0]
+    parts = read_array(group.arrays[name], request.within(name)).transpose(order)
+    return {f"maneuver_{i}": {**group.times, name: part} for i, part in enumerate(parts, 1)}
+
+
+def table_among(group: ArrayGroup) -> tuple[str, bool, str | None] | None:
+    """The one array that has the columns: its name, and whether its columns are rows.
+
+    With the name of the times beside it, if it has all columns but these. None if there is no such
+    array, or more than one.
+    """
+    widths = group.request.widths
+    flat = {name: tuple(x.shape) for name, x in group.arrays.items() if len(x.shape) == 2}
+    whole = [name for name, shape in flat.items() if {*shape} & {*widths}]
+    times = [name for name, x in group.times.items() if is_vector(x)]
+    if len(times) == 1:
+        n = length(group.times[times[0]])
+        fitting = {shape for w in widths for shape in ((n, w - 1), (w - 1, n))}
+        beside = [name for name, shape in flat.items() if shape in fitting]
+        if len(beside) > 1:
+            beside = [name for name in beside if name.lower() in _SIMULINK_OUTPUTS]
+        if len(beside) == 1 and whole in ([], beside):
+            return beside[0], flat[beside[0]][0] != n, times[0]
+    return (whole[0], flat[whole[0]][1] not in widths, None) if len(whole) == 1 else None

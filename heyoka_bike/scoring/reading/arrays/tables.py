@@ -1,0 +1,229 @@
+"""The tables in arrays and in groups of arrays: columns by name, or by their place in one array."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.evidence import Reason, Transposed
+from heyoka_bike.scoring.reading.arrays.columns import (
+    read_array,
+    read_column,
+    read_maneuvers,
+    refused,
+)
+from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, ArrayGroup, is_vector, length
+from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
+from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
+from heyoka_bike.scoring.reading.arrays.shapes import by_maneuver, table_among
+from heyoka_bike.scoring.reading.digits import evened
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    are_names,
+    group_number,
+    is_maneuver,
+    is_time,
+    recognise,
+    time_among,
+)
+from heyoka_bike.scoring.reading.names.left_out import left_out, set_aside
+from heyoka_bike.scoring.reading.names.meanings import is_coordinate
+from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
+
+_ALTERNATES = frozenset(c.name for c in COLUMNS)
+
+
+def tables(source: Any, request: Request) -> list[ReadTable]:
+    """The vectors in an array or in a mapping of names to arrays, or to such mappings.
+
+    Parameters
+    ----------
+    source
+        An array of rows and columns, or of maneuvers, rows and columns; an array with named fields;
+        or a mapping of names to columns, to one array of all columns, or of ``maneuver_N`` to any
+        of these. Columns may have an axis for the maneuvers, and the rest beyond binary64 beside
+        them (``time_lo``). The time may stand beside an array of the other columns. Python's
+        objects are decimals.
+    request
+        The request to read it.
+
+    Raises
+    ------
+    InputError
+        Not columns of real numbers.
+    """
+    if (members := by_name(source)) is None:
+        if isinstance(source, list | tuple) and any(by_name(x) is not None for x in source):
+            raise InputError(
+                f"found a list of {type(source[0]).__name__}, expected them by number, such as "
+                "{1: ..., 2: ...}"
+            )
+        array = as_array(source, request)
+        if array.dtype.kind == "O" and not array.shape:
+            raise InputError(
+                f"found a {type(source).__name__}, expected the path of a file, an array, columns "
+                "by name, or a data frame"
+            )
+        members = {"": array}
+    group = ArrayGroup(members, request)
+    found = _search(group)
+    if not found:
+        raise _refusal(group)
+    return found
+
+
+def _search(group: ArrayGroup, depth: int = 0) -> list[ReadTable]:
+    """The tables in a group, or in one of those in it; nothing without any."""
+    group = by_maneuver(pivoted(group))
+    if parts := group.of_maneuvers():
+        of_each = [_table(part) for part in parts]
+        found = [table for table in of_each if table]
+        if found and None in of_each:
+            raise _refusal(parts[of_each.index(None)])
+        return _with_known_beside(found, group)
+    if table := _table(group):
+        return [table]
+    inner = group.groups.values() if depth < DEEPEST else ()
+    below = [found for x in inner if (found := _search(ArrayGroup(x, group.request), depth + 1))]
+    return _with_known_beside(below[0], group) if len(below) == 1 else []
+
+
+def _with_known_beside(
+    found: list[ReadTable], group: ArrayGroup, used: Sequence[str | None] = ()
+) -> list[ReadTable]:
+    """The tables, the first with the evidence that arrays of known names stand beside them."""
+    # A single number is a parameter.
+    rows = (name for name, x in group.arrays.items() if name not in used and length(x) > 1)
+    known = [name for name in rows if _is_known_column(name)]
+    if not found or not known:
+        return found
+    lost = set_aside(known, group.request, Reason.BESIDE_A_TABLE)
+    return [replace(found[0], seen=(*found[0].seen, lost)), *found[1:]]
+
+
+def _is_known_column(name: str) -> bool:
+    """True if a name is that of a column of the benchmark, and not of a group of columns."""
+    found = recognise(name)
+    is_column = found is not None and found[0] in BENCHMARK_COLUMNS
+    return is_column and group_number(name) is None
+
+
+def _table(group: ArrayGroup) -> ReadTable | None:
+    """Columns by their names, in their order or of one array; None if there are none."""
+    arrays, request = group.arrays, group.request
+    vectors = {name: x for name, x in arrays.items() if is_vector(x)}
+    known = [name for name in vectors if (request.known or recognise)(name)]
+    if request.names is None and are_names(known, request):
+        return _named(group, known)
+    is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
+    if len(vectors) in request.widths and (request.names or is_all):
+        return _table_by_place(vectors, request, list(vectors) if is_all else None)
+    if (table := table_among(group)) or list(arrays) == [""]:
+        name, is_turned, time = table or ("", False, None)
+        found = _of_table(group, name, is_turned, time)
+        return _with_known_beside([found], group, (name, time))[0]
+    return None
+
+
+def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
+    """The error that says that there are no columns, in the one group that might have had them."""
+    parts = group.of_maneuvers()
+    if depth < DEEPEST and not parts and len(group.groups) == 1:
+        parts = [ArrayGroup(x, group.request) for x in group.groups.values()]
+    if depth < DEEPEST and len(parts) == 1:
+        return _refusal(parts[0], depth + 1)
+    found = names_found([name for name in group.names if name])
+    return group.request.not_columns(found)
+
+
+def _named(group: ArrayGroup, known: Sequence[str]) -> ReadTable:
+    """Columns that are known by name, with those that say what the others mean."""
+    arrays, request = group.arrays, group.request
+    rows = length(arrays[known[time_among(known)]])
+    beside = {n: x for n, x in arrays.items() if is_maneuver(n) or is_coordinate(n)}
+    fitting = (n for n, x in beside.items() if is_vector(x) and length(x) == rows)
+    names = [*known, *fitting]
+    others = [n for n in (*arrays, *group.groups) if not _goes_with(n, names)]
+    return ReadTable(
+        _read_columns({n: arrays[n] for n in names}, names, request, arrays),
+        names,
+        is_ordered=False,
+        maneuver=request.group or _maneuver_told(arrays, request),
+        seen=(left_out(others, request),) if others else (),
+    )
+
+
+def _table_by_place(
+    vectors: Mapping[str, Any], request: Request, names: list[str] | None = None
+) -> ReadTable:
+    """Columns in the order that was told, or that of the benchmark."""
+    meant = [*(request.names or (TIME,)), *([""] * len(vectors))]
+    return ReadTable(_read_columns(vectors, meant, request), names, maneuver=request.group)
+
+
+def _of_table(group: ArrayGroup, name: str, is_turned: bool, time: str | None) -> ReadTable:
+    """The columns of an array that has all of them, or all but the times, by their place."""
+    source, request, part = group.arrays[name], group.request, group.request.within(name)
+    shape = tuple(source.shape)
+    if len(shape) != 2:
+        if source.dtype.kind not in ("fiuO" if len(shape) == 1 else "fiu"):
+            raise refused(source.dtype, part)
+        raise part.not_columns(f"an array of shape {shape}")
+    array = read_array(source, part)
+    if time is None and not {*shape} & {*request.widths}:
+        raise part.wrong_width(shape[1], shape[0])
+    label = f"{name}: column" if name else "column"
+    first = {} if time is None else {time: group.times[time]}
+    columns = enumerate(array if is_turned else array.T, 1 + len(first))
+    vectors = _table_by_place(first | {f"{label} {j}": x for j, x in columns}, request)
+    if first or not is_turned:
+        return vectors
+    rows, width = shape
+    return replace(vectors, seen=(Transposed(rows, width),))
+
+
+def _read_columns(
+    vectors: Mapping[str, Any], meant: Sequence[str], request: Request,
+    rests: Mapping[str, Any] | None = None,
+) -> list[ReadColumn]:  # fmt: skip
+    """The vectors as columns of these names; the rests beyond binary64 are those of ``NAME_lo``."""
+    rows = {name: length(x) for name, x in vectors.items()}
+    first = next(iter(rows))
+    for name, count in rows.items():
+        if count != rows[first]:
+            raise request.error(
+                f"found {rows[first]} values of {quoted(first)} and {count} of {quoted(name)}, "
+                "expected the same number"
+            )
+    columns = []
+    for name, (label, x) in zip(meant, vectors.items(), strict=False):
+        part, lo = request.within(label), (rests or {}).get(f"{label}_lo")
+        if is_maneuver(name):
+            x, lo = read_maneuvers(x, part), None
+        columns.append(read_column(x, lo, is_time(name), part))
+    # Of decimals, a constant column is written like the others, as in a text.
+    are_decimals = any(c.significant for c in columns)
+    return evened(columns, time_among(meant)) if are_decimals else columns
+
+
+def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
+    """The number of the maneuver that stands beside columns, if it does."""
+    for name, x in arrays.items():
+        if is_maneuver(name) and np.prod(x.shape) == 1:
+            number = read_maneuvers(x, request.within(name))[0]
+            return int(number) if np.isfinite(number) else None
+    return None
+
+
+def _goes_with(name: str, names: Sequence[str]) -> bool:
+    """True if a name is one of these, or that of what files of the reference have beside them."""
+    stem = name.removesuffix("_lo").removesuffix("_bound")
+    is_beside = stem in _ALTERNATES or name == "dense" or is_maneuver(name)
+    return name in names or stem in names or is_beside

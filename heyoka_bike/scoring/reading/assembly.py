@@ -1,0 +1,145 @@
+"""The results of a file, from its tables: maneuvers told apart, rows in the order of time."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+
+import numpy as np
+
+from heyoka_bike.errors import quoted
+from heyoka_bike.scoring.evidence import Evidence, LostColumn, NotCompared, NotFinite, Reason
+from heyoka_bike.scoring.reading.layout import ColumnLayout, layout_of
+from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, may_mean, named_unit
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.results import Results, Rows
+from heyoka_bike.scoring.reading.table import ReadTable
+from heyoka_bike.scoring.reading.times import Times, settle
+
+_BadPlace = tuple[int, int, str, int]
+"""Line or row, column, which of both it is, and how many values there are not finite."""
+
+_log = logging.getLogger(__name__)
+
+
+def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Results:
+    """Put the columns of a file where they belong.
+
+    Parameters
+    ----------
+    tables
+        What the file has.
+    kind
+        Its format.
+    request
+        The request to read it.
+
+    Raises
+    ------
+    InputError
+        Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
+        finite.
+    """
+    known, seen = _of_the_reference(tables, request)
+    maneuvers: list[Rows] = []
+    digits: list[int] = []
+    bad: list[_BadPlace] = []
+    for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
+        times = settle(table, places.time, request, places.unit)
+        found = (*table.seen, *places.seen, *times.seen)
+        seen += [x for x in found if x not in seen]
+        for number, columns in places.maneuvers.items():
+            _log.info(
+                "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
+                len(times.hi), number or "not told", places.time + 1,
+                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
+            )  # fmt: skip
+            names = request.names or table.names or ()
+            maneuvers.append(_rows(table, names, times, number, places.time, columns, bad))
+            used = [table.columns[j].digits for j in columns.values()]
+            digits += [d for d in used if d is not None]
+    seen += [_not_finite(bad)] if bad else []
+    maneuvers.sort(key=lambda rows: rows.maneuver or 0)
+    return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(seen))
+
+
+def _of_the_reference(
+    tables: Sequence[ReadTable], request: Request
+) -> tuple[list[ReadTable], list[Evidence]]:
+    """The tables of maneuvers that the reference has, or of none that is told."""
+    numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
+    parts = [part for table in tables for part in _by_maneuver(table, request)]
+    known = [part for part in parts if part.maneuver in numbers]
+    others = [part.maneuver for part in parts if part.maneuver not in numbers]
+    if not known:
+        raise request.error(f"found maneuver {others[0]}, expected 1 to {request.count}")
+    if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
+        raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
+    lost = tuple(LostColumn(f"maneuver {number}", maneuver=number) for number in others)
+    return known, [NotCompared(Reason.NO_SUCH_MANEUVER, lost)] if lost else []
+
+
+def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
+    """The rows of each maneuver, if a column tells of which they are; else the table alone."""
+    names, count = request.names or table.names or (), request.count
+    at = next((j for j, name in enumerate(names) if is_maneuver(name)), None)
+    if at is None or at >= len(table.columns) or table.maneuver is not None:
+        return [table]
+    numbers = table.columns[at].values
+    first = 0 if count > 1 and (numbers == 0).any() else 1
+    fits = (numbers == np.rint(numbers)) & (numbers >= first) & (numbers < first + count)
+    if not fits.all():
+        i = int(np.argmin(fits))
+        found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
+        said = f"found {found} as {quoted(names[at])}, expected {first} to {first + count - 1}"
+        raise table.error(request, i, said)
+    return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
+
+
+def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable, ColumnLayout]]:
+    """A table and what its columns are; of maneuvers below each other, for each of these.
+
+    The times then begin again where they began.
+    """
+    places = layout_of(table, request)
+    times = table.columns[places.time].values
+    starts = np.flatnonzero(np.r_[True, times[1:] < times[:-1]])
+    is_again = len(starts) > 1 and bool((times[starts] == times[0]).all())
+    if not is_again or len(starts) > request.count or len(places.maneuvers) > 1:
+        yield table, places
+    elif None not in places.maneuvers:
+        said = f"found {len(starts)} times that begin at {times[0]:g}, expected one maneuver"
+        raise request.error(f"{said}; a column maneuver tells the rows of several apart")
+    else:
+        number = np.cumsum(np.isin(np.arange(len(times)), starts))
+        for n in range(1, len(starts) + 1):
+            yield table.of_rows(number == n, None), places
+
+
+def _rows(
+    table: ReadTable, names: Sequence[str], times: Times, number: int | None, time: int,
+    columns: Mapping[str, int], bad: list[_BadPlace],
+) -> Rows:  # fmt: skip
+    named = {key: names[j] if names else "" for key, j in columns.items()}
+    used = {key: table.columns[j] for key, j in columns.items()}
+    order = slice(None) if times.order is None else times.order
+    values = {}
+    for key, column in used.items():
+        is_bad = ~np.isfinite(column.values)
+        if is_bad.any() and not is_bad.all():
+            counted_by, line = table.place(int(np.argmax(is_bad)))
+            bad.append((line, columns[key] + 1, counted_by, int(is_bad.sum())))
+        finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
+        values[key] = finite[order]
+    lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}
+    units = {key: unit for key, name in named.items() if (unit := named_unit(name, key))}
+    may_be = {key: keys for key, name in named.items() if key in (keys := may_mean(name))}
+    quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
+    return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
+
+
+def _not_finite(bad: Sequence[_BadPlace]) -> NotFinite:
+    """Return the evidence that values are not finite: how many, and the first one."""
+    line, column, counted_by, _ = min(bad)
+    return NotFinite(sum(n for *_, n in bad), counted_by, line, column)

@@ -1,0 +1,169 @@
+"""Digits: how finely the numbers of a column are written.
+
+The question: which distance do neighbouring written numbers have? Decimals have a fixed number of
+places, or of significant digits. Binary numbers have 53 bits, or 24 if all of them are numbers of
+single precision. 17 significant digits tell any two binary64 numbers apart, 9 any two of single
+precision (IEEE 754-2019, section 5.12.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import floor, isfinite, log10
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.reading.table import ReadColumn
+
+BINARY64_DIGITS = 17
+"""Decimal digits that tell any two binary64 numbers apart."""
+
+# Decimal digits of the usual binary formats, to the nearest.
+_DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
+# With fewer decimal digits single precision numbers are no longer told apart.
+_SINGLE_DIGITS = 9
+_ENOUGH_SINGLE = 20
+# Numbers are not all as short by chance once in 10 to this power; so many are looked at.
+_LOG_OF_CHANCE, _ENOUGH_SHORT = 6.0, 1000
+
+
+def significant(number: str) -> str:
+    """Significant digits written in a decimal, zeros at the end included."""
+    mantissa = number.replace("E", "e").partition("e")[0]
+    return mantissa.lstrip("+-0.").replace(".", "")
+
+
+def places_of(number: str) -> int:
+    """Digits written after the point of a decimal; -1 with an exponent."""
+    return -1 if "e" in number else len(number.partition(".")[2])
+
+
+def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
+    """True if numbers have more digits than binary64, and not just more than it needs.
+
+    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give: so many
+    must agree. Of times one is enough: three rows in a row are no accident, and there may be no
+    more.
+    """
+    long = [x for x in numbers if len(significant(x)) > BINARY64_DIGITS]
+    # So NumPy's savetxt writes 0.1 as 1.000000000000000056e-01: there is nothing beyond binary64.
+    are_written_out = len(long) >= (1 if is_time else 5) and all(
+        significant(f"{float(x):.{len(significant(x)) - 1}e}") == significant(x) for x in long
+    )
+    return bool(long) and not are_written_out
+
+
+def written_column(
+    values: Array, lo: Array | None, written: Iterable[str], is_time: bool
+) -> ReadColumn:
+    """A column of a text; some of its numbers, as they are written, tell how finely it is."""
+    finite = [x for x in written if isfinite(float(x))]
+    digits = max((len(significant(x)) for x in finite), default=0)
+    places = {places_of(x) for x in finite} or {-1}
+    fewest, most = min(places), max(places)
+    largest = _largest(values)
+    varies = _tells_digits(values, lo, digits)
+    # The times 0.07 and 10 are written to the same places, without the zeros.
+    is_fixed_time = is_time and fewest >= 0 and digits < BINARY64_DIGITS
+    if (is_fixed_time or fewest == most >= 0) and varies and 10.0**-most >= np.spacing(largest):
+        count = max(1, floor(log10(largest)) + 1 + most)
+        return ReadColumn(values, lo, Quantum(10, places=most), count, digits)
+    if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
+        # Printed longer than they are.
+        return ReadColumn(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], digits)
+    # The times always have their rest.
+    if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
+        quantum, known = Quantum(10, digits=digits), digits
+    else:
+        bits = binary_digits(values) if varies else 53
+        quantum = Quantum(2, digits=bits)
+        known = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
+    return ReadColumn(values, lo, quantum, known if varies else None, digits)
+
+
+def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
+    """True if numbers tell how many digits are written: a constant does not.
+
+    A few numbers of nearly as many digits as binary64 needs may be short by chance, one in ten of
+    each digit that is not there.
+    """
+    if not len(values) or _is_constant(values, lo):
+        return False
+    some = np.array([x for x in {*values[:_ENOUGH_SHORT].tolist()} if x and np.isfinite(x)])
+    if digits >= BINARY64_DIGITS or not some.size:
+        return True
+    last = np.floor(np.log10(np.abs(some))) + 1 - digits
+    missing = last - np.log10(np.spacing(np.abs(some)))
+    return float(np.maximum(missing, 0.0).sum()) > _LOG_OF_CHANCE
+
+
+def evened(columns: list[ReadColumn], time: int) -> list[ReadColumn]:
+    """The columns of a table, a constant one as finely written as the finest of the others."""
+    varying = [w for j, w in enumerate(columns) if j != time and w.digits is not None]
+    if not varying:
+        return columns
+    finest = max(varying, key=lambda w: w.digits or 0).quantum
+    return [w if w.digits is not None else replace(w, quantum=finest) for w in columns]
+
+
+def binary_column(values: Array, lo: Array | None, bits: int) -> ReadColumn:
+    """A column of binary numbers of so many bits."""
+    if bits == 53:
+        bits = binary_digits(values)
+    varies = bool(len(values)) and not _is_constant(values, lo)
+    digits = _DIGITS_OF_BITS.get(bits, floor(bits * log10(2)))
+    return ReadColumn(values, lo, Quantum(2, digits=bits), digits if varies else None)
+
+
+def column_of_steps(values: Array, step: float) -> ReadColumn:
+    """A column of multiples of a step."""
+    quantum = Quantum(2, places=0, step=abs(step))
+    digits = floor(log10(max(_largest(values) / quantum.step, 1.0))) + 1
+    return ReadColumn(values, None, quantum, None if _is_constant(values, None) else digits)
+
+
+def binary_digits(values: Array) -> int:
+    """24 if all values are single precision numbers, and not only integers; else 53."""
+    finite = values[np.isfinite(values)]
+    return 24 if are_single(values) and (finite != np.rint(finite)).any() else 53
+
+
+def are_single(values: Array) -> bool:
+    """True if all finite values are single precision numbers."""
+    return bool(((as_single(values) == values) | ~np.isfinite(values)).all())
+
+
+def _are_single_written(values: Array, digits: int) -> bool:
+    """True if decimals are single precision numbers, rounded to so many digits.
+
+    One number in ten is near one by chance if nine digits are written: it takes many.
+    """
+    some = values[np.isfinite(values) & (values != np.rint(values))]
+    if len(some) < _ENOUGH_SINGLE:
+        return False
+    # Half a digit, and the rounding of its reading.
+    nearest = 0.501 * Quantum(10, digits=digits).at(some)
+    return bool((np.abs(some - as_single(some)) <= nearest).all())
+
+
+def as_single(values: Array) -> Array:
+    """Values rounded to single precision."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return values.astype(np.float32).astype(np.float64)
+
+
+def _is_constant(values: Array, lo: Array | None) -> bool:
+    known = np.isfinite(values)
+    first = int(np.argmax(known))
+    same = values == values[first]
+    if lo is not None:
+        same &= lo == lo[first]
+    return bool((same | ~known).all())
+
+
+def _largest(values: Array) -> float:
+    known = np.isfinite(values)
+    return max(np.max(values, where=known, initial=0.0), -np.min(values, where=known, initial=0.0))

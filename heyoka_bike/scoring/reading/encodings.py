@@ -1,0 +1,100 @@
+"""Encodings: which one a text has, and its whole lines with plain blanks and minus signs.
+
+A text is in UTF-8, UTF-16 or UTF-32 by its mark (Unicode Standard, section 23.8); without a mark in
+UTF-8, where a byte that is none is Latin-1.
+"""
+
+from __future__ import annotations
+
+import codecs
+from collections.abc import Iterable, Iterator
+from io import IncrementalNewlineDecoder
+
+from heyoka_bike.scoring.reading.request import Request
+
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    # Before UTF-16, whose mark is the start of this one.
+    (codecs.BOM_UTF32_LE, "utf-32-le"),
+    (codecs.BOM_UTF32_BE, "utf-32-be"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
+# What has no line feeds at all is not read into memory.
+_LONGEST_LINE = 4_000_000
+_CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
+# What typesetting makes of a minus sign and of blanks.
+_PLAIN_SIGNS = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
+# Of random bytes one in ten; a damaged text may have a few.
+_MOST_CONTROLS = 0.02
+
+
+def encoding_of(head: bytes) -> tuple[str, int] | None:
+    """Encoding of a text that starts like this and the length of its mark; None if it is no text.
+
+    Any bytes with hardly any control characters are text. Those that are not UTF-8 can only stand
+    in headings and comments, and are left alone.
+    """
+    for mark, name in _BOMS:
+        if head.startswith(mark):
+            return name, len(mark)
+    even, odd = head[::2], head[1::2]
+    # Of UTF-16 every other byte is zero, of rows of numbers all of these.
+    for name, zeros, others in (("utf-16-le", odd, even), ("utf-16-be", even, odd)):
+        if len(zeros) > 1 and zeros.count(0) > 0.9 * len(zeros) and not others.count(0):
+            return name, 0
+    if len(head) - len(head.translate(None, _CONTROLS)) > _MOST_CONTROLS * len(head):
+        return None
+    return "utf-8", 0
+
+
+def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[str]:
+    """Blocks of whole lines that end in a line feed; the last one may lack it.
+
+    Blanks are plain ones, and so are minus signs.
+
+    Parameters
+    ----------
+    chunks
+        The text after its mark, cut anywhere.
+    encoding
+        See `encoding_of`. A byte that is no UTF-8 is Latin-1.
+    request
+        The request to read it.
+
+    Raises
+    ------
+    InputError
+        A line that is too long, or text that is not in that encoding.
+    """
+    errors = "latin-1" if encoding == "utf-8" else "strict"
+    plain = codecs.getincrementaldecoder(encoding)(errors)
+    decoder = IncrementalNewlineDecoder(plain, translate=True)
+    rest, line = "", 1
+    try:
+        for chunk in chunks:
+            text = rest + decoder.decode(chunk)
+            end = text.rfind("\n") + 1
+            block, rest = text[:end], text[end:]
+            line += block.count("\n")
+            if len(rest) > _LONGEST_LINE:
+                said = f"found a line of more than {_LONGEST_LINE} characters"
+                raise request.error(f"{said}, expected rows of numbers", line)
+            if block:
+                yield block.translate(_PLAIN_SIGNS)
+        # A file cut in the middle of a character lacks no more than that.
+        plain.errors = "ignore"
+        rest += decoder.decode(b"", final=True)
+    except UnicodeError:
+        name = encoding.upper().replace("-LE", "").replace("-BE", "")
+        raise request.error(f"found damaged text, expected {name}", line) from None
+    if rest:
+        yield rest.translate(_PLAIN_SIGNS)
+
+
+def _as_latin_1(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    return error.object[error.start : error.end].decode("latin-1"), error.end
+
+
+codecs.register_error("latin-1", _as_latin_1)

@@ -1,0 +1,98 @@
+"""Workbooks of Excel: the values of their cells, one table in a sheet."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.arrays.tables import tables
+from heyoka_bike.scoring.reading.cells import read_cells, read_words
+from heyoka_bike.scoring.reading.names.columns import group_number
+from heyoka_bike.scoring.reading.names.words import listed
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.table import ReadTable
+from heyoka_bike.scoring.reading.text.dialects import Dialect
+
+# Rows that a sheet of Excel may have, and more columns than a table of results has.
+_ROWS_OF_A_SHEET, _COLUMNS_OF_A_TABLE = 2**20, 1000
+_OF_WORDS = Dialect("", ".")
+
+
+def read(file: ResultFile) -> list[ReadTable]:
+    """The tables in the sheets: one, or one in each ``maneuver_N``.
+
+    Raises
+    ------
+    InputError
+        No sheet with rows of numbers.
+    ImportError
+        openpyxl is not installed.
+    """
+    from openpyxl import load_workbook
+
+    book = load_workbook(file.stream(), read_only=True, data_only=True)
+    sheets = {sheet.title: _rows(sheet, file.request) for sheet in book.worksheets}
+    numbers = {title: number for title in sheets if (number := group_number(title)) is not None}
+    found: dict[str, list[ReadTable]] = {}
+    errors: list[InputError] = []
+    for title in numbers or sheets:
+        part = f"sheet {quoted(title)}"
+        request = file.request.within(part) if len(sheets) > 1 else file.request
+        try:
+            found[title] = _tables(sheets[title], request)
+        except InputError as e:
+            if numbers:
+                raise
+            errors.append(e)
+    if not found:
+        raise errors[0]
+    if not numbers and len(found) > 1:
+        raise file.request.error(
+            f"found results in the sheets {listed(list(found))}, expected them in one sheet, or in "
+            "sheets named maneuver_1 and so on"
+        )
+    return [
+        replace(table, maneuver=numbers.get(title, table.maneuver))
+        for title, of_sheet in found.items()
+        for table in of_sheet
+    ]
+
+
+def _rows(sheet: Any, request: Request) -> list[list[Any]]:
+    """The values of the cells of a sheet, without the columns that are empty."""
+    # What a sheet says of its size may be wrong.
+    sheet.reset_dimensions()
+    rows: list[dict[int, Any]] = []
+    for row in sheet.iter_rows(values_only=True):
+        rows.append({j: x for j, x in enumerate(row) if x not in (None, "")})
+        if len(rows) > _ROWS_OF_A_SHEET or max(rows[-1], default=0) >= _COLUMNS_OF_A_TABLE:
+            raise request.error(
+                f"found cells beyond row {_ROWS_OF_A_SHEET} or column {_COLUMNS_OF_A_TABLE} in the "
+                f"sheet {quoted(sheet.title)}, expected no more"
+            )
+    used = sorted({j for row in rows for j in row})
+    return [[row.get(j) for j in used] for row in rows]
+
+
+def _tables(rows: list[list[Any]], request: Request) -> list[ReadTable]:
+    """The tables of a sheet: rows of numbers, columns with words, or columns in its rows."""
+    if not rows or not rows[0]:
+        raise request.error("found an empty sheet, expected rows of numbers")
+    try:
+        return [read_cells(rows, request)]
+    except InputError as error:
+        with suppress(InputError):
+            held = [[x for x in row if x is not None] or row[:1] for row in rows]
+            lines = [a if len(a) == 1 else b for a, b in zip(held, rows, strict=True)]
+            if found := read_words([x for x in lines if x != [None]], request, _OF_WORDS.number):
+                return found
+        with suppress(InputError, TypeError):
+            if len(rows) in request.widths and all(a < b for a, b in pairwise(rows[0])):
+                return tables(np.array(rows, object), request)
+        raise error from None

@@ -1,0 +1,133 @@
+"""Results in whatever a user gives: files, arrays, columns by name, several of these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from numbers import Integral
+from os import PathLike
+from typing import Any
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.names.columns import TIME, is_time, recognise
+from heyoka_bike.scoring.reading.names.words import did_you_mean
+from heyoka_bike.scoring.reading.request import NAMES, maneuver_number
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.scored import Scored
+
+_KINDS_OF_FILES = (Results, str, PathLike)
+
+
+def results_of(
+    given: Any,
+    count: int,
+    *,
+    maneuver: int | None = None,
+    columns: str | Sequence[str] | None = None,
+    named: Mapping[str, Any] | None = None,
+    is_only: bool = True,
+) -> list[Results]:
+    """Results of one run, of anything that holds them.
+
+    Parameters
+    ----------
+    given
+        What `read_results` takes, or what it returned; a list of such files or results; a
+        mapping of maneuvers' numbers to any of these. With named columns the times [s], or nothing.
+    count
+        Number of maneuvers of the reference.
+    maneuver, columns
+        As in `read_results`; the columns also as one text, separated by commas.
+    named
+        Columns by name.
+    is_only
+        True if results that hold other maneuvers than the one told are refused.
+
+    Raises
+    ------
+    InputError
+        It is none of that: what was found, and what was expected.
+    """
+    names = None if columns is None else words(columns, "columns")
+    number = None if maneuver is None else maneuver_number(maneuver, count)
+    if isinstance(given, Scored):
+        raise InputError(
+            f"found a {type(given).__name__}, which is a score already; expected the results, as "
+            "they were given to score"
+        )
+    if named:
+        given = _with_time(given, named)
+    parts = [(number, given)]
+    if isinstance(given, list | tuple) and all(isinstance(x, _KINDS_OF_FILES) for x in given):
+        parts = [(number, x) for x in given]
+    elif isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
+        if number is not None:
+            raise InputError(f"found maneuver={maneuver} beside results by maneuver")
+        numbers = [maneuver_number(key, count) for key in given]
+        if any(isinstance(x, _KINDS_OF_FILES) for x in given.values()):
+            parts = list(zip(numbers, given.values(), strict=True))
+    found = []
+    for n, part in parts:
+        if not isinstance(part, Results):
+            part = read_results(part, maneuver=n, count=count, columns=names)
+        found.append(_of_maneuver(part, n, is_only))
+    return found
+
+
+def words(given: str | Sequence[str], what: str) -> list[str]:
+    """Words that are given as one text, separated by commas, or as several.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if isinstance(given, str):
+        return given.split(",")
+    if isinstance(given, list | tuple) and all(isinstance(x, str) for x in given):
+        return list(given)
+    raise InputError(f"{what}: found {given!r:.40}, expected a text, or a list of texts")
+
+
+def several(given: Any) -> list[Any]:
+    """Results of several runs or programs.
+
+    Raises
+    ------
+    InputError
+        Not a list of them.
+    """
+    if not isinstance(given, Sequence) or isinstance(given, str) or not given:
+        found = "none" if isinstance(given, list | tuple) else f"a {type(given).__name__}"
+        raise InputError(f"found {found}, expected a list of results")
+    return list(given)
+
+
+def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns by name with their time; a word that is no column is not left out in silence."""
+    for name in named:
+        if not any(map(recognise, (name, name.removesuffix("_lo")))):
+            raise InputError(
+                f"found a column {quoted(name)}, expected {NAMES}, or a column of motion.h5"
+                f"{did_you_mean(name)}"
+            )
+    has_time = any(map(is_time, named))
+    if has_time == (time is not None):
+        found = "times twice" if has_time else "columns without their times"
+        raise InputError(f"found {found}, expected score(t, roll_angle=...) or score(time=t, ...)")
+    return dict(named) if has_time else {TIME: time, **named}
+
+
+def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results:
+    """The results, which are of this maneuver if one is told."""
+    held = [rows.maneuver for rows in results.maneuvers]
+    if number is None or held == [number] or (number in held and not is_only):
+        return results
+    if held == [None]:
+        return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))
+    raise InputError(
+        f"found maneuver {number} for results that hold maneuver {', '.join(map(str, held))}, "
+        "expected it for those of one maneuver",
+        file=results.path,
+    )

@@ -1,0 +1,140 @@
+"""The layout of a table: which column is what, by its name or its place."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import quoted
+from heyoka_bike.scoring.evidence import Evidence, NamesNotUsed
+from heyoka_bike.scoring.grouped import grouped
+from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, recognise, unit_in
+from heyoka_bike.scoring.reading.names.left_out import left_out, set_aside, unknown_units
+from heyoka_bike.scoring.reading.names.meanings import Found, meanings
+from heyoka_bike.scoring.reading.names.units import is_si, quantities
+from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
+from heyoka_bike.scoring.reading.table import ReadTable
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnLayout:
+    """Which column is what.
+
+    Attributes
+    ----------
+    time
+        Index of the column of times.
+    maneuvers
+        Index of each other column, by number of the maneuver (None if that is not told) and key.
+    seen : tuple of Evidence
+    unit
+        Of the times: ``s`` or ``ms``.
+    """
+
+    time: int
+    maneuvers: Mapping[int | None, Mapping[str, int]]
+    seen: tuple[Evidence, ...]
+    unit: str
+
+
+def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
+    """Find out which column is what.
+
+    Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
+    else those names that are known.
+
+    Raises
+    ------
+    InputError
+        The columns cannot be told, or one is there twice.
+    """
+    names = list(request.names or vectors.names or ())
+    width = len(vectors.columns)
+    found = meanings(names, request.count)
+    known = [f[0] for f in found if f]
+    is_named = TIME in known and len(known) > 1
+    # The benchmark's order has no place for what is not of the benchmark.
+    is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS}
+    is_beyond |= any(map(is_maneuver, names))
+    places = _meanings_by_place(width, request.count) if vectors.is_ordered else None
+    if request.names or (is_named and (places is None or None not in found or is_beyond)):
+        return _settled(names, found, vectors, request)
+    if places is not None:
+        settled = _settled([""] * width, places, vectors, request)
+        return replace(settled, seen=_names_unused(names, found, places))
+    raise request.not_columns(names_found(names, found), vectors.heading)
+
+
+def _meanings_by_place(width: int, count: int) -> Sequence[Found] | None:
+    """Return the meanings of columns without names; None if there are too many or too few."""
+    # One maneuver needs no number.
+    by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
+    if (numbers := by_width.get(width)) is None:
+        return None
+    columns = ((key, number) for number in numbers for key in BENCHMARK_COLUMNS)
+    return [(TIME, None), *columns]
+
+
+def _settled(
+    names: Sequence[str], found: Sequence[Found], vectors: ReadTable, request: Request
+) -> ColumnLayout:
+    """Each meaning with the one column that has it."""
+    meant = {}
+    for meaning, places in grouped((f, i) for i, f in enumerate(found) if f is not None).items():
+        # Of several columns of one meaning the plainest name is meant.
+        best, *others = sorted(places, key=lambda i: _oddity(names[i]))
+        if others and _oddity(names[others[0]]) == _oddity(names[best]):
+            key, number = meaning
+            of_which = "" if number is None else f" for maneuver {number}"
+            raise request.error(
+                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
+                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                vectors.heading,
+            )
+        meant[meaning] = best
+    time = meant[TIME, None]
+    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
+    alone = 1 if alone is None and request.count == 1 else alone
+    maneuvers: dict[int | None, dict[str, int]] = {}
+    for (key, number), i in meant.items():
+        if key != TIME:
+            maneuvers.setdefault(alone if number is None else number, {})[key] = i
+    if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
+        said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
+        raise request.error(said, vectors.heading)
+    seen = _not_used(names, found, {*meant.values()}, request)
+    seen += unknown_units({names[i]: key for (key, _), i in meant.items()})
+    unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
+    return ColumnLayout(time, maneuvers, tuple(seen), unit)
+
+
+def _not_used(
+    names: Sequence[str], found: Sequence[Found], used: Collection[int], request: Request
+) -> list[Evidence]:
+    """Return evidence of columns that are not used, unless the user left them out."""
+    left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
+    left = [i for i in left if not is_maneuver(names[i])]
+    known = [names[i] for i in left if found[i] is None and recognise(names[i])]
+    unknown = [names[i] for i in left if names[i] not in known]
+    found_known = [set_aside(known, request)] if known else []
+    return [*found_known, left_out(unknown, request)] if unknown else [*found_known]
+
+
+def _oddity(name: str) -> tuple[bool, bool]:
+    """True if a name has a unit other than SI, and true if it has its unit as an ending."""
+    _, unit, is_ending = unit_in(name)
+    return not is_si(unit), is_ending
+
+
+def _names_unused(
+    names: Sequence[str], found: Sequence[Found], places: Sequence[Found]
+) -> tuple[NamesNotUsed, ...]:
+    """Tell whether a name that is known contradicts the place of its column."""
+    both = enumerate(zip(found, places, strict=False))
+    wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
+    if not wrong:
+        return ()
+    unknown = tuple(name for name, f in zip(names, found, strict=True) if f is None)
+    return (NamesNotUsed(tuple(i + 1 for i in wrong), names[wrong[0]], unknown),)

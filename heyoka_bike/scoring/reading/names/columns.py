@@ -1,0 +1,151 @@
+"""The column that a name means alone: aliases, units that decide, the number of a maneuver."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+from heyoka_bike.bicycle.columns import COMPARED, KEYS_BY_WORD
+from heyoka_bike.scoring.reading.names.joints import of_joint
+from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
+from heyoka_bike.scoring.reading.request import Request
+
+# time_s, steer_rate_deg_s, speed_m_per_s
+_ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
+TIME = "time"
+_TIMES = ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout")
+KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_TIMES), TIME), **KEYS_BY_WORD}
+# What a name means in another unit than that of its usual meaning.
+_BY_UNIT: Mapping[tuple[str, str], str] = {
+    ("t", "J"): "kinetic_energy",
+    ("v", "J"): "potential_energy",
+    ("u", "m s-1"): "forward_speed",
+    # A wheel's.
+    **{(name, "rad s-1"): "forward_speed" for name in ("v", "u", "vx", "speed", "velocity")},
+    **{(name, "rad s-1"): "roll_rate" for name in ("roll", "phi", "lean")},
+    **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
+    **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
+}
+# For values to decide, where the other names (see `meanings`) do not.
+_ALSO: Mapping[str, tuple[str, ...]] = {
+    "V": ("forward_speed", "potential_energy"),
+    "u": ("potential_energy", "forward_speed"),
+    "v": ("forward_speed", "potential_energy"),
+    "p": ("roll_rate", "potential_energy"),
+    **dict.fromkeys(("theta", "\u03b8"), ("pitch", "roll_angle", "steer_angle")),
+}
+_MANEUVERS = frozenset(
+    {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
+)
+_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
+_ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
+_NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
+WORD_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
+_PREFIXED = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
+_SUFFIXED = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
+_GROUP_NAME = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")
+
+
+# The names of a file are asked for many times.
+@lru_cache(1 << 17)
+def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
+    """Key of the column that a name means, and number of the maneuver if it has one.
+
+    Case, blanks, hyphens and underscores do not matter. A unit, in brackets or at the end, decides
+    where a name alone would mean another column (``V [J]``); there 1 is that of a column without
+    dimension, or the first maneuver.
+    """
+    if one_is_a_unit and _ONE.search(name):
+        found = recognise(_ONE.sub("", name))
+        if found and found[0] != TIME and COMPARED[found[0]][0].unit == "1":
+            return found
+    stem, unit, is_ending = unit_in(name)
+    word, key, number = by_words(stem)
+    if key is None:
+        key, number = of_joint(stem), group_number(stem.partition(".")[0])
+    if key is not None and unit is not None:
+        key = _in_unit(word, key, unit, is_ending)
+    if key is None or (key == TIME and number is not None):
+        return None
+    return key, number
+
+
+def is_time(name: str) -> bool:
+    """True if the name is that of the times."""
+    return recognise(name) == (TIME, None)
+
+
+def time_among(names: Sequence[str]) -> int:
+    """Place of the times among the columns of these names: the first if none is theirs."""
+    return next((i for i, name in enumerate(names) if is_time(name)), 0)
+
+
+def unit_in(name: str) -> tuple[str, str | None, bool]:
+    """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
+    stem, unit = split_unit(name)
+    # MATLAB makes underscores of brackets.
+    match = _ENDING.fullmatch(name.strip().lower().rstrip("_"))
+    if unit is None and match and by_words(name)[1] is None:
+        ending = match[2].replace("_per_", "/").replace("_", "/")
+        if quantities(ending):
+            return match[1], ending, True
+    return stem, unit, False
+
+
+def named_unit(name: str, key: str) -> str | None:
+    """The unit that the name of a column tells, if the column can have it, as `units` has it."""
+    unit = unit_in(name)[1]
+    return None if unit is None else quantities(unit).get(COMPARED[key][0].unit)
+
+
+def by_words(name: str) -> tuple[str, str | None, int | None]:
+    """The word for the column, its key if it is known, and the number of the maneuver."""
+    plain = WORD_BREAKS.sub("_", BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
+    number = None
+    if match := _PREFIXED.fullmatch(plain):
+        number, plain = int(match[1]), match[2]
+    elif plain.replace("_", "") not in KEYS and (match := _SUFFIXED.fullmatch(plain)):
+        plain, number = match[1], int(match[2])
+    word = plain.replace("_", "")
+    return word, KEYS.get(word), number
+
+
+def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
+    """Return the key that a word means with a unit; None if no column of that name has it."""
+    possible = quantities(unit)
+    if not possible or ("s" if key == TIME else COMPARED[key][0].unit) in possible:
+        return key
+    other = next((k for (w, q), k in _BY_UNIT.items() if w == word and q in possible), None)
+    # Of a full name and its unit, the unit is more likely to be the one that is wrong.
+    is_full = word == key.replace("_", "")
+    return other or (key if is_full and not is_strict else None)
+
+
+def may_mean(name: str) -> tuple[str, ...]:
+    """Return all keys that a name may mean, for values to decide; none if it means one thing."""
+    return _ALSO.get(name.strip(" \"'"), ())
+
+
+def is_maneuver(name: str) -> bool:
+    """True if a column of this name tells the maneuver of each row."""
+    return WORD_BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
+
+
+def group_number(name: str) -> int | None:
+    """Number in the name of a group of columns (``maneuver_2``), if it is one."""
+    match = _GROUP_NAME.fullmatch(WORD_BREAKS.sub("_", name.lower()))
+    return int(match[1]) if match else None
+
+
+def are_names(names: Sequence[str], request: Request) -> bool:
+    """True if the names have the time and another column that is known, or what is asked for."""
+    if request.known is not None:
+        return any(map(request.known, names))
+    known = {found[0] for name in names if (found := recognise(name))}
+    return TIME in known and len(known) > 1
+
+
+def _number_in_brackets(match: re.Match[str]) -> str:
+    number = _NUMBERED.fullmatch(match[0][1:-1])
+    return f"_{number[1]}" if number else ""

@@ -1,0 +1,45 @@
+"""Names of joints: the way to the angle of a joint in a model, or to its rate.
+
+A name may be such a way, as ``bike.steer.phi`` and ``der(bike.steer.phi)`` of Modelica,
+``Roll_Joint.Rz.w`` of Simscape and ``/jointset/fork/steer_angle/value`` of OpenSim. Only joints are
+read so: the speed or the energy of some part is not that of the bicycle.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+# Joints by their names, and how often the angle is differentiated.
+_JOINTS: Mapping[str, tuple[str, int]] = {
+    **dict.fromkeys(("roll", "rollangle", "lean", "leanangle"), ("roll", 0)),
+    **dict.fromkeys(("steer", "steerangle", "steering", "steeringangle"), ("steer", 0)),
+    **dict.fromkeys(("rollrate", "leanrate"), ("roll", 1)),
+    **dict.fromkeys(("steerrate", "steeringrate"), ("steer", 1)),
+}
+_IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
+_IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
+_PATH_STEPS = re.compile(r"[./|]")
+_DERIVATIVE = re.compile(r"der\((.+)\)")
+# What kind of joint it is, beside which one it is.
+_KIND_OF_JOINT = re.compile(r"revolute|rev|joint|hinge|pin|_")
+# An axis of a joint that could have several.
+_AXIS_OF_JOINT = re.compile(r"r[xyz]")
+
+
+def of_joint(name: str) -> str | None:
+    """The column that the name of a joint's angle or rate means; None if it is no such name."""
+    path = name.lower().strip(" \"'")
+    if derived := _DERIVATIVE.fullmatch(path):
+        path = derived[1]
+    steps = [
+        step for step in _PATH_STEPS.split(path) if step and not _AXIS_OF_JOINT.fullmatch(step)
+    ]
+    if not steps or (len(steps) == 1 and not derived):
+        return None
+    *way, last = steps
+    is_part = way and last in _IS_ANGLE | _IS_RATE
+    joint, order = _JOINTS.get(_KIND_OF_JOINT.sub("", way[-1] if is_part else last), ("", 2))
+    order += (derived is not None) + (last in _IS_RATE)
+    # The second derivative is an acceleration.
+    return f"{joint}_{('angle', 'rate')[order]}" if order < 2 else None

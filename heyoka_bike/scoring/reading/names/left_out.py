@@ -1,0 +1,77 @@
+"""Names of columns that are not compared, as evidence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
+from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, recognise
+from heyoka_bike.scoring.reading.names.meanings import IN_WORDS, letter_of
+from heyoka_bike.scoring.reading.names.units import split_unit, unknown_unit
+from heyoka_bike.scoring.reading.names.words import NAMES_SHOWN
+from heyoka_bike.scoring.reading.request import Request
+
+
+def left_out(names: Sequence[str], request: Request) -> NotCompared:
+    """Return the evidence that columns of unknown names are not used."""
+    columns = tuple(LostColumn(name, *name_held(name, request)) for name in names)
+    return NotCompared(Reason.UNKNOWN_NAME, columns, request.how_to_tell)
+
+
+def set_aside(
+    names: Sequence[str], request: Request, reason: Reason = Reason.SET_ASIDE
+) -> NotCompared:
+    """Return the evidence that columns are not used although their names are known."""
+    columns = []
+    for name in names:
+        found = recognise(name)
+        key = None if found is None else found[0]
+        is_letter = bool(letter_of(split_unit(name)[0]))
+        columns.append(LostColumn(name, key, _maneuver_in_words(name, request), is_letter))
+    return NotCompared(reason, tuple(columns), request.how_to_tell)
+
+
+def _maneuver_in_words(name: str, request: Request) -> int | None:
+    """The maneuver that a name says in words; else that of its part of the file."""
+    match = IN_WORDS.search(name.lower())
+    return request.group if match is None else int(match[1])
+
+
+def name_held(name: str, request: Request) -> tuple[str | None, int | None]:
+    """Return the key of the quantity whose name an unknown name holds, and its maneuver.
+
+    ``field.forward_speed`` and ``roll_rate [\u00ba/s]`` hold one, as ``roll_angle_setpoint`` does.
+    A name of one word is held only if it is the last step of a path (``bike.speed``): a
+    ``wheel_speed`` is another quantity.
+
+    Returns
+    -------
+    key, maneuver
+        None where nothing is held, or where the maneuver is not told.
+    """
+    plain = name.partition("[")[0].partition("(")[0]
+    steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()] or [""]
+    last = "".join(_TOKENS.findall(steps[-1])).lower()
+    key = KEYS.get(last) if len(last) > 1 else None
+    words = [word.lower() for step in steps for word in _TOKENS.findall(step)]
+    runs = ("".join(words[i:j]) for i in range(len(words)) for j in range(i + 1, i + 5))
+    key = key or next((KEYS[run] for run in runs if run in KEYS and _COMPOUND.search(run)), None)
+    if key is None or key == TIME:
+        return None, None
+    return key, _maneuver_in_words(name, request)
+
+
+def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
+    """Return the unknown units in the names of columns, here with their keys; not too many."""
+    found = ((name, unknown_unit(name), key) for name, key in names.items())
+    return [UnknownUnit(name, unit, key) for name, unit, key in found if unit is not None][
+        :NAMES_SHOWN
+    ]
+
+
+# What separates the steps of a path, and the words of a step: roll_angle, rollAngle.
+_PATH_BREAKS = re.compile(r"[./|:\\]+")
+_TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+# The end of a name that says what kind of quantity it is, behind whose it is.
+_COMPOUND = re.compile(r".(?:angle|rate|velocity|speed|energy|dot)$")

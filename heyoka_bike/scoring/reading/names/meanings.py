@@ -1,0 +1,163 @@
+"""The meanings of names beside each other.
+
+A name may end in a digit for other reasons than a maneuver: `u1` and `u2` are the speeds of Kane's
+method, and `V2` is the potential energy of some body. So a number is that of a maneuver only if its
+word is longer than a letter, or if the numbers are those of all maneuvers; and where other columns
+have none, only if that is said in words.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from heyoka_bike.scoring.grouped import grouped
+from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise
+from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
+
+Found = tuple[str, int | None] | None
+"""Key of a column and number of its maneuver; None if it is not known."""
+
+_ENERGY = "J"
+# The small letters, what the capital means alone, and what beside one of these.
+_CAPITALS: Mapping[str, tuple[str, str, str]] = {
+    "V": ("vu", "forward_speed", "potential_energy"),
+    "T": ("t", TIME, "kinetic_energy"),
+}
+_ENERGY_NAMES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
+_COORDINATE = "q"
+# One letter, and perhaps a number.
+_LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
+IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,3})")
+
+
+def meanings(names: Sequence[str], count: int) -> list[Found]:
+    """Find the meaning of each column of a file.
+
+    Parameters
+    ----------
+    names
+        Of all its columns.
+    count
+        Number of maneuvers of the reference.
+
+    Returns
+    -------
+    list of (str, int or None) or None
+        Key, and number of the maneuver if that is told; None if the name is not known, or if what
+        it means alone cannot be meant beside the others.
+    """
+    # With other numbers in brackets, all of them are maneuvers.
+    brackets = [x[1:-1] for name in names for x in BRACKETS.findall(name)]
+    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
+    found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
+    found = _apart(names, _with_capitals(names, found))
+    found = _without_speeds(names, _from_one(found, count))
+    found = _without_indices(names, found, count)
+    if not any(f and f[1] is not None for f in found):
+        return _in_turn(found, count)
+    # Beside numbered columns one without a number tells nothing, and no reference has others.
+    numbers = range(1, count + 1)
+    return [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
+
+
+def is_coordinate(name: str) -> bool:
+    """True if a column of this name is a coordinate, so that the u beside it is its speed."""
+    return letter_of(split_unit(name)[0]) == _COORDINATE
+
+
+def letter_of(stem: str) -> str:
+    """The letter that a name is but for a number; empty if it is a word."""
+    match = _LETTER.fullmatch(stem)
+    return match[1].lower() if match else ""
+
+
+def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """Meanings with T and V as energies, as mechanics writes them beside a time and a speed.
+
+    They are where t and v stand beside them, or where each is a second column of its meaning and
+    other energies are there.
+    """
+    split = [(stem.strip(), unit) for stem, unit in map(split_unit, names)]
+    plain = [stem if unit is None else "" for stem, unit in split]
+    others = [f for name, f in zip(plain, found, strict=True) if f and name not in _CAPITALS]
+    meant = list(found)
+    for name, (small, alone, energy) in _CAPITALS.items():
+        is_second = (alone, None) in others and (energy, None) not in others
+        words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
+        if any(stem in [*small] for stem, _ in split) or (is_second and words & _ENERGY_NAMES):
+            meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
+    return meant
+
+
+def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """Meanings in which an ambiguous small letter means what no other column does."""
+    apart = list(found)
+    for i, (name, f) in enumerate(zip(names, found, strict=True)):
+        keys = may_mean(name)
+        if f and f[0] in keys and apart.count(f) > 1 and name not in _CAPITALS:
+            apart[i] = next(((k, f[1]) for k in keys if (k, f[1]) not in apart), f)
+    return apart
+
+
+def _from_one(found: list[Found], count: int) -> list[Found]:
+    """Meanings with maneuvers counted from 1, where every column counts from 0.
+
+    Instead of 0 the first of all may have none: so pandas makes equal names differ.
+    """
+    numbers = grouped((key, number) for _, key, number in _known_columns(found)).values()
+    are_from_zero = all(0 in n for n in numbers)
+    are_of_pandas = count > 1 and all({*n} == {None, *range(1, count)} for n in numbers)
+    if not (are_from_zero or are_of_pandas):
+        return found
+    return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
+
+
+def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """Meanings in which u beside coordinates q is a speed, and no potential energy."""
+    if not any(map(is_coordinate, names)):
+        return found
+    units = [split_unit(name) for name in names]
+    are_speeds = [letter_of(x) == "u" and not (u and _ENERGY in quantities(u)) for x, u in units]
+    return [None if is_speed else f for f, is_speed in zip(found, are_speeds, strict=True)]
+
+
+def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+    """Meanings without columns whose numbers are not those of maneuvers."""
+    every = set(range(1, count + 1)) if count > 1 else None
+    stems = [split_unit(name)[0].lower() for name in names]
+    columns = [
+        (i, key, number, bool(letter_of(stems[i]))) for i, key, number in _known_columns(found)
+    ]
+    plain = {key for _, key, number, _ in columns if number is None}
+    numbered = grouped(((key, x), (i, n)) for i, key, n, x in columns if n is not None)
+    of_words = {n for _, _, n, is_letter in columns if n is not None and not is_letter}
+    kept = []
+    for (_, is_letter), group in numbered.items():
+        own = {n for _, n in group}
+        # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+        if not is_letter or own <= of_words or (own == every and not plain):
+            kept.append(group)
+    trusted = {i for group in kept for i, _ in group}
+    are_most = every in [{n for _, n in group} for group in kept] or len(kept) > len(plain)
+    if plain and not are_most and not any(IN_WORDS.search(stems[i]) for i in trusted):
+        trusted = set()
+    out = {i for group in numbered.values() for i, _ in group} - trusted
+    return [None if i in out else f for i, f in enumerate(found)]
+
+
+def _in_turn(found: list[Found], count: int) -> list[Found]:
+    """The eight names once for each maneuver mean the maneuvers in order."""
+    keys = [f[0] if f else None for f in found]
+    times = {keys.count(key) for key in keys if key not in (None, TIME)}
+    if count == 1 or times != {count} or keys.count(TIME) != 1:
+        return found
+    return [
+        f if f is None or f[0] == TIME else (f[0], 1 + keys[:i].count(f[0]))
+        for i, f in enumerate(found)
+    ]
+
+
+def _known_columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
+    """Index, key and number of the columns that are known, but for the time."""
+    return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]

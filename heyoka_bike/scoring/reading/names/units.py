@@ -1,0 +1,143 @@
+"""Units in the names of columns, in whatever way people write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+
+from heyoka_bike.numbers.unit import UNITS as WORDS
+from heyoka_bike.numbers.unit import factor, size
+from heyoka_bike.scoring.units import UNITS
+
+_QUANTITIES = {"s": ("s", "ms"), **{si: units for si, units in UNITS.items() if si != "1"}}
+"""By SI unit, those that are usual."""
+
+_SPELLINGS: Mapping[str, tuple[str, ...]] = {
+    "rad": ("radian",),
+    "degree": ("deg", "\u00b0"),
+    "revolution": ("rev", "turn"),
+    "arcminute": ("arcmin",),
+    "arcsecond": ("arcsec",),
+    "grade": ("gon", "grad", "gradian"),
+    "m": ("meter", "metre"),
+    "inch": ("in", "inches"),
+    "foot": ("ft", "feet"),
+    "mile": ("mi",),
+    "s": ("sec", "second"),
+    "min": ("minute",),
+    "h": ("hr", "hour"),
+    "N": ("newton",),
+    "lbf": ("lb",),
+    "J": ("joule",),
+    "W": ("watt",),
+    "knot": ("kt",),
+    "m/s": ("mps",),
+    "km/h": ("kmh", "kph"),
+    "foot/s": ("fps",),
+    "inch/s": ("ips",),
+    "mile/h": ("mph",),
+    "rad/s": ("rads",),
+    "degree/s": ("dps", "degs"),
+    "revolution/s": ("rps",),
+    "revolution/min": ("rpm", "r/min"),
+}
+"""Other spellings, in small letters, without the s of a plural."""
+
+_PRODUCTS = ("W h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m")
+"""Units that are written without their blank, too."""
+
+_WORDS: Mapping[str, str] = {
+    # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
+    **{unit.lower(): unit for unit in reversed([*WORDS])},
+    **{unit: unit for unit in WORDS},
+    **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
+    **{unit.replace(" ", "").lower(): unit for unit in _PRODUCTS},
+    "MNm": "MN m",
+    **{
+        f"{prefix}{spelling}": f"{short}{unit}"
+        for prefix, short in (("kilo", "k"), ("milli", "m"), ("micro", "u"), ("mega", "M"))
+        for unit in ("rad", "s", "N", "J")
+        for spelling in _SPELLINGS[unit]
+    },
+}
+BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
+"""Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
+
+_NO_UNITS = ("si", "none", "n/a")
+_ANY_LETTER = re.compile(r"[^\W\d_]")
+# That of a maneuver, or an index; not an exponent.
+_NUMBER_ALONE = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
+_ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
+_UNIT_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
+    "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
+})  # fmt: skip
+_DIVIDED = re.compile(r"\s*/\s*(\w+)")
+_PER = re.compile(r"\bper\b")
+_HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
+# No power of a metre or a second.
+_INDEXED = re.compile(r"[A-Za-z]+[0-9]+")
+_BEFORE_POWER = re.compile(r" +(?=-[0-9])")
+
+
+@lru_cache(1 << 12)
+def quantities(unit: str) -> Mapping[str, str]:
+    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of."""
+    text = _PER.sub("/", unit.translate(_UNIT_MARKS)).strip(" .*")
+    text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", text))
+    if _INDEXED.fullmatch(text) or not _ONE_WORD.search(text):
+        return {}
+    name = _ONE_WORD.sub(_word, text)
+    product = _DIVIDED.sub(r" \1-1", name)
+    meant = {}
+    for si, usual in _QUANTITIES.items():
+        if factor(name, si) is not None:
+            # Other times are not converted.
+            units = usual if si == "s" else (*usual, product)
+            if same := [u for u in units if size(u) == size(name)]:
+                meant[si] = same[0]
+    return meant
+
+
+def is_si(unit: str | None) -> bool:
+    """True if the unit is an SI unit, or not told."""
+    return unit is None or any(si == usual for si, usual in quantities(unit).items())
+
+
+def unknown_unit(name: str) -> str | None:
+    """Return the word in brackets in a name that stands where a unit does, if it is not known."""
+    for match in BRACKETS.finditer(name):
+        unit = match[0][1:-1].strip()
+        # In round brackets there may be anything, such as phi(t).
+        is_unit = match[0][0] != "(" or "/" in unit
+        is_unit &= unit.lower() not in _NO_UNITS
+        if (
+            is_unit
+            and _ANY_LETTER.search(unit)
+            and not _NUMBER_ALONE.search(unit)
+            and not quantities(unit)
+        ):
+            return unit
+    return None
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Name of a column without the unit in brackets or behind a slash, and the unit.
+
+    What is no unit is left where it is.
+    """
+    for match in BRACKETS.finditer(name):
+        if quantities(unit := match[0][1:-1]):
+            return name[: match.start()].rstrip(" /") + name[match.end() :], unit
+    for mark in ("/", " in "):
+        stem, found, unit = name.partition(mark)
+        if found and stem.strip() and quantities(unit):
+            return stem.strip(), unit.strip()
+    return name, None
+
+
+def _word(match: re.Match[str]) -> str:
+    """A word of a unit as `numbers.unit` has it."""
+    word = match[0]
+    plain = word.lower()
+    return next((_WORDS[x] for x in (word, plain, plain.removesuffix("s")) if x in _WORDS), word)

@@ -1,0 +1,91 @@
+"""Words about names: those that are alike, lists for messages, and names that a user told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, by_words, is_maneuver, recognise
+from heyoka_bike.scoring.reading.names.units import split_unit
+from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
+
+# The names of a message; more would not be read.
+NAMES_SHOWN = 8
+# Shorter names are like too many others.
+_SHORTEST_ALIKE = 5
+LIKE = 0.63
+"""Names so much alike may mean the same: `Rollwinkel` and `roll_angle` are just so."""
+
+ALMOST = 0.85
+"""Names that were misspelt are so much alike."""
+
+
+def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
+    """The names that columns were said to have.
+
+    Raises
+    ------
+    InputError
+        A name that is not known, or no time.
+    """
+    names = tuple(name.strip() for name in columns)
+    where = option.rstrip("=")
+    found = []
+    for name in names:
+        known = recognise(name)
+        if known is None and name not in LEFT_OUT and not is_maneuver(name):
+            raise InputError(
+                f"{where}: found {quoted(name)}, expected {NAMES}, a column of motion.h5, a short "
+                f"name such as t, phi, v or delta, or - for one that is left out"
+                f"{did_you_mean(name)}"
+            )
+        if known is not None:
+            found.append(known[0])
+    if TIME not in found or len(found) < 2:
+        raise InputError(f"{where}: found no time and another column, expected both among them")
+    return names
+
+
+@lru_cache(1 << 10)
+def nearest(name: str, like: float = LIKE) -> str | None:
+    """The known column whose name is most like another one; None if none is."""
+    from difflib import get_close_matches
+
+    word = by_words(split_unit(name)[0])[0]
+    if len(word) < _SHORTEST_ALIKE:
+        return None
+    close = get_close_matches(word, [k for k in KEYS if len(k) >= _SHORTEST_ALIKE], 1, like)
+    return KEYS[close[0]] if close else None
+
+
+def did_you_mean(name: str) -> str:
+    """Return the end of a message about a name; nothing if no known column has one like it."""
+    like = nearest(name)
+    return f"; did you mean {like}?" if like else ""
+
+
+def listed(names: Sequence[str], like: float | None = None) -> str:
+    """List some of the names in quotes, each with a known name that is so much like it."""
+    found = [
+        None if like is None or recognise(name) else nearest(name, like)
+        for name in names[:NAMES_SHOWN]
+    ]
+    shown = ", ".join(
+        f"{quoted(name)} ({near}?)" if near else quoted(name)
+        for name, near in zip(names, found, strict=False)
+    )
+    more = len(names) - NAMES_SHOWN
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
+    """Return words that say that too few of the names are known, or mean what is found."""
+    known = [recognise(name) for name in names] if found is None else found
+    unknown = [name for name, k in zip(names, known, strict=True) if not k]
+    if unknown:
+        return f"column names {listed(unknown, LIKE)} not understood"
+    if not names:
+        return "no column whose name is known"
+    has_time = any(k and k[0] == TIME for k in map(recognise, names))
+    return f"column names {listed(names)}{'' if has_time else ' without their times'}"

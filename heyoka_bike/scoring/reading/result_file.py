@@ -1,0 +1,118 @@
+"""The bytes of a result file: from a path or standard input, unpacked if gzip packed them."""
+
+from __future__ import annotations
+
+import sys
+import zlib
+from collections.abc import Iterator
+from contextlib import ExitStack
+from io import BytesIO
+from os import PathLike
+from os.path import isdir
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from heyoka_bike.errors import InputError, printable
+from heyoka_bike.scoring.reading.encodings import encoding_of
+from heyoka_bike.scoring.reading.request import Request
+
+# Whole lines of so much text are read at once; the processor's cache holds what they become.
+_BYTES_AT_ONCE = 1 << 21
+# The first of them shows how rows are written: it must hold any heading, and some rows.
+_BYTES_OF_HEAD = 1 << 21
+# Of that so much tells text from other files.
+_BYTES_OF_SIGNATURE = 4096
+_GZIP_SIGNATURE = b"\x1f\x8b"
+
+
+class ResultFile:
+    """A file, or standard input; what gzip packed is unpacked.
+
+    Parameters
+    ----------
+    source
+        Its path, ``-`` for standard input.
+    request
+        The request to read it.
+    stack
+        Closes it.
+
+    Attributes
+    ----------
+    request : Request
+    stack : ExitStack
+    head : bytes
+        What it begins with.
+    encoding : str
+        Of a text; see `request.encoding_of`.
+
+    Raises
+    ------
+    InputError
+        It cannot be read.
+    """
+
+    def __init__(self, source: str | PathLike[str], request: Request, stack: ExitStack) -> None:
+        self.request = request
+        self.stack = stack
+        self._file = self._open(source)
+        self._plain = None if source == "-" else Path(source)
+        self.head = self._read(_BYTES_OF_HEAD)
+        if self.head.startswith(_GZIP_SIGNATURE):
+            from gzip import GzipFile
+
+            packed = GzipFile(fileobj=self.stream())
+            self._file = cast(BinaryIO, stack.enter_context(packed))
+            self._plain = None
+            self.head = self._read(_BYTES_OF_HEAD)
+        self.encoding, self._mark = encoding_of(self.signature) or ("utf-8", 0)
+
+    @property
+    def signature(self) -> bytes:
+        """The first bytes, which tell the format."""
+        return self.head[:_BYTES_OF_SIGNATURE]
+
+    def text(self) -> Iterator[bytes]:
+        """All bytes after the mark of the encoding, in pieces."""
+        yield self.head[self._mark :]
+        while chunk := self._read(_BYTES_AT_ONCE):
+            yield chunk
+
+    def content(self) -> bytes:
+        """All bytes, which then are the head."""
+        self.head += self._read(-1)
+        return self.head
+
+    def stream(self) -> BinaryIO:
+        """The file at its beginning, which is in memory if it cannot seek."""
+        if self._plain is None or not self._file.seekable():
+            return BytesIO(self.content())
+        self._file.seek(0)
+        return self._file
+
+    def path_or_stream(self) -> Path | BinaryIO:
+        """The file by its path, if it is one."""
+        return self._plain if self._plain and self._plain.is_file() else self.stream()
+
+    def _open(self, source: str | PathLike[str]) -> BinaryIO:
+        if source != "-" and isdir(source):
+            raise self.request.error("found a directory, expected a result file")
+        try:
+            if source != "-":
+                return self.stack.enter_context(Path(source).open("rb"))
+            if sys.stdin is None:
+                raise ValueError("closed")
+            return cast(BinaryIO, sys.stdin.buffer)
+        except (OSError, ValueError) as e:
+            raise self._unreadable(e) from None
+
+    def _read(self, size: int) -> bytes:
+        """So many bytes more; all that are left if the size is -1."""
+        try:
+            return self._file.read(size)
+        except (OSError, EOFError, zlib.error) as e:
+            raise self._unreadable(e) from None
+
+    def _unreadable(self, e: Exception) -> InputError:
+        reason = printable(" ".join(str(getattr(e, "strerror", None) or e).split()))[:100]
+        return self.request.error(f"cannot be read ({reason}), expected a result file")

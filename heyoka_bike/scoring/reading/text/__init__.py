@@ -1,0 +1,1 @@
+"""Rows of numbers in a text, in whatever way programs write them."""

@@ -1,0 +1,113 @@
+"""Blocks of lines as correctly rounded numbers, all at once.
+
+NumPy reads them, in C. Anything unusual makes `parse_block` return None: another, slower reader
+then takes the block or names what is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array
+
+Ints = NDArray[np.int64]
+_OF_NUMBERS = b"0123456789.e+- \t\n"
+# Enough digits for any binary64 without its leading ones; no exponent is too large.
+_EXACT = Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Numbers of consecutive lines.
+
+    Attributes
+    ----------
+    values : list of ndarray, shape (rows,)
+        By column, correctly rounded.
+    lines : ndarray of int, shape (rows,)
+        Index, in the block, of the line of each row.
+    written : list of tuple of str
+        By column, the numbers of some of the rows.
+    lo : mapping of int to ndarray, shape (rows,)
+        By index of the column: the written decimal minus the value, correctly rounded.
+    """
+
+    values: list[Array]
+    lines: Ints
+    written: list[tuple[str, ...]]
+    lo: dict[int, Array]
+
+
+def parse_block(
+    text: bytes, columns: int, separator: bytes, exact: Collection[int], samples: int
+) -> Block | None:
+    """Read whole lines of plain decimals.
+
+    Parameters
+    ----------
+    text
+        Lines, each ending in a line feed, with decimal points and the exponent letter e.
+    columns
+        Numbers in each line that is not blank.
+    separator
+        What separates numbers besides blanks; nothing for blanks alone.
+    exact
+        Columns of which the rest beyond binary64 is wanted.
+    samples
+        Number of rows, roughly, of which to tell how many digits were written.
+
+    Returns
+    -------
+    Block or None
+        None if anything in the text is not as described.
+    """
+    if not text.endswith(b"\n") or text.translate(None, _OF_NUMBERS + separator):
+        return None
+    try:
+        return read_lines(text.decode().split("\n"), columns, separator.decode(), exact, samples)
+    except ValueError:
+        return None
+
+
+def read_lines(
+    lines: Sequence[str], columns: int, separator: str, exact: Collection[int], samples: int
+) -> Block | None:
+    """Read lines of plain decimals as `parse_block` does; None if all of them are blank.
+
+    Raises
+    ------
+    ValueError
+        A row has another number of columns, or what is no number.
+    """
+    rows = [line.rstrip().removesuffix(separator) for line in lines]
+    at = np.flatnonzero([bool(row) for row in rows])
+    rows = [row for row in rows if row]
+    if not rows:
+        return None
+    mark = separator or None
+    table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2)
+    if table.shape != (len(rows), columns):
+        raise ValueError("rows of another number of columns")
+    values = [np.ascontiguousarray(column) for column in table.T]
+    sampled = rows[:: max(1, len(rows) // samples)]
+    written = [*zip(*([x.strip() for x in row.split(mark)] for row in sampled), strict=True)]
+    lo = {j: rests((row.split(mark, j + 1)[j] for row in rows), values[j]) for j in exact}
+    return Block(values, at, written, lo)
+
+
+def rests(numbers: Iterable[str], values: Array) -> Array:
+    """The `rest` of each decimal beyond its value."""
+    return np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
+
+
+def rest(number: str, hi: float) -> float:
+    """The decimal minus its binary64, correctly rounded; zero for zero and infinity."""
+    if hi == 0.0 or not isfinite(hi):
+        return 0.0
+    return float(_EXACT.subtract(Decimal(number), Decimal(hi)))

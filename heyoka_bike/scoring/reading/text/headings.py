@@ -1,0 +1,94 @@
+"""The heading of a text: the line with the names of its columns, and a line of their units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from heyoka_bike.scoring.reading.names.columns import are_names
+from heyoka_bike.scoring.reading.names.units import quantities
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.dialects import DIALECTS
+
+# Around a unit.
+_AROUND_UNITS = "[](){}<>\"' "
+# What stands before a line of units, in the place of that of the time.
+_CALLED_UNITS = ("unit", "units", "unit:", "units:")
+COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
+_TWO_BLANKS = re.compile(r"\s{2,}")
+_BRACKETED = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
+
+
+def headings_in(line: str) -> Iterator[list[str]]:
+    """The names in a heading, for all ways to separate them."""
+    if line.startswith("\t"):
+        # pandas leaves the name of its index blank.
+        yield DIALECTS[0].split(line)
+    text = COMMENT_SIGNS.sub("", line, count=1) if COMMENT_SIGNS.match(line) else line
+    text = text.strip()
+    if not (text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0"):
+        return
+    for dialect in DIALECTS[::2]:
+        if dialect.separator in text:
+            yield dialect.split(text)
+    yield [part for part in _TWO_BLANKS.split(text) if part]
+    yield _BRACKETED.sub("", text).split()
+
+
+def heading_above(
+    lines: Sequence[str], width: int, request: Request
+) -> tuple[list[str] | None, int | None]:
+    """The last heading of so many names above the rows, and the number of its line."""
+    names, at = heading_among([[*headings_in(line)] for line in lines], width, request)
+    return names, None if at is None else at + 1
+
+
+def heading_among(
+    above: Sequence[Sequence[list[str]]], width: int, request: Request
+) -> tuple[list[str] | None, int | None]:
+    """The last heading of so many names above the rows, and its index.
+
+    A line of units below it or above it is put into the names.
+
+    Parameters
+    ----------
+    above
+        Of each line above the rows, all names that it may have.
+    width
+        Numbers in a row.
+    request
+        The request to read them.
+    """
+    below: list[str] = []
+    for i, names in of_width(above, width):
+        if are_names(names, request) or are_names(with_units(names, below), request):
+            units = (x for _, x in of_width(above[max(i - 1, 0) : i], width) if are_units(x))
+            return with_units(names, below or next(units, [])), i
+        if not below and are_units(names):
+            below = names
+    return None, None
+
+
+def of_width(above: Sequence[Sequence[list[str]]], width: int) -> Iterator[tuple[int, list[str]]]:
+    """Index of each line, from the last to the first, and so many names that it may have."""
+    for i in range(len(above) - 1, -1, -1):
+        yield from ((i, names) for names in above[i] if len(names) == width)
+
+
+def are_units(names: Sequence[str]) -> bool:
+    """True if the words of a line are units, or blank."""
+    units = [name.strip(_AROUND_UNITS) for name in names]
+    if units[0].lower() in _CALLED_UNITS:
+        units[0] = ""
+    return any(map(quantities, units)) and all(u in ("", "-", "1") or quantities(u) for u in units)
+
+
+def with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Return names with the units of the line below them in brackets."""
+    plain = [name.strip("\"'") for name in names]
+    if not units:
+        return plain
+    return [
+        f"{name} [{u}]" if quantities(u := unit.strip(_AROUND_UNITS)) else name
+        for name, unit in zip(plain, units, strict=True)
+    ]

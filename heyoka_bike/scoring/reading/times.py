@@ -1,0 +1,172 @@
+"""Times: the exact decimals that the times of a file mean, in order.
+
+Binary times mean exactly that binary64, unless every one is the number nearest to a multiple of one
+decimal step: then they mean these multiples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array, divide, two_product
+from heyoka_bike.scoring.evidence import Evidence, TimesAsDecimals, TimesRepeated, TimesUnsorted
+from heyoka_bike.scoring.reading.digits import as_single
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.table import ReadTable
+
+# Picoseconds; finer decimals are hardly meant.
+_MOST_DECIMALS = 12
+_FEWEST_TIMES = 3
+# Digits that single precision numbers are written with; fewer do not show them.
+_DIGITS_OF_SINGLE = (8, 9)
+# Times that only happen to be close to multiples pass with this probability, its logarithm.
+_LOG_CHANCE = -6.0
+# Enough rows to see at once that times are no multiples.
+_FIRST_TIMES = 64
+# So many at once: of what is computed on the way a long file needs little memory.
+_TIMES_AT_ONCE = 1 << 16
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Times made exact and put in order.
+
+    Attributes
+    ----------
+    hi, lo : ndarray, shape (n,)
+        Ascending [s].
+    order : ndarray of int, shape (n,), or None
+        Index of each time's row in the file; None if they were in order.
+    seen : tuple of Evidence
+    """
+
+    hi: Array
+    lo: Array
+    order: NDArray[np.intp] | None
+    seen: tuple[Evidence, ...]
+
+
+def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Times:
+    """Make times exact, and sort them.
+
+    Parameters
+    ----------
+    table
+        The columns as read.
+    at
+        Place of the times among them.
+    request
+        The request to read them.
+    unit
+        In which they were read: ``s`` or ``ms``.
+
+    Raises
+    ------
+    InputError
+        A time that is not finite.
+    """
+    column = table.columns[at]
+    seen: list[Evidence] = []
+    hi, digits = column.values, column.significant
+    if not (is_finite := np.isfinite(hi)).all():
+        said = "found a time that is not finite, expected seconds"
+        raise table.error(request, int(np.argmin(is_finite)), said, at + 1)
+    rest = np.zeros(len(hi)) if column.lo is None else column.lo
+    multiples = None if digits is None else as_multiples(hi, digits)
+    if multiples is not None:
+        places, exact_hi, exact_lo = multiples
+        changed = np.flatnonzero((exact_hi != hi) | (exact_lo != rest))
+        hi, rest = exact_hi, exact_lo
+        if len(changed):
+            seen.append(TimesAsDecimals(places, unit, len(changed), float(hi[changed[0]])))
+    if unit == "ms":
+        hi, rest = divide((hi, rest), np.full(len(hi), 1000.0))
+    order = None
+    back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
+    if len(back):
+        counted_by, line = table.place(int(back[0]) + 1)
+        seen.append(TimesUnsorted(counted_by, line, len(back)))
+        order = np.lexsort((rest, hi))
+        hi, rest = hi[order], rest[order]
+    repeated = int(np.count_nonzero((hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])))
+    if repeated:
+        seen.append(TimesRepeated(repeated))
+    return Times(hi, rest, order, tuple(seen))
+
+
+def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
+    """Decimal multiples of which all times are the nearest binary64, or single precision, numbers.
+
+    Parameters
+    ----------
+    hi : ndarray, shape (n,)
+        Times [s].
+    digits
+        Significant digits if the times were written as decimals, else 0.
+
+    Returns
+    -------
+    (int, ndarray, ndarray) or None
+        The smallest d such that all times mean k 10^-d, and k 10^-d as hi + lo, correctly rounded;
+        None if there is no such d up to 12, or three rows, or it could be chance.
+    """
+    # A larger number is no nearer to one multiple than to another.
+    if len(hi) < _FEWEST_TIMES or not (np.abs(hi) < 2.0**53).all():
+        return None
+    single = as_single(hi)
+    candidates: list[tuple[Array, type[np.floating]]] = [(hi, np.float64)]
+    if (single == hi).all() or (digits in _DIGITS_OF_SINGLE and _are_written(single, hi, digits)):
+        candidates.append((single, np.float32))
+    # As decimals, 0.0700000003 and the like are multiples too, of a smaller step.
+    each = ((d, x, kind) for d in range(_MOST_DECIMALS + 1) for x, kind in candidates)
+    found = next(((d, x) for d, x, kind in each if _are_multiples(x, d, kind)), None)
+    if found is None:
+        return None
+    places, hi = found
+    ten = 10.0**places
+    exact, lo = np.empty_like(hi), np.empty_like(hi)
+    for piece in _pieces(len(hi)):
+        k = np.rint(hi[piece] * ten)
+        exact[piece] = k / ten
+        # Every term is exact: what is left has at most 28 bits.
+        p, e = two_product(exact[piece], np.full(len(k), ten))
+        lo[piece] = ((k - p) - e) / ten
+    return places, exact, lo
+
+
+def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
+    """True if all times are the nearest numbers to multiples of 10^-places."""
+    ten, chance, last = 10.0**places, 0.0, 0.0
+    for piece in _pieces(len(hi)):
+        times = hi[piece]
+        k = np.rint(times * ten)
+        # With more bits no quotient would be correctly rounded, nor mean anything.
+        if not (np.abs(k) < 2.0**53).all():
+            return False
+        if not ((k / ten).astype(kind).astype(np.float64) == times).all():
+            return False
+        # Of numbers this close together one in so many is the nearest to some multiple.
+        different = times[np.diff(times, prepend=last) != 0]
+        last = times[-1]
+        with np.errstate(divide="ignore"):
+            spacing = np.spacing(np.abs(different).astype(kind)).astype(np.float64)
+            chance += float(np.minimum(np.log10(spacing * ten), 0.0).sum())
+    return chance < _LOG_CHANCE
+
+
+def _pieces(count: int) -> Iterator[slice]:
+    """The rows in pieces, the first of which shows at once what times are no multiples."""
+    at, size = 0, _FIRST_TIMES
+    while at < count:
+        yield slice(at, at + size)
+        at, size = at + size, _TIMES_AT_ONCE
+
+
+def _are_written(single: Array, hi: Array, digits: int) -> bool:
+    """True if the single precision numbers, written with so many digits, give these times."""
+    both = zip(single.tolist(), hi.tolist(), strict=True)
+    return all(float(f"{x:.{digits - 1}e}") == time for x, time in both)
