@@ -44,7 +44,7 @@ class ResultFile:
     head : bytes
         What it begins with.
     encoding : str
-        Of a text; see `request.encoding_of`.
+        Of a text; see `encodings.encoding_of`.
 
     Raises
     ------
