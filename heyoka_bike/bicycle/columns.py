@@ -60,7 +60,7 @@ class Column:
 _Key = tuple[str, str, str, Mapping[str, str]]
 _LEAN, _AHEAD = "to the right", "forward"
 
-_KEYS: Mapping[str, _Key] = {
+_DEFINED_KEYS: Mapping[str, _Key] = {
     "roll_angle": ("rad", "roll angle", _LEAN, {
         "lean": "angle of the rear wheel plane from the vertical (yaw, roll, pitch)",
         "tait_bryan_xyz": "first angle of the rear frame's attitude R = Rx Ry Rz; mixes in the yaw",
@@ -125,7 +125,7 @@ _KEYS: Mapping[str, _Key] = {
     }),
 }  # fmt: skip
 
-BENCHMARK_COLUMNS: tuple[str, ...] = tuple(_KEYS)[:8]
+BENCHMARK_COLUMNS: tuple[str, ...] = tuple(_DEFINED_KEYS)[:8]
 """The eight columns of the benchmark's result file, in its order (after the time)."""
 
 _CENTRE = "velocity of the rear frame's centre of mass, rider included"
@@ -144,15 +144,15 @@ _FOLLOWING: Mapping[str, Mapping[str, str]] = {
 
 
 def _defined(key: str, definition: str, meaning: str, *, is_stored: bool = True) -> Column:
-    unit, long_name, positive, definitions = _KEYS[key]
+    unit, long_name, positive, definitions = _DEFINED_KEYS[key]
     is_default = is_stored and definition == next(iter(definitions))
     return Column(key, definition, unit, long_name, meaning, positive, is_default, is_stored)
 
 
-_STORED = [_defined(key, *of) for key, (*_, known) in _KEYS.items() for of in known.items()]
-_FIRST = [c for c in _STORED if c.default and c.key in BENCHMARK_COLUMNS]
+_STORED = [_defined(key, *of) for key, (*_, known) in _DEFINED_KEYS.items() for of in known.items()]
+_FIRST_COLUMNS = [c for c in _STORED if c.default and c.key in BENCHMARK_COLUMNS]
 
-COLUMNS: tuple[Column, ...] = (*_FIRST, *(c for c in _STORED if c not in _FIRST))
+COLUMNS: tuple[Column, ...] = (*_FIRST_COLUMNS, *(c for c in _STORED if c not in _FIRST_COLUMNS))
 """All stored columns: the eight of the benchmark, then their alternates, then pitch, yaw and yaw
 rate with theirs."""
 
@@ -168,10 +168,10 @@ LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 """Columns of the benchmark that are zero upright and straight."""
 
 
-_FRAMES = {"rear": "rear frame", "front": "front frame (fork and handlebar)"}
+_FRAME_NAMES = {"rear": "rear frame", "front": "front frame (fork and handlebar)"}
 _TO_GROUND = "unit quaternion from the axes of the {frame} to the ground frame, q0 the scalar"
 _FLOOR = "force of the floor on the {end} wheel"
-_AXES = "along the axes of the {frame}, y along the axle"
+_FRAME_AXES = "along the axes of the {frame}, y along the axle"
 _STEER_AXES = "z down the steer axis, y right along the front axle, x forward across both"
 _ON_FRONT = "of the rear frame on the front frame"
 
@@ -218,9 +218,9 @@ _GROUPS: tuple[tuple[_Row, ...], ...] = (
     ),
     (
         ("{end}_axle_force", "frame_axes", "N", "{end} axle force",
-         f"of the frame on the wheel, {_AXES}", "xyz"),
+         f"of the frame on the wheel, {_FRAME_AXES}", "xyz"),
         ("{end}_axle_moment", "frame_axes", "N m", "{end} axle moment",
-         f"of the frame on the wheel, about the hub, {_AXES}; none about y", "xz"),
+         f"of the frame on the wheel, about the hub, {_FRAME_AXES}; none about y", "xz"),
     ),
     (
         ("steer_joint_force", "steer_axes", "N", "steer joint force",
@@ -244,10 +244,10 @@ def _components(name: str, what: str, along: str, ahead: str = "forward") -> Ite
 
 def _motion_columns() -> Iterator[Column]:
     for rows in _GROUPS:
-        for end in _FRAMES if "{end}" in rows[0][0] else ("",):
+        for end in _FRAME_NAMES if "{end}" in rows[0][0] else ("",):
             for row in rows:
                 name, definition, unit, what, meaning, along = (
-                    text.format(end=end, frame=_FRAMES.get(end)) for text in row
+                    text.format(end=end, frame=_FRAME_NAMES.get(end)) for text in row
                 )
                 ahead = "initial heading" if definition == "ground_axes" else "forward"
                 for key, long_name, positive in _components(name, what, along, ahead):
@@ -268,7 +268,7 @@ CONTACT_FORCES = {
     f"{end}_friction": tuple(
         f"{end}_{part}_force" for part in ("normal", "longitudinal", "lateral")
     )
-    for end in _FRAMES
+    for end in _FRAME_NAMES
 }
 """The columns that the friction demands follow from."""
 
@@ -377,7 +377,7 @@ class InstantLevel:
 
 # Name, unit, what it is, and which way is positive or the axes of a vector.
 _InstantRow = tuple[str, str, str, str]
-_PLACES = {
+_INSTANT_PLACES = {
     "rear_contact": ("rear contact point", "xy"),
     "front_contact": ("front contact point", "xy"),
     "rear_hub": ("rear hub", "xyz"),
@@ -408,7 +408,7 @@ _INSTANT: Mapping[str, tuple[_InstantRow, ...]] = {
         ("rear_wheel_rate", "rad s-1", "rate of the rear wheel in the rear frame", "backward"),
         ("front_wheel_rate", "rad s-1", "rate of the front wheel in the fork", "backward"),
         *((f"{name}_velocity", "m s-1", f"velocity of the {what}", axes)
-          for name, (what, axes) in _PLACES.items()),
+          for name, (what, axes) in _INSTANT_PLACES.items()),
     ),
     "energy": (
         *_MASSES,

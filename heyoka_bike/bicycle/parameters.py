@@ -126,11 +126,11 @@ PERFORMANCE_LIMIT = Parameter("what eq. (1) of the benchmark must be less than",
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
 """The start: what a maneuver says of the state at t = 0."""
 
-_REQUIRED = ("speed", "roll_rate", "duration", "spacing")
+_REQUIRED_OF_MANEUVER = ("speed", "roll_rate", "duration", "spacing")
 _LIMIT = "performance_limit"
 MAX_ROWS = 1_000_001
 _TOP = {"name", "source", "sources"}
-_ENTRY = {"value", "unit", "symbol", "source", "name"}
+_KEYS_OF_ENTRY = {"value", "unit", "symbol", "source", "name"}
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,7 @@ def read_bicycle(path: str | Path) -> Bicycle:
                 ("parameters",),
             )
         entry, where = table[symbol], ("parameters", symbol)
-        known = _ENTRY | {"uncertainty"}
+        known = _KEYS_OF_ENTRY | {"uncertainty"}
         values[symbol], uncertainty = _read_value(source, entry, parameter, where, known)
         if uncertainty is not None:
             uncertainties[symbol] = uncertainty
@@ -375,11 +375,11 @@ def describe_limits(maneuvers: Iterable[Maneuver]) -> dict[str, str]:
 
 def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Maneuver:
     where = ("maneuver", index)
-    needed = {key: STATE_INPUTS[key].description for key in _REQUIRED}
+    needed = {key: STATE_INPUTS[key].description for key in _REQUIRED_OF_MANEUVER}
     known = {"name", "source", _LIMIT, *STATE_INPUTS}
     source.refuse_unknown(table, known, where, needed)
     values = {
-        key: _read_value(source, table[key], parameter, (*where, key), _ENTRY)[0]
+        key: _read_value(source, table[key], parameter, (*where, key), _KEYS_OF_ENTRY)[0]
         for key, parameter in STATE_INPUTS.items()
         if key in table
     }
@@ -405,7 +405,9 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
         source.line_of_text(table, "source", where, limit=1000)
     limit = None
     if _LIMIT in table:
-        x, _ = _read_value(source, table[_LIMIT], PERFORMANCE_LIMIT, (*where, _LIMIT), _ENTRY)
+        x, _ = _read_value(
+            source, table[_LIMIT], PERFORMANCE_LIMIT, (*where, _LIMIT), _KEYS_OF_ENTRY
+        )
         _check_range(source, _LIMIT, x, PERFORMANCE_LIMIT, (*where, _LIMIT))
         limit = x.rational
     start = {key: x for key, x in values.items() if key in START}

@@ -276,9 +276,9 @@ def _printable_path(path: str | Path) -> str:
     return shown if len(shown) <= 1000 else f"{shown[:500]}...{shown[-400:]}"
 
 
-_PART = r"""(?:[A-Za-z0-9_-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""
-_KEY = rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*"
-_HEADER = re.compile(rf"(\[\[?)[ \t]*({_KEY})")
+_PATTERN_OF_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""
+_KEY = rf"{_PATTERN_OF_KEY}(?:[ \t]*\.[ \t]*{_PATTERN_OF_KEY})*"
+_PATTERN_OF_HEADER = re.compile(rf"(\[\[?)[ \t]*({_KEY})")
 _PAIR = re.compile(rf"({_KEY})[ \t]*=[ \t]*")
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 # Strings and comments, in which nothing counts; brackets; ends of lines; all else.
@@ -310,7 +310,7 @@ def _statements(text: str) -> Iterator[_Statement]:
     elements: dict[Where, int] = {}
     at = _end(_BLANK, text, 0)
     while at < len(text):
-        if header := _HEADER.match(text, at):
+        if header := _PATTERN_OF_HEADER.match(text, at):
             table = ()
             for part in _parts(header[2]):
                 # A key through an array of tables means its latest table.
@@ -349,7 +349,7 @@ def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
 
 def _parts(key: str) -> Iterator[str]:
     """The parts of a key, without quotes and escapes."""
-    for part in re.findall(_PART, key):
+    for part in re.findall(_PATTERN_OF_KEY, key):
         try:
             yield next(iter(tomllib.loads(f"{part} = 0")))
         except tomllib.TOMLDecodeError:

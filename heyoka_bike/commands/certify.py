@@ -24,7 +24,7 @@ from heyoka_bike.system.console import progress_bars
 from heyoka_bike.system.resources import after_folder, reference_folder
 from heyoka_bike.version import __version__
 
-_SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
+_SHARES_OF_CERTIFY = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -68,7 +68,7 @@ def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.structure import COLUMNS_OF
 
     folder = args.dir or reference_folder()
-    with progress_bars(_SHARES) as progress:
+    with progress_bars(_SHARES_OF_CERTIFY) as progress:
         proofs = certify(args.dir or None, progress=progress)
     columns = proved(read_manifest(folder).files, COLUMNS_OF)
     if args.format == "json":

@@ -15,7 +15,7 @@ from typing import Any
 from heyoka_bike.errors import Exit
 from heyoka_bike.version import __version__
 
-_ENTRY = re.compile(r"^(.+):\n((?:[@ ].*\n)+\})$", re.MULTILINE)
+_ENTRY_OF_README = re.compile(r"^(.+):\n((?:[@ ].*\n)+\})$", re.MULTILINE)
 _FIELD = re.compile(r"^  (\w+) = \{+(.+?)\}+,$", re.MULTILINE)
 # How a field is written in a text, if not as in BibTeX.
 _IN_TEXT = {"version": "Version {}", "doi": "https://doi.org/{}"}
@@ -61,7 +61,7 @@ def works() -> tuple[Work, ...]:
         version=__version__, creator=CREATOR, title=TITLE, year=manifest.DATASET_DATE[:4],
         dataset=manifest.PUBLISHED_VERSION, manifest=manifest.PUBLISHED_MANIFEST_SHA256,
     )  # fmt: skip
-    found = _ENTRY.findall(entries)
+    found = _ENTRY_OF_README.findall(entries)
     return tuple(Work(what, entry, dict(_FIELD.findall(entry))) for what, entry in found)
 
 

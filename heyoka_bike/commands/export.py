@@ -32,9 +32,9 @@ from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
 
-_FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
+_FORMAT_NAMES = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
-_STEM, _EQUATIONS = "uncontrolled_bicycle", "bicycle"
+_STEM_NAME, _EQUATIONS = "uncontrolled_bicycle", "bicycle"
 # What goes with each kind of export.
 _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
@@ -48,17 +48,19 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
     what: Any = p.add_mutually_exclusive_group(required=True)
-    options.add_format(what, _FORMATS, "")
+    options.add_format(what, _FORMAT_NAMES, "")
     kinds = {
-        "--equations LANGUAGE": f"write the equations of motion in one of {', '.join(_LANGUAGES)} "
-        "(matlab for GNU Octave too)",
-        "--checker": f"write {_STEM}.h: the exact motion, and how many digits of yours are right",
-        "--page": f"write {_STEM}.html: a page that judges files in the browser, without a server",
+        "--equations LANGUAGE": "write the equations of motion in one of "
+        f"{', '.join(_LANGUAGES)} (matlab for GNU Octave too)",
+        "--checker": f"write {_STEM_NAME}.h: the exact motion, and how many digits of yours "
+        "are right",
+        "--page": f"write {_STEM_NAME}.html: a page that judges files in the browser, without a "
+        "server",
     }
     options.add_arguments(what, kinds, equations={"choices": _LANGUAGES})
     others = {
-        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: "
-        "this folder)",
+        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM_NAME}.* or {_EQUATIONS}.* "
+        "(default: this folder)",
         "--bicycle NAME|FILE": "of --equations: a bicycle of the collection, or a TOML file "
         "(default: benchmark)",
         "--maneuvers NAME|FILE": "of --equations: maneuvers of the collection, or a TOML file "
@@ -95,7 +97,7 @@ def _reference(args: argparse.Namespace) -> dict[Path, bytes]:
     suffixes, render = FORMATS[args.format]
     if args.digits is not None:
         render = partial(render, digits=_digits(args))
-    folder, stem = _place(args.output, suffixes, _STEM)
+    folder, stem = _place(args.output, suffixes, _STEM_NAME)
     selection = choose(load_reference(args.reference), args.maneuver, args.columns)
     return {folder / f"{stem}{ending}": data for ending, data in render(selection, stem).items()}
 
@@ -115,12 +117,12 @@ def _equations(args: argparse.Namespace) -> dict[Path, bytes]:
 def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
     from heyoka_bike.reference.load import load_reference
 
-    folder, stem = _place(args.output, (".h",), _STEM)
+    folder, stem = _place(args.output, (".h",), _STEM_NAME)
     return {folder / f"{stem}.h": addition("checker_header")(load_reference(args.reference))}
 
 
 def _page(args: argparse.Namespace) -> dict[Path, bytes]:
-    folder, stem = _place(args.output, (".html",), _STEM)
+    folder, stem = _place(args.output, (".html",), _STEM_NAME)
     return {folder / f"{stem}.html": addition("checker_page")().encode()}
 
 

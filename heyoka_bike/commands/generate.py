@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.making import Generated
     from heyoka_bike.reference.proof.certificate import Table
 
-_DIGITS = 70
+_DIGITS_ASKED = 70
 _HEADINGS = (
     "maneuver", "steps", "order", "digits", "max |E - E0| / E0", "in 2^-p", "eq. (1) [%]",
     "certified bound", "CPU [s]",
 )  # fmt: skip
-_SHARES = {
+_SHARES_OF_GENERATE = {
     "integrate": 0.15, "certify": 0.25, "rows": 0.05, "dense": 0.1, "motion": 0.2, "vary": 0.25,
 }  # fmt: skip
 
@@ -62,7 +62,9 @@ def add_parser(subparsers: Any) -> None:
         "bicycles ./sets)",
         "--force": "replace a set of another version or of other inputs",
     }
-    options.add_arguments(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
+    options.add_arguments(
+        p, said, digits={"type": int, "default": _DIGITS_ASKED}, bicycle={"nargs": "+"}
+    )
     options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
@@ -75,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
     folders = _folders(args)
     made: list[Generated] = []
-    with progress_bars(_SHARES) as progress:
+    with progress_bars(_SHARES_OF_GENERATE) as progress:
         failed = generate_sets(
             folders, maneuvers=args.maneuvers or None, digits=args.digits, until=args.until,
             force=args.force, say=complain, progress=progress, made=made.append,
@@ -114,7 +116,8 @@ def _after(args: argparse.Namespace) -> int:
     """Make what is proved of the benchmark's motions after their ten seconds."""
     given = {
         "--bicycle": args.bicycle, "--all-bicycles": args.all_bicycles,
-        "--maneuvers": args.maneuvers, "--digits": args.digits != _DIGITS, "--until": args.until,
+        "--maneuvers": args.maneuvers, "--digits": args.digits != _DIGITS_ASKED,
+        "--until": args.until,
     }  # fmt: skip
     for option, is_given in given.items():
         if is_given:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _MAX_SPEEDS = 10_001
 
-_UNITS = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
+_UNITS_OF_MATRICES = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
 _CRITICAL = {
     "weave": ("weave speed [m/s]", "weave frequency [rad/s]"),
@@ -150,7 +150,10 @@ def _document(bicycle: Bicycle, linear: Linearisation, speeds: Sequence[Fraction
         "bicycle": bicycle.name,
         "digits": linear.digits,
         "g": text(linear.g),
-        **{name: [[text(x) for x in row] for row in getattr(linear, name)] for name in _UNITS},
+        **{
+            name: [[text(x) for x in row] for row in getattr(linear, name)]
+            for name in _UNITS_OF_MATRICES
+        },
         "eigenvalues": [
             {
                 "speed": _speed_text(v, linear.digits),
@@ -176,7 +179,7 @@ def _blocks(found: _Document) -> tuple[Block, ...]:
 
     matrices = [
         ["" if i else f"{name} [{unit}]", equation, *found[name][i]]
-        for name, unit in _UNITS.items()
+        for name, unit in _UNITS_OF_MATRICES.items()
         for i, equation in enumerate(("roll", "steer"))
     ]
     eigenvalues = [

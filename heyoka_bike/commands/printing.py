@@ -10,8 +10,12 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Check
     from heyoka_bike.showing.document import Block, Cell, TableColumn
 
-_WIDTH = 120  # of checks that go to a file or a pipe
-_RESULT = {True: ("ok", "passed"), False: ("FAILED", "failed"), None: ("not made", "unmade")}
+_WIDTH_OF_FILES = 120  # of checks that go to a file or a pipe
+_RESULT_OF_CHECK = {
+    True: ("ok", "passed"),
+    False: ("FAILED", "failed"),
+    None: ("not made", "unmade"),
+}
 
 
 def print_text(text: str) -> None:
@@ -58,11 +62,15 @@ def print_checks(title: str, checks: Sequence[Check]) -> None:
     said = TableColumn("what was measured", is_prose=True)
     rows = []
     for c in checks:
-        text, style = _RESULT[c.passed]
+        text, style = _RESULT_OF_CHECK[c.passed]
         result = Cell(text, style=style)
         rows.append((c.check, c.file, result, str(c.evidence["values"]), c.message))
     print_table(
-        ("check", "file", "result", "values", said), rows, title=title, left=3, width=_WIDTH
+        ("check", "file", "result", "values", said),
+        rows,
+        title=title,
+        left=3,
+        width=_WIDTH_OF_FILES,
     )
 
 

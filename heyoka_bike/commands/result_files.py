@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 
 # A file of this many bytes takes longer to read than anyone likes to wait without a word.
-_LONG = 20_000_000
+_BYTES_OF_LONG_FILE = 20_000_000
 
 
 def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
@@ -39,7 +39,7 @@ def read(
     """Read a result file, with a word on the terminal if that takes long."""
     from heyoka_bike.scoring.reading.source import read_results
 
-    is_long = os.path.isfile(file) and os.path.getsize(file) > _LONG
+    is_long = os.path.isfile(file) and os.path.getsize(file) > _BYTES_OF_LONG_FILE
     with patience(f"reading {file}") if is_long else nullcontext():
         names = None if columns is None else columns.split(",")
         results = read_results(file, maneuver=maneuver, count=len(reference), columns=names)

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report
     from heyoka_bike.scoring.runs import Series
 
-_ROWS = "rows"
+_ROWS_OPTION = "rows"
 
 
 def add_parser(subparsers: Any) -> None:
@@ -195,7 +195,7 @@ def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _N
         return [*map(str, files)], steps, tolerances, cpu
     if args.file.count(STANDARD_INPUT) > 1:
         raise InputError("found - more than once, expected standard input once")
-    steps = None if args.step == _ROWS else _numbers("--step", args.step)
+    steps = None if args.step == _ROWS_OPTION else _numbers("--step", args.step)
     tolerances = _numbers("--tolerance", args.tolerance)
     return args.file, steps, tolerances, _numbers("--cpu", args.cpu)
 

@@ -30,7 +30,7 @@ from heyoka_bike.system.console import patience, progress_bars
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Agreement, Verification
 
-_SHARES = {"integrate": 0.9, "compare": 0.1}
+_SHARES_OF_VERIFY = {"integrate": 0.9, "compare": 0.1}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     with patience("checking"):
         found = verify(args.dir)
     if args.rerun:
-        with progress_bars(_SHARES) as progress:
+        with progress_bars(_SHARES_OF_VERIFY) as progress:
             found = run_again(found, is_quick=args.quick, progress=progress)
     if args.format == "json":
         printing.print_json(found.as_dict())

@@ -72,15 +72,15 @@ _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 # Spans of one piece; a tangent zero takes two for each bit. Reached only where the function is zero
 # all along and its rate is not seen to be.
-_MOST = 4096
+_MOST_HALVINGS_WAITING = 4096
 # A step of heyoka ends well inside the circle of convergence of its series, so the coefficients of
 # the interpolation fall by more than ten each.
-_NODES = 24
+_NODES_OF_PIECE = 24
 # Far above what the interpolation or the series leaves out, relative to its coefficients.
 _SLACK = 1e-7
-_TERMS, _LAST_TERMS = 24, 3  # of the Taylor series
-_RADIUS = 4  # of `Samples`: what is folded onto the terms is below 4^-32 of the function
-_AT_ONCE = 512  # pieces in one array
+_TERMS_OF_PIECE, _LAST_TERMS = 24, 3  # of the Taylor series
+_RADIUS_OF_SAMPLES = 4  # of `Samples`: what is folded onto the terms is below 4^-32 of the function
+_PIECES_AT_ONCE = 512  # pieces in one array
 # Of a piece: without a certificate, a zero so near to a start that is a zero is the start.
 _AT_START = Fraction(1, 2**24)
 
@@ -338,7 +338,7 @@ class _Along:
         self.run, self.quantity, self.certificate = run, quantity, certificate
         self.at = evaluator(run, certificate=certificate)
         self.duals = self.at.equations.over(Duals(self.at.balls))
-        self.samples = Samples.of(self.at.balls.bits, _TERMS, _RADIUS)
+        self.samples = Samples.of(self.at.balls.bits, _TERMS_OF_PIECE, _RADIUS_OF_SAMPLES)
 
     def exact_start(self) -> flint.arb:
         """The function of the exact initial state."""
@@ -371,7 +371,7 @@ class _Along:
         """
         half, a = exact_ball((high - low) / 2), self.samples
         with a.precision():
-            state = a.polynomials(self.run.around(piece, (low + high) / 2, half, _TERMS))
+            state = a.polynomials(self.run.around(piece, (low + high) / 2, half, _TERMS_OF_PIECE))
             value = self.quantity(self.at.equations.over(a), state)
             ((here, *rest),) = a.coefficients([value])
         sizes = [abs(c) for c in rest]
@@ -403,7 +403,11 @@ class _Along:
                 yield _Span(low, high, sign)
             elif way := sign_of(rate):
                 yield from self._narrowed(piece, _Span(low, high, 0, way), rate, smallest)
-            elif self._is_lost(piece, low, high, rate) or high - low < smallest or count > _MOST:
+            elif (
+                self._is_lost(piece, low, high, rate)
+                or high - low < smallest
+                or count > _MOST_HALVINGS_WAITING
+            ):
                 yield _Span(low, high, 0)
             else:
                 middle = (low + high) / 2
@@ -444,10 +448,10 @@ class _Along:
 def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
     """The sign of the function by piece as binary64 sees it; 0 where it may vanish."""
     equations = Equations.binary64(run.bicycle, is_regular=run.is_regular)
-    nodes = chebyshev.chebpts1(_NODES)
-    transform = np.linalg.inv(chebyshev.chebvander(nodes, _NODES - 1))
-    for begin in range(0, run.steps, _AT_ONCE):
-        state = _states(run, range(begin, min(begin + _AT_ONCE, run.steps)), (nodes + 1) / 2)
+    nodes = chebyshev.chebpts1(_NODES_OF_PIECE)
+    transform = np.linalg.inv(chebyshev.chebvander(nodes, _NODES_OF_PIECE - 1))
+    for begin in range(0, run.steps, _PIECES_AT_ONCE):
+        state = _states(run, range(begin, min(begin + _PIECES_AT_ONCE, run.steps)), (nodes + 1) / 2)
         for c in quantity(equations, tuple(state)) @ transform.T:
             is_clear = abs(c[0]) > (1 + _SLACK) * np.abs(c[1:]).sum() + _SLACK * np.abs(c).max()
             yield int(np.sign(c[0])) if is_clear else 0

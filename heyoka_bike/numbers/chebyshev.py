@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from heyoka_bike.numbers.double import Array, Double, add, divide, fast_two_sum, split, two_sum
 
 # Values at a time, so that what a step needs stays in the processor's cache.
-_BLOCK = 8192
+_POINTS_AT_ONCE = 8192
 
 
 def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
@@ -64,7 +64,7 @@ def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double
     columns, count = len(hi), len(piece)
     found = np.empty((columns, count)), np.empty((columns, count))
     c: Double = (np.moveaxis(hi, -1, 0), np.moveaxis(lo, -1, 0))
-    step = max(_BLOCK // max(columns, 1), 1)
+    step = max(_POINTS_AT_ONCE // max(columns, 1), 1)
     for start in range(0, count, step):
         rows = slice(start, start + step)
         part = _clenshaw(c, piece[rows], (x[0][rows], x[1][rows]))
@@ -101,7 +101,7 @@ def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
 
 
 # Times together: their polynomials stay in the processor's cache.
-_TIMES = 4096
+_TIMES_AT_ONCE = 4096
 _SLICE = 21
 
 
@@ -165,8 +165,8 @@ _Pieces = list[tuple[int, int, int]]
 def _blocks(breaks: Array, t: Double) -> Iterator[tuple[slice, _Pieces, NDArray[np.intp]]]:
     """Rows of each block, the stretches of it (piece, start, end), and each row's piece."""
     piece = locate(breaks, t)
-    for start in range(0, len(piece), _TIMES):
-        of = piece[start : start + _TIMES]
+    for start in range(0, len(piece), _TIMES_AT_ONCE):
+        of = piece[start : start + _TIMES_AT_ONCE]
         ends = [0, *(np.flatnonzero(np.diff(of)) + 1), len(of)]
         pieces = [(int(of[i]), i, j) for i, j in pairwise(ends)]
         yield slice(start, start + len(of)), pieces, of

@@ -24,8 +24,8 @@ Double = tuple[Array, Array]
 
 _SPLITTER = 2.0**27 + 1.0
 # The argument is halved so often, and the series of what is left ends below 1e-33.
-_HALVINGS = 4
-_TERMS = 18
+_HALVINGS_OF_ARGUMENT = 4
+_TERMS_OF_SERIES = 18
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582")
 """To more digits than a double-double number has."""
 
@@ -152,15 +152,15 @@ def _sin_cos(angle: Doubles) -> tuple[Doubles, Doubles]:
     """Sine and cosine; of the last arguments they are kept, as most formulas take both."""
     quarters = np.rint(angle.hi / float(PI / 2))
     x = angle - Doubles(quarters, np.zeros_like(quarters)) * Doubles.of(PI / 2)
-    x = Doubles(x.hi / 2**_HALVINGS, x.lo / 2**_HALVINGS)
+    x = Doubles(x.hi / 2**_HALVINGS_OF_ARGUMENT, x.lo / 2**_HALVINGS_OF_ARGUMENT)
     one = Doubles.of(1)
     square, sin, cos = x * x, Doubles.of(0), Doubles.of(0)
-    for n in range(_TERMS, 0, -2):
+    for n in range(_TERMS_OF_SERIES, 0, -2):
         sign = (-1) ** (n // 2)
         cos = cos * square + Doubles.of(Fraction(sign, factorial(n)))
         sin = sin * square + Doubles.of(Fraction(-sign, factorial(n - 1)))
     sin, less = sin * x, -(cos * square)
-    for _ in range(_HALVINGS):
+    for _ in range(_HALVINGS_OF_ARGUMENT):
         # Of 1 - cos, which keeps its digits where the cosine is near one.
         double = sin * (one - less)
         sin, less = double + double, (sin * sin) + (sin * sin)

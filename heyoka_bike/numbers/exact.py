@@ -21,10 +21,12 @@ from math import pi
 from heyoka_bike.errors import InputError, quoted
 
 # A number, or pi, that no letter, digit or point follows.
-_NUMBER = re.compile(r"(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|pi)(?![0-9A-Za-z_.])")
+_PATTERN_OF_NUMBER = re.compile(
+    r"(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|pi)(?![0-9A-Za-z_.])"
+)
 _WITHOUT_NUMBERS = re.compile(r"(?:x[0-9]+|[-+*/() \t])*")
 _SIGNS = re.compile(r"[-+][-+ \t]*[-+]")
-_OPERATIONS: Mapping[type, Callable[..., Exact]] = {
+_OPERATIONS_OF_EXACT: Mapping[type, Callable[..., Exact]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
     ast.Div: operator.truediv, ast.UAdd: operator.pos, ast.USub: operator.neg,
 }  # fmt: skip
@@ -34,8 +36,8 @@ _MAX_INTEGER = 10**640
 _MAX_BRACKETS = 50
 _MAX_EXPONENT = 400
 # Where binary64 is normal.
-_SMALLEST, _LARGEST = Fraction(1, 10**300), Fraction(10**300)
-_EXAMPLE = 'expected a decimal number or an expression such as "pi/10"'
+_SMALLEST, _LARGEST_MAGNITUDE = Fraction(1, 10**300), Fraction(10**300)
+_EXPECTED_NUMBER = 'expected a decimal number or an expression such as "pi/10"'
 
 
 @dataclass(frozen=True, repr=False, slots=True)
@@ -135,7 +137,7 @@ class Exact:
         return all(
             part == 0
             or (
-                _SMALLEST <= abs(part) <= _LARGEST
+                _SMALLEST <= abs(part) <= _LARGEST_MAGNITUDE
                 and max(abs(part.numerator), part.denominator) < _MAX_INTEGER
             )
             for part in (self.rational, self.pi_multiple)
@@ -235,23 +237,23 @@ def _value(text: str) -> Exact:
     def evaluated(node: ast.AST) -> Exact:
         if isinstance(node, ast.Name):
             return numbers[int(node.id[1:])]
-        operation = _OPERATIONS.get(type(getattr(node, "op", None)))
+        operation = _OPERATIONS_OF_EXACT.get(type(getattr(node, "op", None)))
         if operation and isinstance(node, ast.UnaryOp):
             return operation(evaluated(node.operand))
         if operation and isinstance(node, ast.BinOp):
             return operation(evaluated(node.left), evaluated(node.right))
-        raise ValueError(_EXAMPLE)
+        raise ValueError(_EXPECTED_NUMBER)
 
-    formula = _NUMBER.sub(named, text.strip(" \t"))
+    formula = _PATTERN_OF_NUMBER.sub(named, text.strip(" \t"))
     if not _WITHOUT_NUMBERS.fullmatch(formula):
-        raise ValueError(_EXAMPLE)
+        raise ValueError(_EXPECTED_NUMBER)
     # A long row of signs is one sign.
     formula = _SIGNS.sub(lambda signs: "-" if signs[0].count("-") % 2 else "+", formula)
     try:
         return evaluated(ast.parse(formula, mode="eval").body)
     except SyntaxError:
         is_open = text.count("(") > text.count(")")
-        raise ValueError("expected a closing bracket" if is_open else _EXAMPLE) from None
+        raise ValueError("expected a closing bracket" if is_open else _EXPECTED_NUMBER) from None
 
 
 def _decimal(literal: str) -> Fraction:

@@ -7,7 +7,7 @@ from math import ceil, log2, log10
 
 from heyoka_bike.errors import InputError
 
-_GUARD_BITS = 4
+_BITS_OF_GUARD = 4
 MAX_DIGITS = 1000
 
 
@@ -32,20 +32,21 @@ class Precision:
         InputError
             Anything else, or digits outside 10 to 1000.
         """
-        if what in _FORMATS:
-            return _FORMATS[str(what)]
+        if what in _FORMAT_BITS:
+            return _FORMAT_BITS[str(what)]
         try:
             digits = int(what)
         except ValueError:
             raise InputError(
-                f"found precision '{what}', expected {', '.join(_FORMATS)} or a number of digits"
+                f"found precision '{what}', expected {', '.join(_FORMAT_BITS)} or a number of "
+                "digits"
             ) from None
         if not 10 <= digits <= MAX_DIGITS:
             raise InputError(f"found {digits} digits, expected 10 to {MAX_DIGITS}")
-        return cls(f"{digits} digits", ceil(digits * log2(10)) + _GUARD_BITS)
+        return cls(f"{digits} digits", ceil(digits * log2(10)) + _BITS_OF_GUARD)
 
 
-_FORMATS = {
+_FORMAT_BITS = {
     "binary64": Precision("binary64", 53),
     "longdouble": Precision("longdouble", 64),
     "binary128": Precision("binary128", 113),

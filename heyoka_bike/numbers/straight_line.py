@@ -21,8 +21,8 @@ from operator import add, mul, sub, truediv
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
-_NAME = re.compile(r"\bv\d+\b")
-_OPERATIONS = {"+": add, "-": sub, "*": mul, "/": truediv}
+_PATTERN_OF_NAME = re.compile(r"\bv\d+\b")
+_OPERATIONS_OF_CODE = {"+": add, "-": sub, "*": mul, "/": truediv}
 
 
 class Recorded:
@@ -113,7 +113,7 @@ class StraightLine(Arithmetic):
         if not isinstance(y, Recorded):
             y = self.literal(float(y))
         if x.value is not None and y.value is not None:
-            return self.literal(_OPERATIONS[sign](x.value, y.value))
+            return self.literal(_OPERATIONS_OF_CODE[sign](x.value, y.value))
         if sign in "*/":
             return self._product(sign, x, y)
         if y.value == 0:
@@ -162,10 +162,10 @@ class StraightLine(Arithmetic):
 
 def needed(statements: Mapping[str, str], results: Sequence[str]) -> dict[str, str]:
     """The statements that the results depend on, in order."""
-    wanted = set(_NAME.findall(" ".join(results)))
+    wanted = set(_PATTERN_OF_NAME.findall(" ".join(results)))
     for name, text in reversed(list(statements.items())):
         if name in wanted:
-            wanted.update(_NAME.findall(text))
+            wanted.update(_PATTERN_OF_NAME.findall(text))
     return {name: text for name, text in statements.items() if name in wanted}
 
 

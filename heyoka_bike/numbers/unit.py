@@ -9,37 +9,47 @@ from heyoka_bike.numbers.exact import Exact
 _Size = tuple[Fraction, int, tuple[int, int, int]]
 """A fraction times a power of pi, and the powers of m, kg and s."""
 
-_ONE: _Size = (Fraction(1), 0, (0, 0, 0))
+_SIZE_OF_ONE: _Size = (Fraction(1), 0, (0, 0, 0))
 
 
 def _size(factor: str, *powers: int, pi: int = 0) -> _Size:
     return Fraction(factor), pi, (powers[0], powers[1], powers[2])
 
 
-_ANGLE, _LENGTH, _MASS, _TIME, _SPEED, _FORCE, _ENERGY = (
+_OF_ANGLE, _OF_LENGTH, _OF_MASS, _OF_TIME, _OF_SPEED, _OF_FORCE, _OF_ENERGY = (
     (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, -1), (1, 1, -2), (2, 1, -2)
 )  # fmt: skip
 _PREFIXES = {"": "1", "u": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6"}
-_PREFIXED = {"rad": _ANGLE, "m": _LENGTH, "s": _TIME, "N": _FORCE, "J": _ENERGY}
+_UNITS_WITH_PREFIXES = {
+    "rad": _OF_ANGLE,
+    "m": _OF_LENGTH,
+    "s": _OF_TIME,
+    "N": _OF_FORCE,
+    "J": _OF_ENERGY,
+}
 UNITS: Mapping[str, _Size] = {
-    "1": _ONE,
-    **{f"{p}{name}": _size(x, *of) for name, of in _PREFIXED.items() for p, x in _PREFIXES.items()},
-    **dict.fromkeys(("deg", "degree", "degrees", "\u00b0"), _size("1/180", *_ANGLE, pi=1)),
-    "arcminute": _size("1/10800", *_ANGLE, pi=1),
-    "arcsecond": _size("1/648000", *_ANGLE, pi=1),
-    "grade": _size("1/200", *_ANGLE, pi=1),
-    "revolution": _size("2", *_ANGLE, pi=1),
-    **dict.fromkeys(("in", "inch"), _size("0.0254", *_LENGTH)),
-    "foot": _size("0.3048", *_LENGTH),
-    "mile": _size("1609.344", *_LENGTH),
-    "kg": _size("1", *_MASS),
-    "g": _size("1/1000", *_MASS),
-    "t": _size("1000", *_MASS),
-    "min": _size("60", *_TIME),
-    "h": _size("3600", *_TIME),
-    "knot": _size("1852/3600", *_SPEED),
-    "kgf": _size("9.80665", *_FORCE),
-    "lbf": _size("4.4482216152605", *_FORCE),
+    "1": _SIZE_OF_ONE,
+    **{
+        f"{p}{name}": _size(x, *of)
+        for name, of in _UNITS_WITH_PREFIXES.items()
+        for p, x in _PREFIXES.items()
+    },
+    **dict.fromkeys(("deg", "degree", "degrees", "\u00b0"), _size("1/180", *_OF_ANGLE, pi=1)),
+    "arcminute": _size("1/10800", *_OF_ANGLE, pi=1),
+    "arcsecond": _size("1/648000", *_OF_ANGLE, pi=1),
+    "grade": _size("1/200", *_OF_ANGLE, pi=1),
+    "revolution": _size("2", *_OF_ANGLE, pi=1),
+    **dict.fromkeys(("in", "inch"), _size("0.0254", *_OF_LENGTH)),
+    "foot": _size("0.3048", *_OF_LENGTH),
+    "mile": _size("1609.344", *_OF_LENGTH),
+    "kg": _size("1", *_OF_MASS),
+    "g": _size("1/1000", *_OF_MASS),
+    "t": _size("1000", *_OF_MASS),
+    "min": _size("60", *_OF_TIME),
+    "h": _size("3600", *_OF_TIME),
+    "knot": _size("1852/3600", *_OF_SPEED),
+    "kgf": _size("9.80665", *_OF_FORCE),
+    "lbf": _size("4.4482216152605", *_OF_FORCE),
     "W": _size("1", 2, 1, -3),
 }
 _FACTOR = re.compile(r"\s*([*\u00b7./]?)\s*([A-Za-z\u00b0]+|1(?![0-9]))(?:\*\*|\^)?([-+]?[0-9]+)?")
@@ -52,7 +62,7 @@ def size(unit: str) -> _Size | None:
     An angle has no dimension, and rad is 1.
     """
     text, at = unit.strip().translate(_SUPERSCRIPTS), 0
-    factor, pi, powers = _ONE
+    factor, pi, powers = _SIZE_OF_ONE
     while at < len(text):
         match = _FACTOR.match(text, at)
         if match is None or match[2] not in UNITS:

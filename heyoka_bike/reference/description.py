@@ -58,7 +58,7 @@ _SOURCE = (
     "heyoka_bike: the equations of motion of the Carvallo-Whipple bicycle, integrated by heyoka's "
     "adaptive Taylor method and proved in ball arithmetic"
 )
-_HDF5, _TEXT, _JSON = "application/x-hdf5", "text/plain", "application/json"
+_TYPE_OF_HDF5, _TYPE_OF_TEXT, _JSON = "application/x-hdf5", "text/plain", "application/json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,29 +82,29 @@ FILES: Mapping[str, Holding] = {
         "Reference solution of the multibody benchmark Uncontrolled bicycle",
         "Roll, steer, speed and energies by every usual definition, pitch and yaw: rows and "
         "piecewise polynomials, hi + lo (32 digits), with certified bounds.",
-        _HDF5,
+        _TYPE_OF_HDF5,
     ),
     layout.TEXT: Holding(
         "The 25 columns of the benchmark",
         "Rows of time and eight columns of each maneuver, 17 digits, without a heading.",
-        _TEXT,
+        _TYPE_OF_TEXT,
     ),
     layout.TEXT_50: Holding(
         "The 25 columns of the benchmark with 50 digits",
         "The same rows, correctly rounded to 50 significant digits.",
-        _TEXT,
+        _TYPE_OF_TEXT,
     ),
     layout.MOTION: Holding(
         "The whole motion of the reference solution: configuration and forces",
         "Places, attitudes, wheel angles, angular velocities, contact and joint forces: rows and "
         "piecewise polynomials, hi + lo, with certified bounds.",
-        _HDF5,
+        _TYPE_OF_HDF5,
     ),
     layout.SENSITIVITIES: Holding(
         "Sensitivities of the reference solution: d column / d unknown",
         "Derivatives of every column with respect to the 26 parameters and the start, with "
         "certified bounds.",
-        _HDF5,
+        _TYPE_OF_HDF5,
     ),
     layout.STATES: Holding(
         "States: all that a program can compute at single instants",
@@ -113,12 +113,12 @@ FILES: Mapping[str, Holding] = {
         "text/csv",
     ),
     layout.STATES_HDF5: Holding(
-        "The same states", "The same numbers, each with its unit and meaning.", _HDF5
+        "The same states", "The same numbers, each with its unit and meaning.", _TYPE_OF_HDF5
     ),
     layout.CANDIDATE: Holding(
         "Candidate solutions: exact piecewise polynomials",
         "The computed motions as exact integers: what the certificate is about.",
-        _HDF5,
+        _TYPE_OF_HDF5,
     ),
     layout.CERTIFICATE: Holding(
         "Certificate", "What is proved, with which bounds, and what is taken as known.", _JSON
@@ -140,7 +140,7 @@ FILES: Mapping[str, Holding] = {
     layout.AFTER_FILES[1]: Holding(
         "Candidate solutions after ten seconds",
         "The two computed motions from which they are proved.",
-        _HDF5,
+        _TYPE_OF_HDF5,
     ),
 }
 """The files of the published set."""

@@ -65,7 +65,7 @@ _MORE_DIGITS = 20
 _STAGES = ("integrate", *certificate.STAGES)
 
 # Classes in the results of the jobs, see `unfinished`.
-_KEPT = (
+_KEPT_STAGES = (
     Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
     Drift,
 )  # fmt: skip
@@ -207,7 +207,7 @@ def generate_sets(
             try:
                 one = _SetInMaking(folder, bicycle, ends, name, digits)
                 check_overwrite(folder, one.version, one.inputs, force=force)
-                one.kept = locks.enter_context(unfinished(folder, _KEPT))
+                one.kept = locks.enter_context(unfinished(folder, _KEPT_STAGES))
                 making.append(one)
             except BicycleError as e:
                 fail(folder, e)

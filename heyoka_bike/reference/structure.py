@@ -116,7 +116,7 @@ def _rows(columns: Sequence[Column], rows: int) -> Iterator[Dataset]:
 
 
 def _dense(columns: Sequence[Column], pieces: int) -> Iterator[Dataset]:
-    yield Dataset("breaks", (pieces + 1,), _BREAKS, is_scale=True)
+    yield Dataset("breaks", (pieces + 1,), _ABOUT_BREAKS, is_scale=True)
     for name, length, counted in (
         ("piece", pieces, "number of the piece"),
         ("order", NODES, "degree of the Chebyshev polynomial"),
@@ -160,7 +160,7 @@ def _sensitivity(
         "Derivatives at every tenth row, the exact ones rounded to the nearest binary64; zero "
         "where an enclosure as narrow as the bound holds zero."
     )
-    breaks = Dataset("breaks", (pieces + 1,), _BREAKS)
+    breaks = Dataset("breaks", (pieces + 1,), _ABOUT_BREAKS)
     return Group(inputs, (breaks, *dense), {"rows": Group({"comment": comment}, (time, *at_rows))})
 
 
@@ -173,7 +173,7 @@ def _trajectory(
     shape = (pieces, 7, int(stored["taylor_order"]) + 1, width)
     said = "by piece, state, power and byte: little-endian two's complement integers"
     said_of = _described("1", "coefficients of the states", said)
-    breaks = Dataset("breaks", (pieces + 1,), _BREAKS, is_column=True)
+    breaks = Dataset("breaks", (pieces + 1,), _ABOUT_BREAKS, is_column=True)
     coefficients = Dataset("coefficients", shape, said_of, is_column=True, kind="u1")
     return Group({**inputs, **{x: stored[x] for x in STATED}}, (breaks, coefficients))
 
@@ -218,5 +218,5 @@ def _described(unit: str, long_name: str, definition: str) -> dict[str, str]:
     return {"units": unit, "long_name": long_name, "definition": definition}
 
 
-_BREAKS = _described("s", "ends of the pieces", "exact")
+_ABOUT_BREAKS = _described("s", "ends of the pieces", "exact")
 _CERTIFIED = ", certified bound"

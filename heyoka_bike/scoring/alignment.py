@@ -41,14 +41,14 @@ MOST_SAMPLED = 4001
 # A column farther from the reference than half its scale says nothing about what it is.
 HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it.
-_LARGEST = 1e150
+_LARGEST_VALUE = 1e150
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
-_FAR = 0.1
+_FAR_FROM_MANEUVER = 0.1
 # Rows that tell columns in another order.
-_FEW = 200
+_ROWS_THAT_TELL_ORDER = 200
 # A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
-_NEARER = 8.0
+_TIMES_NEARER = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,12 +292,12 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     """The part with the rate of a wheel in the place of the speed known as that, by its values."""
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
-    if own <= HALF / _NEARER:
+    if own <= HALF / _TIMES_NEARER:
         return part, ()
     for name in ("rR", "rF"):
         radius = f"{float(Fraction(reference.parameters[name]))} m"
         units = {**part.units, "forward_speed": f"{radius} rad s-1"}
-        if _distance(replace(speed, units=units)) < own / _NEARER:
+        if _distance(replace(speed, units=units)) < own / _TIMES_NEARER:
             return replace(part, units=units), (WheelRate(radius),)
     return part, ()
 
@@ -311,7 +311,7 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
         enough = 2 * len(part.time) > len(rows.time)
         distance[number] = _distance(part) if enough else 1.0
     nearest, *others = sorted(distance, key=distance.__getitem__)
-    if distance[nearest] >= _FAR:
+    if distance[nearest] >= _FAR_FROM_MANEUVER:
         orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
         if orders:
             moved = {
@@ -348,18 +348,18 @@ def _of_another(
             told = f"{option}time,{','.join(names)}"
         return (OtherOrder(tuple(order.values()), told),)
     own = _distance(part)
-    if own < _FAR:
+    if own < _FAR_FROM_MANEUVER:
         return ()
     distance = _distances(rows, reference, reference)
     nearest = min(distance, key=distance.__getitem__)
-    if nearest == part.number or distance[nearest] > min(own / 2, _FAR):
+    if nearest == part.number or distance[nearest] > min(own / 2, _FAR_FROM_MANEUVER):
         return ()
     return (OtherManeuver(part.number, nearest, distance[nearest], own),)
 
 
 def _another_order(part: Part) -> dict[str, str]:
     """Return the keys that the values fit, by key, if that is a permutation; else nothing."""
-    few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), _FEW))
+    few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), _ROWS_THAT_TELL_ORDER))
     keys = list(few.values)
     expected = few.reference.approximate(few.time, keys)
 
@@ -367,16 +367,18 @@ def _another_order(part: Part) -> dict[str, str]:
         away = _away(few, meaning, few.values[key], expected[meaning])
         return 1.0 if away is None else away
 
-    if all(far(key, key) < _FAR for key in keys):
+    if all(far(key, key) < _FAR_FROM_MANEUVER for key in keys):
         return {}
     order = {}
     for key in keys:
         away = {meaning: far(key, meaning) for meaning in keys}
         nearest = min(away, key=away.__getitem__)
-        order[key] = nearest if away[nearest] < away[key] / _NEARER else key
-        if away[order[key]] >= _FAR:
+        order[key] = nearest if away[nearest] < away[key] / _TIMES_NEARER else key
+        if away[order[key]] >= _FAR_FROM_MANEUVER:
             return {}
-    is_moved = any(far(key, key) >= _FAR for key, meaning in order.items() if key != meaning)
+    is_moved = any(
+        far(key, key) >= _FAR_FROM_MANEUVER for key, meaning in order.items() if key != meaning
+    )
     return order if is_moved and {*order.values()} == {*keys} else {}
 
 
@@ -427,7 +429,7 @@ def _within(
     kept = rows if keep.all() else rows.at(keep)
     values = dict(kept.values)
     for key, written in kept.values.items():
-        too_large = np.abs(written) > _LARGEST
+        too_large = np.abs(written) > _LARGEST_VALUE
         if count := int(too_large.sum()):
             values[key] = np.where(too_large, np.nan, written)
             seen.append(TooLarge(number, key, count))

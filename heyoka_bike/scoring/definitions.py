@@ -47,42 +47,42 @@ from heyoka_bike.scoring.units import UNITS, factor, tried
 # An error curve counts as so many independent values. Those of programs have about five (the
 # participation ratio of their spectra); with three, odds claimed against the truth are rarer than
 # they say, from a quarter of a second to ten, see docs/measures.md.
-_VALUES = 3
+_INDEPENDENT_VALUES = 3
 # Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one claim
 # in twenty may be wrong at the most.
-_CLAIMED = float(np.log(20.0))
+_LOG_ODDS_CLAIMED = float(np.log(20.0))
 # The first row, or a whole maneuver, may have been written otherwise than the rest, once in so many
 # files.
-_SELDOM = float(np.log(1000.0))
+_LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
 # Fewer rows than this show nothing but by meeting the floor of the digits written.
-_FEW_ROWS = 10
+_FEWEST_TELLING_ROWS = 10
 # One row of so many is left out of the typical error.
-_LEFT_OUT = 100
+_ROWS_FOR_ONE_LEFT_OUT = 100
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
-_CLEARLY = 10.0
+_TIMES_CLEARLY_LESS = 10.0
 _LN_10 = float(np.log(10.0))
 # Of the rows.
-_MOST = 0.9
+_PART_OF_ROWS = 0.9
 # Of the scale.
-_FAR_ZERO = 0.1
+_PART_OF_FAR_ZERO = 0.1
 # Of what hardly varies, such as a speed, units that are not tried, ft/s or a wheel's rad/s, come
 # within a tenth of one that is.
-_NEAR = 0.02
+_PART_OF_STEADY_COLUMN = 0.02
 # What is expected is so many times as likely before as any other definition.
-_EXPECTED = float(np.log(5.0))
+_LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 # One file in so many has a column of a definition that is not known here.
-_NONE = float(np.log(100.0))
+_LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 # So many times the worst of the columns of one meaning a column may be off by. In the maneuvers of
 # `data/results` and `data/peers` that are right to a hundredth it is at most 5.4 times, in parts of
 # what each varies by.
-_SPREAD = 10.0
-_AT_FLOOR = 4.0
-_ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
+_TIMES_WORST_COLUMN = 10.0
+_FLOORS_OF_ROUNDING = 4.0
+_ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
-_UNSIGNED = (*_ENERGIES, "rear_friction", "front_friction")
+_UNSIGNED = (*_ENERGY_KEYS, "rear_friction", "front_friction")
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class Understanding:
         odds = {d: x - mine for d, x in self.odds.items()}
         odds[self.column.definition] = -mine
         del odds[column.definition]
-        alike = tuple(d for d, x in odds.items() if x * _LN_10 < _CLAIMED)
+        alike = tuple(d for d, x in odds.items() if x * _LN_10 < _LOG_ODDS_CLAIMED)
         none = None if self.none is None else self.none - mine
         return replace(self, column=column, indistinguishable=alike, odds=odds, none=none)
 
@@ -159,7 +159,7 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
         if having:
             found[key] = _choose(key, having, found)
     # The kinetic energy has no zero to choose, so its unit is the surest.
-    energies = [key for key in _ENERGIES if key in found]
+    energies = [key for key in _ENERGY_KEYS if key in found]
     found.update({key: replace(found[key], unit=found[energies[0]].unit) for key in energies})
     _find_offset(found, samples)
     return found
@@ -226,20 +226,22 @@ class Sample:
         against = np.zeros(len(candidates))
         if key in self.at_start:
             # How much the first row speaks against each, as a natural logarithm of odds.
-            against = np.clip(np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _SELDOM)
+            against = np.clip(
+                np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _LOG_ODDS_AGAINST_ODD_ROW
+            )
         typical = np.maximum(_typical_sizes(errors), smallest)
-        return np.asarray(-_VALUES * np.log(typical) - against)
+        return np.asarray(-_INDEPENDENT_VALUES * np.log(typical) - against)
 
     def of_a_constant(self, key: str, u: Understanding) -> float:
         """`log_likelihoods` of a column that does not vary."""
         varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
-        return -_VALUES * float(np.log(max(varies, self.smallest(key, u))))
+        return -_INDEPENDENT_VALUES * float(np.log(max(varies, self.smallest(key, u))))
 
     def moves(self, key: str) -> float:
         """Return the size to which errors of the motion in a column are proportional [SI]."""
         if "kinetic_energy" not in self.values:
             return self.scale[key]
-        if key in _ENERGIES:
+        if key in _ENERGY_KEYS:
             return self.varies
         expected = self.expected[self.definitions[key][0].name]
         return rms(expected - median(expected))
@@ -257,7 +259,7 @@ class Sample:
 
 def _typical_sizes(errors: Array) -> Array:
     """Return root mean squares of each row without its largest hundredth, as `rms` does."""
-    kept = errors.shape[1] - errors.shape[1] // _LEFT_OUT
+    kept = errors.shape[1] - errors.shape[1] // _ROWS_FOR_ONE_LEFT_OUT
     if kept < errors.shape[1]:
         errors = np.partition(errors, kept, axis=1)[:, :kept]
     largest = np.max(errors, axis=1)
@@ -283,7 +285,7 @@ def _before(key: str, column: Column, found: Understandings) -> float:
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
     attitude = {u.column.definition for k, u in found.items() if k in _ATTITUDE and k != key}
     belongs |= key in _ATTITUDE and column.definition in attitude
-    return _EXPECTED if column.default or belongs else 0.0
+    return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
 def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Understanding:
@@ -306,12 +308,12 @@ def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Under
     if not _is_shown(key, typical, samples):
         return replace(plain(key), unit=told[0])
     gain = float(table[way].max() - table[as_told].max())
-    if gain < _CLAIMED or not _is_near(key, typical, samples):
+    if gain < _LOG_ODDS_CLAIMED or not _is_near(key, typical, samples):
         way = as_told
     chosen = int(np.argmax(table[way]))
     taken = Understanding(columns[chosen], *ways[way])
     constant = sum(s.of_a_constant(key, taken) for s in samples)
-    if constant - float(likely.max()) > _CLAIMED:
+    if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
         # One number, such as the speed of the linear equations, is nearest to whichever definition
         # varies the least, and means none of them.
         return replace(taken, column=columns[0])
@@ -321,17 +323,19 @@ def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Under
     others = [i for i in range(len(columns)) if i != chosen]
     return replace(
         taken,
-        indistinguishable=tuple(columns[i].definition for i in others if shown[i] < _CLAIMED),
+        indistinguishable=tuple(
+            columns[i].definition for i in others if shown[i] < _LOG_ODDS_CLAIMED
+        ),
         odds={columns[i].definition: float(less[i]) / _LN_10 for i in others},
     )
 
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
-    if max(len(s.values[key]) for s in samples) >= _FEW_ROWS:
+    if max(len(s.values[key]) for s in samples) >= _FEWEST_TELLING_ROWS:
         return True
     floors = [sum(s.floor[key]) for s in samples]
-    return all(t <= _CLEARLY * f for t, f in zip(typical, floors, strict=True))
+    return all(t <= _TIMES_CLEARLY_LESS * f for t, f in zip(typical, floors, strict=True))
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
@@ -340,7 +344,7 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
     varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
-    limit = HALF if varies else _NEAR
+    limit = HALF if varies else _PART_OF_STEADY_COLUMN
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
@@ -374,21 +378,25 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
     if not others:
         return u
-    odds = _NONE
+    odds = _LOG_ODDS_OF_KNOWN
     for s in having:
         if accuracy(s, found) >= TOLERANCE:
             # A motion that is wrong itself tells nothing.
             continue
         off_by = accuracy(s, found, size=s.moves)
-        allowed = max(_SPREAD * off_by * s.moves(key), _AT_FLOOR * s.smallest(key, u))
+        allowed = max(
+            _TIMES_WORST_COLUMN * off_by * s.moves(key), _FLOORS_OF_ROUNDING * s.smallest(key, u)
+        )
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))
-        error = max(float(errors[int(_MOST * (len(errors) - 1))]), allowed)
+        error = max(float(errors[int(_PART_OF_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
         if error > allowed:
-            odds -= min(_VALUES * float(np.log(error / allowed)), _SELDOM)
+            odds -= min(
+                _INDEPENDENT_VALUES * float(np.log(error / allowed)), _LOG_ODDS_AGAINST_ODD_ROW
+            )
         elif apart > error:
-            odds += _VALUES * float(np.log(apart / error))
+            odds += _INDEPENDENT_VALUES * float(np.log(apart / error))
     return replace(u, none=odds / _LN_10)
 
 
@@ -427,14 +435,16 @@ def _with_offset(
     left = _typical(key, moved[key], having)
     off_by = max(accuracy(s, before, ZEROED) for s in having)
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
-    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(_CLEARLY * off_by, _FAR_ZERO)
+    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(
+        _TIMES_CLEARLY_LESS * off_by, _PART_OF_FAR_ZERO
+    )
     is_zero = is_far and (key == ZEROED[0] or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
     is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
     # The typical error falls by that much in each maneuver.
     fits = all(
-        a / b >= _CLEARLY
+        a / b >= _TIMES_CLEARLY_LESS
         for k, v in moved.items()
         for a, b in zip(_typical(k, before[k], samples), _typical(k, v, samples), strict=True)
     )

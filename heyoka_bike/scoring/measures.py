@@ -42,7 +42,7 @@ ROUNDING = 1e-11
 """Of the scale: what binary64 arithmetic may leave of a run. 1e-16 in each of a million operations
 that add up is 1e-13 to 1e-10; correct programs were seen to stop at 4e-14 to 2e-12."""
 
-_PARTS = 10
+_PARTS_OF_RUN = 10
 
 
 def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures:
@@ -90,10 +90,10 @@ def time_to_tolerance(t: Array, error: Array, scale: float) -> float | None:
 
 def growth(t: Array, error: Array, duration: float) -> tuple[Growth, ...]:
     """Largest abs(e) in each tenth of the run; the end belongs to the last."""
-    ends = np.linspace(0.0, duration, _PARTS + 1)
-    part = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, _PARTS - 1)
+    ends = np.linspace(0.0, duration, _PARTS_OF_RUN + 1)
+    part = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, _PARTS_OF_RUN - 1)
     found = []
-    for i in range(_PARTS):
+    for i in range(_PARTS_OF_RUN):
         inside = np.abs(error[part == i])
         largest = float(inside.max()) if len(inside) else None
         found.append(Growth(float(ends[i]), float(ends[i + 1]), largest))
@@ -134,13 +134,13 @@ FEW = 100_000
 # Errors, in scales, from which on the plain reference will do, and that of `evaluate_many`.
 _PLAIN_WILL_DO, _MANY_WILL_DO = 1e-12, 1e-24
 # Rows at a time.
-_BLOCK = 32_768
+_ROWS_AT_ONCE = 32_768
 # Rows that tell at once that a column has no few digits in common, and the most places of these.
-_FIRST_ROWS = 64
+_ROWS_TRIED_FIRST = 64
 _MOST_PLACES = 13
 # Larger multiples are told from other numbers by nothing in binary64, whose quotients are right to
 # so many last digits.
-_TOLD = 1e13
+_LARGEST_MULTIPLE_TOLD = 1e13
 _LAST_DIGITS = 8
 
 
@@ -192,8 +192,8 @@ def largest_errors(part: Part, values: Array, names: Sequence[str]) -> list[floa
 
 
 def _blocks(part: Part) -> Iterator[slice]:
-    for start in range(0, len(part.time), _BLOCK):
-        yield slice(start, start + _BLOCK)
+    for start in range(0, len(part.time), _ROWS_AT_ONCE):
+        yield slice(start, start + _ROWS_AT_ONCE)
 
 
 def _largest(error: Array) -> float:
@@ -239,8 +239,10 @@ def _in_common(values: Array, largest: float) -> float:
         unit = 10.0**-places
         if (
             varies > unit / 2
-            and largest / unit < _TOLD
-            and all(_are_multiples(some, unit).all() for some in (values[:_FIRST_ROWS], values))
+            and largest / unit < _LARGEST_MULTIPLE_TOLD
+            and all(
+                _are_multiples(some, unit).all() for some in (values[:_ROWS_TRIED_FIRST], values)
+            )
         ):
             return unit
     return 0.0

@@ -40,19 +40,19 @@ OF_COLUMN = (
 OF_MANEUVER = ("performance", "coverage", "gap")
 """Metrics of a maneuver, see `scores.ManeuverScore`."""
 
-_OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
+_COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
     ">=": operator.ge,
     "<": operator.lt,
     ">": operator.gt,
 }
-_FORM = re.compile(
+_FORM_OF_REQUIREMENT = re.compile(
     r"\s*(?:(?:maneuver_|m)?(?P<maneuver>[0-9]{1,4})\s*\.\s*)?"
     r"(?:(?P<column>[A-Za-z_][A-Za-z_0-9]*)\s*\.\s*)?(?P<metric>[A-Za-z_]+)\s*"
     r"(?P<op><=|>=|<|>)\s*(?P<number>[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?)\s*",
     re.ASCII,
 )
-_EXAMPLE = 'expected [maneuver.][column.]metric op number, such as "2.roll_angle.scd >= 6"'
+_EXPECTED_FORM = 'expected [maneuver.][column.]metric op number, such as "2.roll_angle.scd >= 6"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +82,9 @@ def parse(text: str) -> Parsed:
     InputError
         It has another form, or names an unknown column or metric.
     """
-    match = _FORM.fullmatch(text)
+    match = _FORM_OF_REQUIREMENT.fullmatch(text)
     if match is None:
-        raise InputError(f"require: found {text!r:.60}, {_EXAMPLE}")
+        raise InputError(f"require: found {text!r:.60}, {_EXPECTED_FORM}")
     column, metric = match["column"], match["metric"]
     if metric not in OF_COLUMN + OF_MANEUVER:
         found = unknown_word(metric, OF_COLUMN + OF_MANEUVER, "metric ")
@@ -118,7 +118,7 @@ def check(text: str, report: Report) -> Requirement:
     found = _outcome(r, report)
     if not isinstance(found, WorstValue):
         return Requirement(text, False, None, found)
-    is_met = _OPERATORS[r.op](found.value, r.number)
+    is_met = _COMPARISONS[r.op](found.value, r.number)
     return Requirement(text, is_met, found.value if isfinite(found.value) else None, found)
 
 

@@ -22,7 +22,7 @@ SUREST = 6
 """Decimal logarithm of the odds above which they are not told apart: nobody has tried more files
 than a million."""
 
-_CLAIMED = 20.0
+_ODDS_CLAIMED = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +207,7 @@ class ColumnScore:
 
         If they are not, the one that the column is compared with is the nearest.
         """
-        return self.none_odds is None or self.none_odds >= log10(_CLAIMED)
+        return self.none_odds is None or self.none_odds >= log10(_ODDS_CLAIMED)
 
     @property
     def definition(self) -> str:

@@ -99,13 +99,13 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
 
 
 # An error of up to this many floors is rounding, not the integrator's.
-_AT_FLOOR = 4.0
+_FLOORS_OF_ROUNDING = 4.0
 # Observed orders of one column that differ by more than this are not those of one power law yet.
-_STEADY = 0.3
+_ORDERS_APART = 0.3
 # Errors that fall by less than this power of the step or tolerance do not fall.
-_FALLS = 0.2
+_LEAST_EXPONENT = 0.2
 # Two runs have the same error if their difference is less than this part of it.
-_SAME = 0.3
+_PART_OF_SAME_CURVE = 0.3
 
 
 def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
@@ -168,7 +168,7 @@ def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
     before, after = coarse.max_abs_error, fine.max_abs_error
     if coarse.definition != fine.definition or not before or not after:
         return None
-    if coarse.is_at_floor(_AT_FLOOR) or fine.is_at_floor(_AT_FLOOR):
+    if coarse.is_at_floor(_FLOORS_OF_ROUNDING) or fine.is_at_floor(_FLOORS_OF_ROUNDING):
         return None
     return log(before / after) / log(step / next_step)
 
@@ -191,7 +191,7 @@ def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator
         exponent = _order((a, sizes[0]), (b, sizes[1]))
         if a is None or b is None or exponent is None:
             continue
-        if exponent > _FALLS:
+        if exponent > _LEAST_EXPONENT:
             exponents.append(exponent)
             continue
         error = b.max_rel_error or 0.0
@@ -211,7 +211,7 @@ def _exponent(by: str, found: Sequence[float]) -> ErrorFalls:
 
 def _is_same(a: Array, b: Array) -> bool:
     """True if the errors of two runs are the same curve."""
-    return bool(len(a)) and rms(a - b) < _SAME * rms(b)
+    return bool(len(a)) and rms(a - b) < _PART_OF_SAME_CURVE * rms(b)
 
 
 def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
@@ -226,7 +226,7 @@ def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
         if len(c.orders) > 1
         and c.orders[-1] is not None
         and c.orders[-2] is not None
-        and abs(c.orders[-1] - c.orders[-2]) > _STEADY
+        and abs(c.orders[-1] - c.orders[-2]) > _ORDERS_APART
     )
     if unsteady:
         yield OrderNotSettled(unsteady)
@@ -421,7 +421,7 @@ def _defined(programs: Sequence[Run]) -> Iterator[DefinitionsOfPrograms]:
 # Steps that differ by less than this are the same for a program.
 _SAME_STEP = 1e-6
 # No step or time of a run of seconds [s] is less or more.
-_SHORTEST, _LONGEST = 1e-9, 1e9
+_SHORTEST_SECONDS, _LONGEST_SECONDS = 1e-9, 1e9
 
 
 def score_series(
@@ -512,10 +512,12 @@ def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Al
         if len(given) != len(results):
             count = f"{len(given)} for {len(results)} files"
             raise InputError(f"{name}: found {count}, expected as many")
-        if name != "tolerance" and not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
+        if name != "tolerance" and not all(
+            x is None or _SHORTEST_SECONDS <= x <= _LONGEST_SECONDS for x in given
+        ):
             raise InputError(
                 f"{name}: found {list(given)}, expected positive numbers of seconds, "
-                f"{_SHORTEST:g} to {_LONGEST:g}"
+                f"{_SHORTEST_SECONDS:g} to {_LONGEST_SECONDS:g}"
             )
     return [aligned(results_of(r, len(reference)), reference) for r in results]
 

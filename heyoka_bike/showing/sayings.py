@@ -292,7 +292,7 @@ def _(e: seen.Conventions) -> Finding:
     )
 
 
-_SIDES: Mapping[str, tuple[str, ...]] = {
+_COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
     "roll": ("roll_angle", "roll_rate"),
     "steer": ("steer_angle", "steer_rate"),
     "yaw": ("yaw", "yaw_rate"),
@@ -302,11 +302,11 @@ _TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is 
 
 def _senses(turned: Sequence[str]) -> Iterable[str]:
     """Say which way is positive, of the columns with the other sign."""
-    left = [name for name, keys in _SIDES.items() if set(keys) & set(turned)]
+    left = [name for name, keys in _COLUMNS_OF_SIDE.items() if set(keys) & set(turned)]
     if left:
         yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
     yield from (text for key, text in _TURNED.items() if key in turned)
-    known = {*_TURNED, *(key for keys in _SIDES.values() for key in keys)}
+    known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
     if others := [key for key in turned if key not in known]:
         yield f"{named(others, _KEYS_NAMED)} with the other sign, as in other axes"
 

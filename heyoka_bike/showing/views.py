@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.runs import Series
     from heyoka_bike.scoring.scores import ManeuverScore
 
-_MOST_ROWS = 10
+_MOST_ROWS_SHOWN = 10
 _MOST_COLUMNS, _COLUMNS_AMONG_OTHERS = 9, 8
-_SHOWN = 10  # significant digits of a value among others
-_UNITS = {c.name: c.unit for columns in COMPARED.values() for c in columns}
+_DIGITS_SHOWN = 10  # significant digits of a value among others
+_UNIT_OF_COLUMN = {c.name: c.unit for columns in COMPARED.values() for c in columns}
 _OF_MANEUVERS = (
     "maneuver", "name", "speed [m/s]", "roll rate [rad/s]", "ends at [s]", "rows", "columns",
 )  # fmt: skip
-_TIMES = 6  # of a trajectory
+_TIMES_SHOWN = 6  # of a trajectory
 
 
 def text(shown: Any, view: str) -> str:
@@ -117,7 +117,7 @@ def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
 def trajectory(run: Trajectory) -> Iterable[Block]:
     """Return its integrator and its states at even times, up to the end of the run."""
     end = min(run.maneuver.duration, run.breaks[-1])
-    times = [end * Fraction(i, _TIMES - 1) for i in range(_TIMES)]
+    times = [end * Fraction(i, _TIMES_SHOWN - 1) for i in range(_TIMES_SHOWN)]
     rows = [(plain(float(t)), *(f"{float(x.mid()):.10g}" for x in run.state(t))) for t in times]
     return *head(*run.words), TableBlock(("time [s]", *run.states), rows, "States", "numbers")
 
@@ -147,12 +147,12 @@ def table(found: Values, most: int, about: str = "Values") -> TableBlock:
     time, shown = found.time.ravel(), list(found)[:most]
     columns = [time, *(found[name].ravel() for name in shown)]
     said = []
-    half = _MOST_ROWS // 2
-    is_cut = len(time) > _MOST_ROWS
+    half = _MOST_ROWS_SHOWN // 2
+    is_cut = len(time) > _MOST_ROWS_SHOWN
     if is_cut:
         said.append(f"{len(time)} rows")
         columns = [np.concatenate([x[:half], x[-half:]]) for x in columns]
-    rows = [[f"{x:.{_SHOWN}g}" for x in row] for row in zip(*columns, strict=True)]
+    rows = [[f"{x:.{_DIGITS_SHOWN}g}" for x in row] for row in zip(*columns, strict=True)]
     if is_cut:
         rows.insert(half, ["..."] * len(columns))
     if len(found) > len(shown):
@@ -169,7 +169,7 @@ def _at_one_time(found: Values) -> TableBlock:
 
 
 def _heading(name: str) -> str:
-    return f"{name} [{unit_text(_UNITS[name])}]" if name in _UNITS else name
+    return f"{name} [{unit_text(_UNIT_OF_COLUMN[name])}]" if name in _UNIT_OF_COLUMN else name
 
 
 def _in_a_word(found: Values) -> str:

@@ -31,7 +31,7 @@ from heyoka_bike.scoring.scores import SUREST, ColumnScore, ManeuverScore
 from heyoka_bike.scoring.verdict import WHOLE, DoesNotCount, claim
 from heyoka_bike.version import __version__
 
-_LONGEST_NAME = 30
+_LONGEST_NAME_SHOWN = 30
 _MOST_LEFT_OUT = 4
 
 WORDS = {
@@ -436,7 +436,7 @@ def run_name(series: Series, run: Run) -> str:
 
 def short_name(name: str) -> str:
     """A name that leaves room for numbers: the end of a path tells more than its start."""
-    return name if len(name) <= _LONGEST_NAME else f"...{name[3 - _LONGEST_NAME :]}"
+    return name if len(name) <= _LONGEST_NAME_SHOWN else f"...{name[3 - _LONGEST_NAME_SHOWN :]}"
 
 
 def run_words(run: Run) -> str:

@@ -38,7 +38,7 @@ reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t:
 _INTERVAL = 0.1  # [s]
 
 _TRIES = 3
-_LOOK = 0.05  # [s]
+_SECONDS_BETWEEN_LOOKS = 0.05  # [s]
 # Of one message of a process with limits, and of a file that it writes [bytes]. A report of all
 # columns has some hundred kB; a replay 3 MB at most.
 _LONGEST_MESSAGE = 1 << 16
@@ -314,7 +314,7 @@ class _Worker:
 
     def _heard(self) -> tuple[str, Any]:
         """Receive a message, if one comes soon: its kind, empty if none does, and its content."""
-        if not self._pipe.poll(_LOOK):
+        if not self._pipe.poll(_SECONDS_BETWEEN_LOOKS):
             return "", None
         if self._limits is None:
             kind, said = self._pipe.recv()

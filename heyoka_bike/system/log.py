@@ -15,7 +15,7 @@ from heyoka_bike.errors import InputError, unknown_word
 
 VARIABLE = "HEYOKA_BIKE_LOG"
 _LEVELS = {"info": logging.INFO, "debug": logging.DEBUG}
-_NAME = "heyoka_bike"
+_LOGGER_NAME = "heyoka_bike"
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def shown(level: str) -> Iterator[None]:
     """
     if level not in _LEVELS:
         raise InputError(f"{VARIABLE}: {unknown_word(level, list(_LEVELS))}")
-    logger = logging.getLogger(_NAME)
+    logger = logging.getLogger(_LOGGER_NAME)
     before, given = logger.level, os.environ.get(VARIABLE)
     # Processes that begin inside inherit it.
     os.environ[VARIABLE] = level
@@ -67,6 +67,6 @@ class _Printed(logging.Handler):
     """A line on standard error, whatever that is by then: bars put another in its place."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        where = record.name.removeprefix(f"{_NAME}.")
+        where = record.name.removeprefix(f"{_LOGGER_NAME}.")
         said = f"{record.relativeCreated / 1000:8.2f} s  {where}: {record.getMessage()}"
         print(said, file=sys.stderr, flush=True)

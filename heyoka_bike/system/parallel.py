@@ -30,7 +30,7 @@ Progress = Callable[[str, str, float], None]
 WAITING = "waiting"
 """Stage of a motion of which no job has begun."""
 
-_LOOK = 0.1  # [s]
+_SECONDS_BETWEEN_LOOKS = 0.1  # [s]
 _log = logging.getLogger(__name__)
 _one_at_a_time = Lock()
 
@@ -255,7 +255,7 @@ class _Schedule:
     def wait(self) -> None:
         """Until a job is over, or for a moment; progress is passed on."""
         try:
-            over = self.done.get(timeout=_LOOK)
+            over = self.done.get(timeout=_SECONDS_BETWEEN_LOOKS)
         except Empty:
             over = None
         for future, job in self.running.items():

@@ -115,7 +115,8 @@ class KeptResult:
             data = self.file.read_bytes()
             if _HASH(data[size:]).digest() == data[:size]:
                 return _made(
-                    json.loads(data[size:]), _KINDS | {c.__name__: c for c in self.classes}
+                    json.loads(data[size:]),
+                    _READERS_OF_KINDS | {c.__name__: c for c in self.classes},
                 )
         return None
 
@@ -153,4 +154,8 @@ def _array(npy: str) -> Any:
     return np.load(BytesIO(b64decode(npy)), allow_pickle=False)
 
 
-_KINDS: dict[str, Callable[..., Any]] = {"array": _array, "fraction": Fraction, "mapping": dict}
+_READERS_OF_KINDS: dict[str, Callable[..., Any]] = {
+    "array": _array,
+    "fraction": Fraction,
+    "mapping": dict,
+}

@@ -31,7 +31,7 @@ _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "coverage"})
 # What explains a file, or that nothing does and what the error looks like.
 _FINDINGS_SHOWN = 2
 # pytest puts nothing in front of the lines, and terminals have 80 columns at least, mostly more.
-_WIDTH = 96
+_WIDTH_OF_FAILURE = 96
 _LABEL = 17
 
 
@@ -267,7 +267,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
 def _entry(label: str, text: str) -> str:
     """A label and what belongs to it, wrapped beside it."""
     return textwrap.fill(
-        words.sentence(text), _WIDTH,
+        words.sentence(text), _WIDTH_OF_FAILURE,
         initial_indent=f"{label:<{_LABEL}} ", subsequent_indent=" " * (_LABEL + 1),
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip

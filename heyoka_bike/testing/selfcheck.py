@@ -22,7 +22,7 @@ SCHEMA_VERSION = 1
 """Version of the JSON report."""
 
 # Packages, and what each is needed for.
-_REQUIRED = {
+_REQUIRED_PACKAGES = {
     "numpy": "everything",
     "h5py": "everything",
     "python-flint": "generate, diagnose, verify, certify, linear",
@@ -35,7 +35,7 @@ _INTEGRATE = {
     "heyoka": "generate, bench, atlas, verify --rerun, all of diagnose",
     "llvmlite": "simulate, Ensemble, bench",
 }
-_OPTIONAL = ("matplotlib", "scipy")
+_OPTIONAL_PACKAGES = ("matplotlib", "scipy")
 
 MANEUVER = 1
 """Number of the maneuver that is integrated."""
@@ -79,13 +79,13 @@ def selfcheck() -> Selfcheck:
     """Look at the installation; nothing that is missing or broken stops it."""
     versions = {"heyoka_bike": __version__, "python": platform.python_version()}
     checks = []
-    for name, use in (_REQUIRED | _INTEGRATE).items():
+    for name, use in (_REQUIRED_PACKAGES | _INTEGRATE).items():
         versions[name], is_usable = _usable(name)
         if not is_usable:
             passed, how = (None, f" ({GENERATE})") if name in _INTEGRATE else (False, "")
             message = f"{name}: {versions[name]}; needed for {use}{how}"
             checks.append(Check("package", passed, "", message, {"values": 1, "package": name}))
-    for name in _OPTIONAL:
+    for name in _OPTIONAL_PACKAGES:
         versions[name] = installed(name) or "not installed"
     folder = reference_folder()
     found, manifest, data = _reference(folder)

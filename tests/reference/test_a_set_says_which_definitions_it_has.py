@@ -203,6 +203,7 @@ columns.COLUMNS += (replace(speed, definition="hubs_mean"), angle, height)
 every = columns._KNOWN = (*columns.COLUMNS, *columns.FOLLOWING, *columns.MOTION_COLUMNS)
 columns.COMPARED = columns.definitions_among({c.name for c in every})
 columns.DEFINITIONS = {k: columns.COMPARED[k] for k in columns.BENCHMARK_COLUMNS}
+columns.KEYS_BY_WORD = {**columns.KEYS_BY_WORD, "height": "height"}
 assert len(columns.DEFINITIONS["roll_angle"]) == 4
 
 from heyoka_bike.cli import main

@@ -216,7 +216,7 @@ def test_from_where_they_are_not_bounded_there_are_no_numbers(short, monkeypatch
         return plain(self, piece, *arguments)
 
     monkeypatch.setattr(variation._Prover, "_whole", whole)
-    monkeypatch.setattr(sensitivity_rows, "_TOGETHER", 1)
+    monkeypatch.setattr(sensitivity_rows, "_PIECES_AT_ONCE", 1)
     assert run.steps > 1
     found = differentiate(run, certificate)
     assert found.breaks[-1] == float(run.breaks[-1])

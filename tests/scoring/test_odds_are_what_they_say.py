@@ -93,6 +93,6 @@ def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files(honest_outc
 
 def test_a_claim_against_the_truth_is_seen(monkeypatch):
     """Odds that do not know of other definitions claim those of the game that are of none."""
-    monkeypatch.setattr(definitions, "_NONE", 100.0)
+    monkeypatch.setattr(definitions, "_LOG_ODDS_OF_KNOWN", 100.0)
     claims = (x for number in range(100) for x in play.play_honest(number).claims)
     assert any(log10 > 2 and is_wrong for log10, is_wrong in claims)

@@ -301,7 +301,7 @@ def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, refer
 
 def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch):
     monkeypatch.setattr(precise, "PRECISIONS", ("binary128",))
-    monkeypatch.setattr(precise, "_RUNS", 1)
+    monkeypatch.setattr(precise, "_RUNS_TIMED", 1)
     monkeypatch.setattr(precise, "_MPMATH_SPAN", Fraction(1, 1000))
     found = precise.precise(candidate[1])
     wholes = {"heyoka": True, "mpmath odefun": False, "Taylor in balls": False}

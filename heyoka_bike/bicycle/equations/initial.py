@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.equations.reduced import Equations
 
 _CONTINUATION_STEPS = 24
-_GAP = 1e-12  # [m], some thousand roundoffs of a height
+_LARGEST_GAP = 1e-12  # [m], some thousand roundoffs of a height
 # Rounds and difference of Newton's iteration for the pitch.
-_ROUNDS = 4
-_SHIFT = 1e-6
+_ROUNDS_OF_NEWTON = 4
+_SHIFT_OF_SLOPE = 1e-6
 
 
 def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
@@ -145,7 +145,7 @@ def _followed(k: Constants, roll: float, steer: float) -> float | None:
             part = steer * step / _CONTINUATION_STEPS
             pitch = float(pitch_on_the_floor(k, roll, pitch, part))
             gap = front_contact_height(k, Arrays(), roll, pitch, part)
-            if not (abs(gap) <= _GAP and abs(pitch) <= pi / 2):
+            if not (abs(gap) <= _LARGEST_GAP and abs(pitch) <= pi / 2):
                 return None
     return pitch
 
@@ -156,8 +156,8 @@ def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:
     Pitch is a few hundredths: Newton's iteration is there from zero after a few rounds.
     """
     a = Arrays()
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS_OF_NEWTON):
         gap = front_contact_height(k, a, roll, pitch, steer)
-        slope = front_contact_height(k, a, roll, pitch + _SHIFT, steer) - gap
-        pitch = pitch - gap * _SHIFT / slope
+        slope = front_contact_height(k, a, roll, pitch + _SHIFT_OF_SLOPE, steer) - gap
+        pitch = pitch - gap * _SHIFT_OF_SLOPE / slope
     return pitch

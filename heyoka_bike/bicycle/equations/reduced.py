@@ -20,7 +20,7 @@ from heyoka_bike.bicycle.equations.outputs import Energies, columns, energies, y
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
 
-_DIGITS = 25  # of what is then rounded to binary64
+_DIGITS_BEFORE_ROUNDING = 25  # of what is then rounded to binary64
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Equations:
     @classmethod
     def binary64(cls, bicycle: Bicycle, *, is_regular: bool = True) -> Equations:
         """Return the equations with constants of 25 digits, rounded to binary64, for arrays."""
-        exact = cls.of(bicycle, Multiprecision(_DIGITS), is_regular=is_regular)
+        exact = cls.of(bicycle, Multiprecision(_DIGITS_BEFORE_ROUNDING), is_regular=is_regular)
         return exact.convert(float, Arrays())
 
     def over(self, a: Arithmetic) -> Equations:

@@ -33,7 +33,7 @@ from heyoka_bike.numbers.exact import Exact
 
 MIN_DIGITS, MAX_DIGITS = 5, 1000
 
-_GUARD = 15
+_GUARD_DIGITS = 15
 
 Matrix = tuple[tuple[Number, Number], tuple[Number, Number]]
 Array = np.ndarray[Any, np.dtype[np.object_]]
@@ -185,7 +185,7 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
     """
     masses = Equations.of(bicycle, a).masses([a.number(0)] * 3)
     m11, m12, m22 = masses[0, 0], masses[0, 1], masses[1, 1]
-    if not abs(m11 * m22 - m12 * m12) > abs(m11 * m22) / 10**_GUARD:
+    if not abs(m11 * m22 - m12 * m12) > abs(m11 * m22) / 10**_GUARD_DIGITS:
         raise InputError(
             f"the mass matrix of roll and steer of '{bicycle.name}' is singular, "
             "expected mass or inertia that resists both"
@@ -213,7 +213,7 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
 
 def _working_bits(digits: int) -> int:
     # A double eigenvalue has half of the digits of the matrices.
-    return ceil((2 * (digits + _GUARD) + _GUARD) * log2(10))
+    return ceil((2 * (digits + _GUARD_DIGITS) + _GUARD_DIGITS) * log2(10))
 
 
 def _with_zero(x: flint.arb) -> flint.arb:

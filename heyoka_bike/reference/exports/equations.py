@@ -31,8 +31,8 @@ from heyoka_bike.reference.description import COPYRIGHT
 from heyoka_bike.reference.exports.formats import AXES, check_name, commented, wrapped
 from heyoka_bike.version import __version__
 
-_BITS = 200
-_DIGITS = 17  # of parameters in comments that no decimal equals
+_BITS_OF_CONSTANTS = 200
+_DIGITS_OF_COMMENTS = 17  # of parameters in comments that no decimal equals
 
 _Vector = Sequence[Number]
 # Name, what is said of it, and the arguments of `Language.function`.
@@ -73,7 +73,7 @@ class _SourceFile:
     is_descriptor: bool = False
 
 
-_HEADER = """{about}
+_HEADER_OF_C = """{about}
 #ifndef {stem}_h
 #define {stem}_h
 
@@ -151,7 +151,7 @@ def render(
         heads.append(f"{says}{head};\n\n")
         parts.append(f"\n{says}{text}")
     opening = file.opening.format(each="".join(each), **words)
-    found = [_HEADER.format(each="".join(heads), **words)] if file.suffixes[1:] else []
+    found = [_HEADER_OF_C.format(each="".join(heads), **words)] if file.suffixes[1:] else []
     found.append("".join([opening, *parts, file.closing.format(**words)]))
     return {s: text.encode("ascii") for s, text in zip(file.suffixes, found, strict=True)}
 
@@ -253,12 +253,12 @@ def _given(values: Sequence[float]) -> Callable[[StraightLine], _Vector]:
 
 
 def _text(x: Exact) -> str:
-    return shortest_decimal(x.rational, _DIGITS) if x.is_rational else str(x)
+    return shortest_decimal(x.rational, _DIGITS_OF_COMMENTS) if x.is_rational else str(x)
 
 
 def _start(bicycle: Bicycle, m: Maneuver) -> list[list[float]]:
     """State, descriptor state and its derivative."""
-    equations = Equations.of(bicycle, Balls(_BITS))
+    equations = Equations.of(bicycle, Balls(_BITS_OF_CONSTANTS))
     state = initial_state(equations, m)
     with equations.precision():
         whole = [*state, *(equations.a.number(0) for _ in INTEGRALS)]

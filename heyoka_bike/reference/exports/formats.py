@@ -37,8 +37,8 @@ AXES = (
     "SI units. Axes: x forward, y to the right, z down; roll, steer and yaw positive to the right."
 )
 
-_WIDTH = 96
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
+_WIDTH_OF_COMMENTS = 96
+_NAME_OF_MATLAB = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,9 @@ def wrapped(paragraphs: Iterable[str]) -> list[str]:
     for text in paragraphs:
         ascii_only = text.encode("ascii", "backslashreplace").decode()
         indent = "    " if text.startswith("  ") else ""
-        lines += textwrap.wrap(ascii_only, _WIDTH, subsequent_indent=indent, break_on_hyphens=False)
+        lines += textwrap.wrap(
+            ascii_only, _WIDTH_OF_COMMENTS, subsequent_indent=indent, break_on_hyphens=False
+        )
     return lines
 
 
@@ -156,7 +158,7 @@ def check_name(stem: str, of: str) -> None:
     ------
     InputError
     """
-    if not _NAME.fullmatch(stem):
+    if not _NAME_OF_MATLAB.fullmatch(stem):
         raise InputError(
             f"--output: found {quoted(stem)}, expected the name of a {of}: a letter, then "
             "letters, digits and _"
@@ -191,7 +193,7 @@ _TIME_DIGITS = 50
 _FILTERS: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
 # What ACDD-1.3 calls the kinds of variables.
-_COORDINATE, _VALUE, _REST = "coordinate", "modelResult", "auxiliaryInformation"
+_COORDINATE_TYPE, _VALUE, _REST = "coordinate", "modelResult", "auxiliaryInformation"
 
 
 def as_csv(selection: Selection, stem: str, digits: int = 17) -> dict[str, bytes]:
@@ -291,13 +293,13 @@ def _netcdf(selection: Selection) -> bytes:
         f.attrs.update(_about_file(selection))
         first = selection.reference[selection.numbers[0]]
         numbers = np.array(selection.numbers, dtype="<i4")
-        maneuver = _dataset(f, "maneuver", numbers, "1", "number of the maneuver", _COORDINATE)
+        maneuver = _dataset(f, "maneuver", numbers, "1", "number of the maneuver", _COORDINATE_TYPE)
         maneuver.make_scale("maneuver")
         row = f.create_dataset("row", shape=first.time.shape, dtype=">f4", track_order=True)
         row.make_scale(f"This is a netCDF dimension but not a netCDF variable.{len(row):10d}")
         said = "time since the start of the maneuver"
         for name, data, more, kind in (
-            ("time", first.time, "", _COORDINATE),
+            ("time", first.time, "", _COORDINATE_TYPE),
             ("time_lo", first.time_lo, ", exact value minus time", _REST),
         ):
             _dataset(f, name, data, "s", said + more, kind).dims[0].attach_scale(row)
@@ -355,7 +357,7 @@ def _dataset(
 
 
 # What a name may have to be quoted in #include.
-_STEM = re.compile(r"[A-Za-z0-9_+. -]+")
+_STEM_OF_FILES = re.compile(r"[A-Za-z0-9_+. -]+")
 
 
 def c(selection: Selection, stem: str) -> dict[str, bytes]:
@@ -366,7 +368,7 @@ def c(selection: Selection, stem: str) -> dict[str, bytes]:
     InputError
         The name cannot be written in an ``#include``.
     """
-    if not _STEM.fullmatch(stem):
+    if not _STEM_OF_FILES.fullmatch(stem):
         raise InputError(
             f"--output: found {quoted(stem)}, expected a name of letters, digits and _ + - ."
         )

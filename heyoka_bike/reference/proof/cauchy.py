@@ -40,7 +40,7 @@ overestimation takes the first for a divisor that vanishes."""
 DEPTH = 6
 """Largest number of halvings of a piece where something cannot be shown on the whole of it."""
 
-_BITS = 64
+_BITS_OF_ARCS = 64
 _FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
 # Parts of it.
 _HALF_CIRCLE = [
@@ -78,7 +78,7 @@ class Circle:
 
 def circle_equations(run: Trajectory) -> Equations:
     """The equations of a run in the precision of circles."""
-    return run.equations(Balls(_BITS))
+    return run.equations(Balls(_BITS_OF_ARCS))
 
 
 def circle_bound(
@@ -175,7 +175,7 @@ def _values(
     piece: Piece, function: Function, equations: Equations, radius: int,
     polydisc: Sequence[flint.arb],
 ) -> list[flint.arb]:  # fmt: skip
-    a = Rim(_BITS)
+    a = Rim(_BITS_OF_ARCS)
     on_rim = equations.over(a)
     with equations.precision():
         unit = flint.arb(2) ** -piece.grid

@@ -60,8 +60,8 @@ from heyoka_bike.reference.proof.enclose import Progress
 from heyoka_bike.reference.proof.rows import distance, round_columns
 from heyoka_bike.reference.values import Dense, Values
 
-_TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
-_GRID_BITS = 112
+_BITS_OF_DENSE_TAIL = 97  # last coefficients below 2^-97 = 6e-30 of the scale
+_BITS_OF_COEFFICIENTS = 112
 _FIRST_WIDTH = Fraction(1, 2)
 _MIN_WIDTH = Fraction(1, 2**24)
 
@@ -87,7 +87,7 @@ def interpolate(
         Columns known to be constant, with their value.
     """
     names = list(scales)
-    grids = [_GRID_BITS - frexp(scales[name])[1] for name in names]
+    grids = [_BITS_OF_COEFFICIENTS - frexp(scales[name])[1] for name in names]
     breaks, rows, widths = [Fraction(0)], [], [_FIRST_WIDTH]
     with balls.precision():
         nodes = Nodes(NODES)
@@ -138,7 +138,7 @@ def _is_resolved(
 ) -> bool:
     for name, row in zip(names, table, strict=True):
         tail = sum(abs(float(c.mid())) for c in row[-3:])
-        if tail > scales[name] * 2.0**-_TAIL_BITS:
+        if tail > scales[name] * 2.0**-_BITS_OF_DENSE_TAIL:
             return False
     return True
 

@@ -37,8 +37,10 @@ BITS = 256
 """Of the balls. A value of less than 2^-_NOTHING that is not known to differ from zero is zero."""
 
 _NOTHING = 160
-_KEYS = dict(zip(START, ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed"),
-                 strict=True))  # fmt: skip
+_KEYS_OF_START = {
+    "roll": "roll_angle", "steer": "steer_angle", "roll_rate": "roll_rate",
+    "steer_rate": "steer_rate", "speed": "forward_speed",
+}  # fmt: skip
 _DECIMAL = re.compile(r"-?[0-9]{1,17}(\.[0-9]{1,17})?(e-?[0-9]{1,2})?")
 _ONE_SECOND = Fraction(1)
 
@@ -76,7 +78,7 @@ def _of_known(
         for state in states:
             start = initial_state(equations, state)
             instant = Instant.of(equations, [*start, *[balls.number(0)] * len(INTEGRALS)])
-            given = {_KEYS[key]: balls.number(getattr(state, key)) for key in START}
+            given = {_KEYS_OF_START[key]: balls.number(getattr(state, key)) for key in START}
             found = {**given, **dict.fromkeys(WHERE, balls.number(0)), **quantities(instant)}
             found |= linear(state.speed.fraction())
             rows.append([_nearest(x, f"{state.name}: {name}") for name, x in found.items()])
@@ -133,7 +135,7 @@ def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
 
 def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
     """A state by the decimals of `COORDINATES`."""
-    given = dict(zip(_KEYS, coordinates, strict=True))
+    given = dict(zip(_KEYS_OF_START, coordinates, strict=True))
     for text in given.values():
         if not _DECIMAL.fullmatch(text):
             raise ValueError(f"state {number}: found {text!r:.40}, expected a decimal")

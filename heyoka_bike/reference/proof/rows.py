@@ -33,12 +33,12 @@ from heyoka_bike.reference.proof.variation import COUNT, Varied, slope
 from heyoka_bike.reference.values import RoundedRows
 
 _RING = flint.fmpz_mpoly_ctx.get([("t", 4)], flint.Ordering.lex)
-_ONE = _RING.constant(1)
+_ONE_POLYNOMIAL = _RING.constant(1)
 # Stands for a pitch that is not known exactly.
-_ANY = Exact(Fraction(1), Fraction(1))
+_SOME_NUMBER = Exact(Fraction(1), Fraction(1))
 
 
-_STARTS = {
+_STATE_OF_START = {
     "roll_angle": "roll",
     "roll_rate": "roll_rate",
     "forward_speed": "speed",
@@ -55,14 +55,14 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     A value that is missing is irrational, or not recognised as rational: with an initial steer
     angle, what is not the same at any pitch. Without a lean all roll angles are zero.
     """
-    known = {name: getattr(maneuver, key) for name, key in _STARTS.items()}
+    known = {name: getattr(maneuver, key) for name, key in _STATE_OF_START.items()}
     found = {name: x.rational for name, x in known.items() if x.is_rational} | {"yaw": Fraction(0)}
     if maneuver.roll.is_zero:
         found |= {c.name: Fraction(0) for c in DEFINITIONS["roll_angle"]}
     a = RationalFunctions()
     equations = Equations.of(bicycle, a)
     zero = a.number(0)
-    pitch = zero if maneuver.steer.is_zero else a.number(_ANY)
+    pitch = zero if maneuver.steer.is_zero else a.number(_SOME_NUMBER)
     state = [
         a.number(maneuver.roll), pitch, a.number(maneuver.steer),
         a.number(maneuver.roll_rate), a.number(maneuver.steer_rate),
@@ -83,7 +83,7 @@ def exact_derivatives(
     place = {key: len(PARAMETERS) + i for i, key in enumerate(START)}
     found: dict[str, Sequence[Fraction | None]] = {
         name: [Fraction(int(i == place[key])) for i in range(COUNT)]
-        for name, key in _STARTS.items()
+        for name, key in _STATE_OF_START.items()
     }
     found["yaw"] = [Fraction(0)] * COUNT
     if not maneuver.steer.is_zero:
@@ -112,9 +112,9 @@ class Element:
 
     __slots__ = ("angle", "den", "num")
 
-    def __init__(self, num: Any, den: Any = _ONE, angle: Exact | None = None) -> None:
+    def __init__(self, num: Any, den: Any = _ONE_POLYNOMIAL, angle: Exact | None = None) -> None:
         self.num, self.den, self.angle = num, den, angle
-        if num is not None and den != _ONE:
+        if num is not None and den != _ONE_POLYNOMIAL:
             common = num.gcd(den)
             self.num, self.den = num // common, den // common
 

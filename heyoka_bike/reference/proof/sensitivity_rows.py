@@ -57,11 +57,11 @@ ORDERS = 24
 _NODE_BITS = 160
 """Interpolation at the nodes leaves out less than 2^-160 of the largest value on the ellipse."""
 
-_LEFT_OUT = 2.0**-44
+_SMALLEST_KEPT = 2.0**-44
 """Of the largest value on a published piece, what interpolation may leave out. The largest of the
 run is what counts; on the first pieces, which start at zero, it is a hundred times more."""
 
-_CONSTANT = [c.name for c in COLUMNS].index("mechanical_energy")
+_CONSTANT_COLUMN = [c.name for c in COLUMNS].index("mechanical_energy")
 """Its derivatives do not change, and are not taken from the polynomials."""
 
 
@@ -203,10 +203,10 @@ class Fitted:
         unknowns = len(self.left_out) // len(COLUMNS)
         columns = zip(*self.coefficients.tolist(), strict=True)
         return all(
-            e <= _LEFT_OUT * largest(abs(x) for x in column)
+            e <= _SMALLEST_KEPT * largest(abs(x) for x in column)
             or e <= 2 * ORDERS * largest(x.rad() for x in column)
             for i, (e, column) in enumerate(zip(self.left_out, columns, strict=True))
-            if i // unknowns != _CONSTANT
+            if i // unknowns != _CONSTANT_COLUMN
         )
 
     @classmethod
@@ -240,18 +240,18 @@ def _holding(parts: Sequence[ColumnDerivatives], t: flint.arb) -> ColumnDerivati
     return next(p for p in parts if t <= exact_ball(p.t0 + p.h) or p is parts[-1])
 
 
-_TOGETHER = 5
+_PIECES_AT_ONCE = 5
 """Pieces of the candidate in a published one."""
 
-_GRID_BITS = 50
+_BITS_OF_GRID = 50
 """Coefficients are multiples of 2^-50 of the largest value over the run: what decays takes no
 space."""
 
-_GUARD_BITS = 20
+_BITS_OF_GUARD = 20
 """They are multiples of at least 2^20 times what is not known of them, which decides them."""
 
-_NAMES = [c.name for c in COLUMNS]
-_ENERGY = "mechanical_energy"
+_NAMES_OF_ROWS = [c.name for c in COLUMNS]
+_ENERGY_NAME = "mechanical_energy"
 
 
 def differentiate(
@@ -274,7 +274,7 @@ def differentiate(
     rows: list[list[flint.arb]] = []
     parts = _bounded(variations(run, certificate, unknowns))
     with flint.ctx.workprec(COLUMN_BITS):
-        for _, group in groupby(parts, lambda part: part.piece.step // _TOGETHER):
+        for _, group in groupby(parts, lambda part: part.piece.step // _PIECES_AT_ONCE):
             along = ColumnDerivatives.along(list(group), unknowns, equations)
             pieces += Fitted.resolved(along)
             for part in along:
@@ -307,7 +307,7 @@ def _at_start(
                 for i, x in enumerate(exact.get(name, nothing))
                 if i in unknowns.smooth
             ]
-            for name in _NAMES
+            for name in _NAMES_OF_ROWS
         }
 
 
@@ -331,7 +331,7 @@ class _Rounding:
         if breaks[-1] < self.run.breaks[-1]:
             breaks.append(self.run.breaks[-1])
         coefficients, bounds = {}, {}
-        for i, name in enumerate(_NAMES):
+        for i, name in enumerate(_NAMES_OF_ROWS):
             coefficients[name], bounds[name] = self._column(i, name, pieces, len(breaks) - 1)
         values, value_bounds = {}, {}
         for name in BENCHMARK_COLUMNS:
@@ -356,7 +356,7 @@ class _Rounding:
             j, unit = i * len(self.unknowns.smooth) + u, self.units[u]
             found = [[p.coefficients[k, j] * unit for k in range(ORDERS)] for p in pieces]
             left_out = [p.left_out[j] * unit for p in pieces]
-            if name == _ENERGY:
+            if name == _ENERGY_NAME:
                 found = [self._constant(row, self.start[name][u], name) for row in found]
                 left_out = [flint.arb(0)] * len(pieces)
             grid = _grid(found)
@@ -396,11 +396,11 @@ class _Rounding:
         """Values of a column, rounded to binary64, and their bounds, of shape (rows, U)."""
         values, bound = (np.full((count, COUNT), np.nan) for _ in range(2))
         for u, unknown in enumerate(self.unknowns.smooth):
-            j = _NAMES.index(name) * len(self.unknowns.smooth) + u
+            j = _NAMES_OF_ROWS.index(name) * len(self.unknowns.smooth) + u
             for r, row in enumerate(rows):
                 found = row[j] * self.units[u]
                 x: Value = found
-                if r == 0 or name == _ENERGY:
+                if r == 0 or name == _ENERGY_NAME:
                     x = self.start[name][u]
                     if not found.overlaps(exact_ball(x) if isinstance(x, Fraction) else x):
                         raise NotCertifiedError(
@@ -426,7 +426,7 @@ def _grid(rows: Sequence[Sequence[flint.arb]]) -> int:
     unknown = largest(x.rad() for row in rows for x in row)
     exponents = [
         frexp(float(x))[1] + bits
-        for x, bits in ((size, -_GRID_BITS), (unknown, _GUARD_BITS))
+        for x, bits in ((size, -_BITS_OF_GRID), (unknown, _BITS_OF_GUARD))
         if x > 0
     ]
     return -max(exponents, default=0)

@@ -195,7 +195,7 @@ def _moves(x: Assembly, unknown: int) -> bool:
     return any(slope(inertia, unknown) != 0 for inertia in (x.i13, x.i33))
 
 
-_RADII = (10, 8, 6, 4)
+_RADII_OF_CIRCLES = (10, 8, 6, 4)
 """Circles tried, in half lengths of the piece."""
 
 _REACH = Fraction(1, 2**8)
@@ -204,7 +204,7 @@ _REACH = Fraction(1, 2**8)
 BITS = 192
 """A coefficient is as uncertain at a high order as at a low one: these must be many."""
 
-_TAIL_BITS = 164
+_BITS_OF_VARIATION_TAIL = 164
 """As far as constants matter, the truncation error of the expansions is below 2^-164."""
 
 _SMALL, _SMALLER = 2, 64
@@ -298,10 +298,12 @@ class _Prover:
         """Over a piece, with the radii around the constants over `smaller`."""
         # The right half, whose variable is 0 in the middle and 1 at the end, taken from -1 on.
         _, centred = piece.halves()
-        circle = cauchy.circle_bound(centred, partial(self._widened, smaller), self.circles, _RADII)
+        circle = cauchy.circle_bound(
+            centred, partial(self._widened, smaller), self.circles, _RADII_OF_CIRCLES
+        )
         pull = self.pull * smaller
         steepest = float((largest(circle.values[: SIZE - 1]) * pull).mid())
-        length = ceil((_TAIL_BITS + log2(steepest)) / log2(circle.radius))
+        length = ceil((_BITS_OF_VARIATION_TAIL + log2(steepest)) / log2(circle.radius))
         a = Samples.of(BITS, length, circle.radius)
         jacobian, forcing = self._linear(centred, a)
         with flint.ctx.workprec(BITS):

@@ -40,16 +40,16 @@ DAMAGE = (
 _GRID = 3 * 2.0**-50
 
 # Of evaluating 24 coefficients in binary64, relative to the largest.
-_ROUNDOFF = 2.0**-47
+_ROUNDOFF_OF_CHEBYSHEV = 2.0**-47
 
 _NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
-_STATES = {
+_ATTRIBUTES_OF_STATES = {
     form: [*state_names(is_regular), "yaw"]
     for form, is_regular in (("few_products", False), ("regular", True))
 }
 """Variables of the candidate by the form of the equations."""
 _BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
-_ANY = object()
+_ANY_VALUE = object()
 """In a form, what its numbers say, or somebody's words."""
 _REWORDED = {"Conventions", "comment", "dataset_version"}
 """Attributes of whole files that say something else in sets before 1.5.0."""
@@ -202,7 +202,9 @@ def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
         with np.errstate(all="ignore"):
             for name, values in x.evaluate(times, list(x.values)).items():
                 size = np.abs(x.coefficients[name]).max(axis=(0, 1))
-                limit = x.bound[name].max(axis=0) + x.values_bound[name] + _ROUNDOFF * size
+                limit = (
+                    x.bound[name].max(axis=0) + x.values_bound[name] + _ROUNDOFF_OF_CHEBYSHEV * size
+                )
                 if (np.abs(values - x.values[name]) > limit).any():
                     yield f"{group.name}/rows/{name}: differs from the pieces beyond the bounds"
 
@@ -281,12 +283,12 @@ def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> It
     said = {name: group.attrs.get(name) for name in STATED}
     yield from _attributes(group, {**inputs, **said}, is_strict=True)
     form = said["form"]
-    if form not in _STATES:
+    if form not in _ATTRIBUTES_OF_STATES:
         yield (
             f"{group.name}: attribute form: found {form!r:.80}, "
-            f"expected one of {', '.join(_STATES)}"
+            f"expected one of {', '.join(_ATTRIBUTES_OF_STATES)}"
         )
-    elif json.loads(said["states"]) != _STATES[form]:
+    elif json.loads(said["states"]) != _ATTRIBUTES_OF_STATES[form]:
         yield f"{group.name}: attribute states: found other variables than those of {form}"
     grid, bits = int(said["grid"]), int(said["precision_bits"])
     if Precision.of(str(said["precision"]).split()[0]).bits != bits:
@@ -316,11 +318,11 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     statement = STATEMENT_1_5_0 if _is_before_2(document) else STATEMENT
     maneuvers = [*entries, *e.maneuvers[len(entries) :]]
     form = expected_document(e.manifest.inputs, e.manifest.files, maneuvers, e.columns, statement)
-    form["software"] = dict.fromkeys(form["software"], _ANY)
+    form["software"] = dict.fromkeys(form["software"], _ANY_VALUE)
     if not e.has_bounds:
         yield Unchecked("what it says in words")
-        form |= dict.fromkeys(("statement", "proved", "computed", "trusted"), _ANY)
-        form = {key: x for key, x in form.items() if key in document or x is not _ANY}
+        form |= dict.fromkeys(("statement", "proved", "computed", "trusted"), _ANY_VALUE)
+        form = {key: x for key, x in form.items() if key in document or x is not _ANY_VALUE}
     yield from _differences(document, form)
 
 
@@ -333,17 +335,18 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
     """Return the form of an entry, which may lack the keys of later versions."""
     bounds = {name: {c.name: _BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
     form: dict[str, Any] = {
-        **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY),
+        **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY_VALUE),
         **dict.fromkeys(("bound", "bound_end"), _BOUND),
         "state_bounds": {x: {"interval": _BOUND, "end": _BOUND} for x in found["state_bounds"]},
         "dense_relative_bounds": bounds[layout.HDF5],
-        "motion": {"entries": _ANY, "dense_relative_bounds": bounds[layout.MOTION]},
+        "motion": {"entries": _ANY_VALUE, "dense_relative_bounds": bounds[layout.MOTION]},
         "sensitivities": {
-            "entries": _ANY, "ambiguous": _ANY, "relative_bounds": bounds[layout.SENSITIVITIES],
+            "entries": _ANY_VALUE, "ambiguous": _ANY_VALUE,
+            "relative_bounds": bounds[layout.SENSITIVITIES],
         },
         "integration": dict.fromkeys(("performance_percent", "energy", "contact"), _BOUND),
     }  # fmt: skip
-    if list(found["state_bounds"]) not in _STATES.values():
+    if list(found["state_bounds"]) not in _ATTRIBUTES_OF_STATES.values():
         raise _UnusableError("state_bounds: has other state variables than a candidate")
     return {key: x for key, x in form.items() if key in found or key not in later}
 
@@ -363,7 +366,7 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
             yield f"found {len(found)} {where.rstrip(': ')}, expected {len(form)}"
         for i, (x, inner) in enumerate(zip(found, form, strict=False), start=1):
             yield from _differences(x, inner, f"{where}{i}: ")
-    elif form is not _ANY and found != form:
+    elif form is not _ANY_VALUE and found != form:
         yield f"{where}found {found!r:.80}, expected {form!r:.80}"
 
 

@@ -49,7 +49,7 @@ from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
-_BITS = 128  # of a look at the initial state, to see whether there is one
+_BITS_OF_START = 128  # of a look at the initial state, to see whether there is one
 
 MEASURED: Mapping[str, str] = {
     "schema": "is built as docs/files.md says",
@@ -301,7 +301,7 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
     maneuvers = tuple(Maneuver.parse(entry["name"], entry) for entry in given["maneuvers"])
     if describe_inputs(bicycle, maneuvers) != given or not maneuvers:
         raise ValueError("they are not written as 'heyoka-bike generate' writes them")
-    equations = Equations.of(bicycle, Balls(_BITS))
+    equations = Equations.of(bicycle, Balls(_BITS_OF_START))
     for m in maneuvers:
         if m.duration <= 0 or (m.duration / m.spacing).denominator != 1:
             raise ValueError(f"{m.name}: its duration is no number of its spacings")

@@ -26,18 +26,18 @@ NOTHING_WRONG = "nothing_to_explain"
 """Code of the finding that all that is diagnosed is right."""
 
 # A correct file's error is its floor; sums and conversions make it a few times that.
-_AT_FLOOR = 4.0
+_FLOORS_OF_ROUNDING = 4.0
 # What is seen at once and is the whole cause.
 _EXPLAIN = ("rows_repeated", "rows_between", "column_of_another_maneuver", plain.DEPARTS)
 # In which columns a start is written, and the part of a change by which a first row may miss what
 # is given and still have it.
-_STARTS = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
+_COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 _AS_GIVEN = 0.1
-_UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
+_UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 # Of a value, in parts of it.
-_MOST_DIGITS = 1e-6
+_LEAST_UNCERTAINTY_SHOWN = 1e-6
 # What remains below this part of a column's size is not worth a word: six digits are right.
-_SEEN = 1e-6
+_REST_WORTH_A_WORD = 1e-6
 # A part of a term that is all of it.
 _WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -62,7 +62,9 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     first = plain.shown(report)
     falls = [f for f in first if f.code == plain.FALLS]
     departs = {f.evidence["maneuver"] for f in first if f.code == plain.DEPARTS}
-    if departs and departs >= {m.maneuver for m, c in columns if not c.is_at_floor(_AT_FLOOR)}:
+    if departs and departs >= {
+        m.maneuver for m, c in columns if not c.is_at_floor(_FLOORS_OF_ROUNDING)
+    }:
         # What is wrong in the model or at the start is wrong from the start.
         return first
     if diagnosis.classes:
@@ -92,7 +94,9 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
 
 def is_right(report: Report) -> bool:
     """True if every column is as right as its digits can tell."""
-    return all(c.is_at_floor(_AT_FLOOR) for m in report.maneuvers for c in m.columns if c.values)
+    return all(
+        c.is_at_floor(_FLOORS_OF_ROUNDING) for m in report.maneuvers for c in m.columns if c.values
+    )
 
 
 def _units_beside(units: Mapping[str, str]) -> list[Finding]:
@@ -127,7 +131,7 @@ def _linearised(found: Hypothesis) -> Finding:
     lateral = {k: x for k, x in found.after.items() if k[1] in LATERAL} or found.after
     (number, worst), left = max(lateral.items(), key=lambda x: x[1])
     rest = "Nothing else is wrong"
-    if left > _SEEN:
+    if left > _REST_WORTH_A_WORD:
         rest = (
             f"An error remains, typically {100 * left:.2g} % of the size of {worst} of maneuver "
             f"{number} and less in roll and steer elsewhere; it can be the integrator's: try a "
@@ -265,7 +269,7 @@ def _advice(h: Hypothesis, report: Report) -> str:
 
 def _written_as_given(x: Found, report: Report) -> str:
     """Name the column whose first row has the start that is given, not the one that is fitted."""
-    key = _STARTS.get(x.name, "")
+    key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):
         is_small = abs(float(c.trace.error[0])) < _AS_GIVEN * abs(x.value - x.right)
         if m.maneuver == x.maneuver and c.trace.time[0] == 0.0 and is_small:
@@ -289,14 +293,14 @@ def _as_part(x: Found) -> str:
 def _as_value(x: Found) -> str:
     # So many digits as the uncertainty allows, no more than anybody reads.
     size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
-    least = max(x.uncertain, _MOST_DIGITS * size)
+    least = max(x.uncertain, _LEAST_UNCERTAINTY_SHOWN * size)
     decimals = max(1, -floor(log10(least))) if least else 1
     after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
     # What changes next to nothing of what is left is not known at all; a rounding is not said.
-    is_known = _MOST_DIGITS * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
+    is_known = _LEAST_UNCERTAINTY_SHOWN * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
     within = f" (+- {x.uncertain:.1g})" if is_known else ""
     right = f"{round(x.right, 12) + 0.0:.10g}"
-    return f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {right}"
+    return f"{_named(x)} is {after} {_UNIT_OF_VALUE[x.name]}{within} instead of {right}"
 
 
 def _named(x: Found) -> str:
@@ -314,7 +318,7 @@ def _as_evidence(x: Found) -> dict[str, Any]:
         "value": x.value,
         "uncertain": x.uncertain,
         "instead_of": x.right,
-        "unit": _UNITS[x.name],
+        "unit": _UNIT_OF_VALUE[x.name],
     }
 
 

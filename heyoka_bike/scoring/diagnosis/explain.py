@@ -35,7 +35,7 @@ from heyoka_bike.scoring.explanation import Curve
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
 # The first row is given, and of one more the error may have any size: that tells nothing.
-_FEWEST_ROWS = 3
+_FEWEST_ROWS_DIAGNOSED = 3
 _LINEAR = {m.code for m in LINEAR_PROGRAMS}
 _OF_MODEL = [
     *(m for m in MISTAKES if m.kind == "model" and m.code not in _LINEAR),
@@ -83,7 +83,7 @@ def explain(
     # Of rows at one time the first: an event is often written twice.
     parts = [part.at(np.diff(part.time, prepend=-np.inf) > 0.0) for part in parts]
     parts = [upright(part, understand(parts)) for part in parts]
-    if max(len(part.time) for part in parts) < _FEWEST_ROWS:
+    if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
         return Diagnosis((), 0)
     file = SeenFile(parts, reference, simulator or Simulator(), () if only_output else _OF_MODEL)
     residual = file.residual

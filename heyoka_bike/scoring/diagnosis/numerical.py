@@ -16,11 +16,11 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # A correct file's error is its floor; sums and conversions may double it.
-_AT_FLOOR = 2.0
+_FLOORS_OF_DRIFT = 2.0
 # Fewer rows show no shape.
 _FEW_ROWS = 10
 # Tenths of the run may go the other way by this part of the whole change of the energy.
-_BACK = 0.02
+_PART_THAT_GOES_BACK = 0.02
 # Noise of velocities hardly shows in the angles, their integrals; that of output does.
 _IN_RATES = 10.0
 # Fourth differences leave nothing of a smooth error and all of what jumps. Of white noise they are
@@ -28,17 +28,17 @@ _IN_RATES = 10.0
 _GAIN = 70**0.5
 _FEWEST = 100
 # Noise of so many floors is not that of the digits written.
-_SHOWN = 10.0
+_TIMES_ROUGHER = 10.0
 # Correlation from row to row, above which nothing jumps.
 _SMOOTH = 0.5
 # Parts of the error: what shows at all, and what noise of iterations must be; Exudyn's with tight
 # ones is below 2e-4, with loose ones above 5e-3.
-_SEEN = 1e-4
+_SMALLEST_TOLD = 1e-4
 _NOISE = 2e-3
 # Correlation one and two rows on, of what alternates.
-_ALTERNATES = 0.95
+_ALTERNATING_PART = 0.95
 # More than this part of the error is noise where all of it jumps.
-_MOSTLY = 0.3
+_PART_OF_ROWS_ROUGH = 0.3
 # Of white noise, with the scatter of a thousand rows.
 _WHITE = (-0.8, 0.4)
 _SCATTER = 0.1
@@ -167,12 +167,12 @@ def _energy(report: Report) -> Iterator[Finding]:
 def _trend(m: ManeuverScore) -> float:
     """Relative change of the mechanical energy over the run if it is steady, otherwise 0."""
     energy = next((c for c in m.columns if c.key == "mechanical_energy"), None)
-    if energy is None or energy.is_at_floor(_AT_FLOOR) or energy.values < 20:
+    if energy is None or energy.is_at_floor(_FLOORS_OF_DRIFT) or energy.values < 20:
         return 0.0
     means = np.array([np.mean(part) for part in np.array_split(energy.trace.error, 10)])
     change = float(means[-1] - means[0])
     back = float(np.min(np.diff(means) * np.sign(change)))
-    if abs(change) <= 10 * (energy.floor or 0.0) or back < -_BACK * abs(change):
+    if abs(change) <= 10 * (energy.floor or 0.0) or back < -_PART_THAT_GOES_BACK * abs(change):
         return 0.0
     return change / float(np.max(np.abs(energy.trace.value)))
 
@@ -183,10 +183,10 @@ def _rough(report: Report) -> Iterator[Finding]:
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.at_one < _SMOOTH and r.part > _SEEN
+        if r is not None and r.at_one < _SMOOTH and r.part > _SMALLEST_TOLD
     }
     numbers = [m.maneuver for m in report.maneuvers]
-    noisy = [r for r in jumping.values() if r.part > _MOSTLY and _is_white(r)]
+    noisy = [r for r in jumping.values() if r.part > _PART_OF_ROWS_ROUGH and _is_white(r)]
     in_rates = [n for n in numbers if _in_rates(n, jumping)]
     ringing = [n for n in numbers if _rings(n, jumping)]
     if len(noisy) > len(found) / 2:
@@ -215,7 +215,7 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> boo
 def _rings(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
     """True if the steer rate of a maneuver alternates from row to row."""
     rate = jumping.get((number, "steer_rate"))
-    return rate is not None and -rate.at_one > _ALTERNATES and rate.at_two > _ALTERNATES
+    return rate is not None and -rate.at_one > _ALTERNATING_PART and rate.at_two > _ALTERNATING_PART
 
 
 def _roughness(c: ColumnScore) -> _Roughness | None:
@@ -224,7 +224,7 @@ def _roughness(c: ColumnScore) -> _Roughness | None:
         return None
     fifths = np.array_split(np.diff(c.trace.error, 4) / _GAIN, 5)
     size = float(np.median([np.std(x) for x in fifths]))
-    if size <= _SHOWN * (c.floor or 0.0):
+    if size <= _TIMES_ROUGHER * (c.floor or 0.0):
         return None
     at_one, at_two = (float(np.median([_correlation(x, k) for x in fifths])) for k in (1, 2))
     return _Roughness(size / float(np.std(c.trace.error)), at_one, at_two)

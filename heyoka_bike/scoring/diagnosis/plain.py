@@ -22,13 +22,13 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.
-_SAME = 0.9
+_PART_OF_EQUAL_ROWS = 0.9
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # What a start may be off by, in parts of itself, and in what the digits tell.
-_START, _AT_FLOOR = 1e-6, 4.0
+_PART_OF_RIGHT_START, _FLOORS_OF_ROUNDING = 1e-6, 4.0
 # Worse at all than others, and explained to a thirtieth, or a hundredth, by one number or two.
-_WORSE, _NEARLY, _MOSTLY = 10.0, 30.0, 100.0
+_WORSE, _NEARLY, _TIMES_WORSE_THAN_BEFORE = 10.0, 30.0, 100.0
 # Of the rows, between which times are told, and times that are the same.
 _MOST_ROWS, _SAME_TIME = (0.05, 0.95), 0.1
 # So many columns tell the time: of correct programs one is left a sixth of the error, in one
@@ -36,12 +36,12 @@ _MOST_ROWS, _SAME_TIME = (0.05, 0.95), 0.1
 _OTHERS = 3
 # Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
 # energy less than so much, as other units of the angle do not make it.
-_LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
+_LEAN_OF_LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
 # ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
 # An energy that is wrong makes the sum wrong.
-_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
+_ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 _ADVICE = "look at how it is computed and written"
 DEPARTS = "departs"
 """Code of the finding that the motion is right up to some row."""
@@ -79,7 +79,9 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
         low = height.value < _LEFT_OF_HEIGHT * height.reference
-        lies = low & (np.abs(roll.value) > _LYING) & (np.abs(roll.reference) < _LYING)
+        lies = (
+            low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
+        )
         row = int(np.argmax(lies))
         way = np.abs(roll.value[: row + 1])
         if lies.any() and way[0] < _UPRIGHT and np.max(np.abs(np.diff(way))) < _STRIDE:
@@ -158,7 +160,7 @@ def _flat(c: ColumnScore, order: int) -> float:
 
     Until the last step, after which all stands still.
     """
-    tiny = _AT_FLOOR * 2.0**order * (c.floor or 0.0)
+    tiny = _FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
     rows = slice(_last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
@@ -188,12 +190,12 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
         off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
         before = np.maximum.accumulate(off)[:-1]
-        jumps = np.flatnonzero(off[1:] > _MOSTLY * before)
+        jumps = np.flatnonzero(off[1:] > _TIMES_WORSE_THAN_BEFORE * before)
         row = next((int(i) + 1 for i in jumps if i >= _FEW_ROWS), 0)
         if not row or before[row - 1] > RIGHT_MOTION:
             continue
         right, time = before[row - 1], columns[0].trace.time
-        end = int(np.flatnonzero(off > _MOSTLY * right)[-1]) + 1
+        end = int(np.flatnonzero(off > _TIMES_WORSE_THAN_BEFORE * right)[-1]) + 1
         is_back = m.rows - end >= _FEW_ROWS
         ahead, relief = _ahead(columns, slice(row, None))
         is_shifted = relief > _NEARLY
@@ -231,7 +233,7 @@ def other_times(report: Report) -> Finding | None:
         ahead, left = _ahead(columns, slice(None), axis=0)
         relief.append(left)
         found[str(m.maneuver)] = tuple(np.quantile(ahead, _MOST_ROWS).tolist())
-    if not (max(relief) > _MOSTLY and np.exp(np.mean(np.log(relief))) > _NEARLY):
+    if not (max(relief) > _TIMES_WORSE_THAN_BEFORE and np.exp(np.mean(np.log(relief))) > _NEARLY):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = most - least < _SAME_TIME * abs(most + least)
@@ -299,7 +301,7 @@ def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
     n = min(len(a.value), len(b.value))
     if n < _FEW_ROWS or not np.ptp(a.value) or not np.ptp(a.reference[:n] - b.reference[:n]):
         return False
-    return float(np.mean(a.value[:n] == b.value[:n])) > _SAME
+    return float(np.mean(a.value[:n] == b.value[:n])) > _PART_OF_EQUAL_ROWS
 
 
 def _worst(c: ColumnScore) -> float:
@@ -314,7 +316,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 continue
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
-            if off > max(_START * abs(given), _AT_FLOOR * (c.floor or 0.0)):
+            if off > max(_PART_OF_RIGHT_START * abs(given), _FLOORS_OF_ROUNDING * (c.floor or 0.0)):
                 unit = c.unit.replace(" s-1", "/s")
                 yield warning(
                     "another_start",
@@ -334,7 +336,7 @@ def columns_apart(report: Report) -> Finding | None:
     if not apart or any(not keys and limit > RIGHT_MOTION for keys, limit in each.values()):
         return None
     with_sum = ""
-    if _SUM in apart and apart & _PARTS:
+    if _SUM in apart and apart & _ENERGY_PARTS:
         apart.remove(_SUM)
         with_sum = ", and mechanical_energy with it"
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
@@ -373,7 +375,9 @@ def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...
     found: list[Finding] = []
     others = []
     for key, places in report.by_column().items():
-        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_at_floor(_AT_FLOOR))]
+        wrong = [
+            (m, c) for m, c in places if not (c.is_right or c.is_at_floor(_FLOORS_OF_ROUNDING))
+        ]
         if key in BENCHMARK_COLUMNS or not wrong:
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):
@@ -459,4 +463,4 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
 
 def _explains(fit: Scaled, c: ColumnScore) -> bool:
     left = c.trace.value - fit.factor * c.trace.reference - fit.offset
-    return _MOSTLY * rms(left) < rms(c.trace.error)
+    return _TIMES_WORSE_THAN_BEFORE * rms(left) < rms(c.trace.error)

@@ -37,12 +37,12 @@ from heyoka_bike.scoring.units import factor
 _COMPARED, _SIMULATED = 251, 2001
 # Parts of a run whose errors have a size each: those of values grow, at first in proportion.
 _SPLIT = 4
-_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
+_NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 _OF_POTENTIAL = [
     c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
 ]
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
-_TOGETHER = 32
+_PROGRAMS_AT_ONCE = 32
 
 Expected = Sequence[Columns]
 """Of each part, columns by name at the rows that are compared."""
@@ -72,7 +72,7 @@ class _SeenPart:
         self.step = float(np.median(np.diff(part.time))) if len(part.time) > 1 else 0.0
         self.pick = spread(len(rows), _COMPARED)
         self.compared = rows[self.pick]
-        self.names = [name for name in _COLUMNS if name in part.reference.at_any_time]
+        self.names = [name for name in _NAMES_OF_COLUMNS if name in part.reference.at_any_time]
         there = [key for key, values in part.values.items() if np.isfinite(values).any()]
         self.of_motion = [key for key in there if key in STATE] or there
 
@@ -160,8 +160,8 @@ class SeenFile:
         self._seen |= new.keys()
         self.tried += len(chosen)
         found = []
-        for i in range(0, len(chosen), _TOGETHER):
-            together = chosen[i : i + _TOGETHER]
+        for i in range(0, len(chosen), _PROGRAMS_AT_ONCE):
+            together = chosen[i : i + _PROGRAMS_AT_ONCE]
             made = self._written([program for _, program in together])
             found += [self._judge(*x, e) for x, e in zip(together, made, strict=True)]
         return found

@@ -41,7 +41,7 @@ STATE = "state"
 """Name of the column of the states' numbers."""
 
 _IN_BRACKETS = re.compile(r"(.*?)[\s/]*[\[(]([^\])]*)[\])]\s*")
-_BREAKS = re.compile(r"[\s.-]+")
+_BREAKS_IN_NAMES = re.compile(r"[\s.-]+")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,7 +153,7 @@ def _meaning(name: str) -> tuple[str, str | None] | None:
     """Key and unit of a column by its name, ``pitch [rad]`` or ``pitch_rad``; None if unknown."""
     match = _IN_BRACKETS.fullmatch(name)
     stem, unit = (match[1], match[2]) if match else (name, None)
-    plain = _BREAKS.sub("_", stem.strip().strip("\"'")).lower()
+    plain = _BREAKS_IN_NAMES.sub("_", stem.strip().strip("\"'")).lower()
     keys = {key.lower(): key for key in (STATE, *UNITS)}
     if plain in keys:
         return keys[plain], unit
@@ -239,8 +239,8 @@ _EVIDENCE = 2
 # No pitch puts the front wheel nearer to the floor than this [m].
 _ON_THE_FLOOR = 1e-9
 # Newton's iteration for one unknown: quantities are nearly linear in most parameters.
-_ROUNDS = 5
-_SHIFT = 1e-6
+_ROUNDS_OF_NEWTON = 5
+_SHIFT_OF_SLOPE = 1e-6
 
 _Values = Mapping[str, Array]
 
@@ -428,11 +428,13 @@ def _explanations(
             # A bicycle without mass, say, has no linear equations.
             with suppress(BicycleError, ArithmeticError, ValueError):
                 change, now = 0.0, right
-                for _ in range(_ROUNDS):
-                    slope = apart(made(symbol, change + _SHIFT), now) / _SHIFT
+                for _ in range(_ROUNDS_OF_NEWTON):
+                    slope = apart(made(symbol, change + _SHIFT_OF_SLOPE), now) / _SHIFT_OF_SLOPE
                     left = apart(values, now)
                     # Most parameters do not act where the table is wrong.
-                    acts = abs(slope[np.argmax(np.abs(left))]) > _SHIFT * np.max(np.abs(slope))
+                    acts = abs(slope[np.argmax(np.abs(left))]) > _SHIFT_OF_SLOPE * np.max(
+                        np.abs(slope)
+                    )
                     if now is right and not acts:
                         break
                     change += float(slope @ left) / float(slope @ slope)

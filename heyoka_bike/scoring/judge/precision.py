@@ -29,7 +29,7 @@ _RATIO_OF_WHITE_NOISE = (1.6, 2.0)
 # Times the floor: what few digits leave of a right value.
 _FLOORS_OF_ROUNDING = 4.0
 # The noise is said of a file if that many of its columns have it.
-_MOSTLY = 2 / 3
+_PART_OF_COLUMNS = 2 / 3
 
 
 def single_precision(report: Report) -> Iterator[SinglePrecision]:
@@ -43,7 +43,7 @@ def single_precision(report: Report) -> Iterator[SinglePrecision]:
     if telling and len(single) >= len(others):
         keys = single if others else {c.key for _, c in every}
         yield SinglePrecision(tuple(sorted(keys)), is_written=True, are_all=not others)
-    elif telling and len(noisy) >= _MOSTLY * len(telling):
+    elif telling and len(noisy) >= _PART_OF_COLUMNS * len(telling):
         yield SinglePrecision(tuple(sorted(set(noisy))), is_written=False)
 
 

@@ -29,7 +29,7 @@ _FITS = 0.05
 # Half the rows at least must have a place in the run.
 _PART_WITHIN_RUN = 0.5
 # Halvings of the golden section: from a hundredth of a second to a nanosecond.
-_HALVINGS = 40
+_ROUNDS_OF_GOLDEN_SECTION = 40
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 # A time of few decimals is meant if the file cannot tell it from the best one [s].
 _PLACES_TRIED = range(7)
@@ -121,7 +121,7 @@ def _joint(motions: Sequence[Part], shift: float, *, exact: bool = True) -> floa
 def _refined(motions: Sequence[Part], near: float) -> float:
     """The best shift within a step of the grid, by golden section."""
     low, high = near - _FIRST_STEP, near + _FIRST_STEP
-    for _ in range(_HALVINGS):
+    for _ in range(_ROUNDS_OF_GOLDEN_SECTION):
         a, b = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)
         if _joint(motions, a) < _joint(motions, b):
             high = b

@@ -21,7 +21,7 @@ _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
 # Zeros are the rate of such an angle.
 _ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
-_ROUNDOFF = 1e-9
+_ROUNDOFF_OF_INTEGRATOR = 1e-9
 # The quantity varies by more of what can be written than this: rounding does not explain one value.
 _STEPS_OF_ROUNDING = 4.0
 
@@ -74,7 +74,9 @@ def _runs_straight(part: Part) -> bool:
     return (
         bool(lateral and others)
         and not any(x.any() for x in lateral)
-        and all(x.any() and np.ptp(x) <= _ROUNDOFF * np.max(np.abs(x)) for x in others)
+        and all(
+            x.any() and np.ptp(x) <= _ROUNDOFF_OF_INTEGRATOR * np.max(np.abs(x)) for x in others
+        )
     )
 
 

@@ -39,7 +39,9 @@ _FEWEST_OF_A_ROW = 3
 _MANEUVER = "maneuver"
 _AROUND_LABELS = "[]():;,=-\"' "
 # A duration of MATLAB, of less than a minute.
-_DURATION = re.compile(r"(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?")
+_PATTERN_OF_DURATION = re.compile(
+    r"(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?"
+)
 
 
 def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
@@ -140,7 +142,7 @@ def _plain(name: str, cell: Any, word: str, number: Callable[[str], str | None])
     if _is_number(cell):
         return cell
     found = recognise(name)
-    match = _DURATION.fullmatch(word) if found and found[0] == TIME else None
+    match = _PATTERN_OF_DURATION.fullmatch(word) if found and found[0] == TIME else None
     return number(match[1] if match else word) or word
 
 

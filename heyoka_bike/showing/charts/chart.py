@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from heyoka_bike.numbers.double import Array
 
 Indices = NDArray[np.intp]
-_LEAST = 1e-300
-_WIDTH, _HEIGHT = 4000, 2000  # steps of the inner SVG
-_FEW = 40  # rows that are drawn as points too
+_LEAST_POSITIVE = 1e-300
+_SVG_WIDTH, _SVG_HEIGHT = 4000, 2000  # steps of the inner SVG
+_FEW_POINTS = 40  # rows that are drawn as points too
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
         At most so many of the lines have a label.
     """
     # A quotient of tiny numbers may have become 0.
-    low, high = max(low, _LEAST), max(high, _LEAST)
+    low, high = max(low, _LEAST_POSITIVE), max(high, _LEAST_POSITIVE)
     first, last = math.floor(math.log10(low) + 1e-9), math.ceil(math.log10(high) - 1e-9)
     last = max(last, first + 1)
     step = next(s for s in (1, 2, 3, 4, 5, 10, 20, 50, 100) if (last - first) // s < labels)
@@ -244,7 +244,8 @@ def chart(
         *area.grid(),
         f'<text class="title" x="0" y="-13">{escape(title)}</text>',
         f'<text class="title" {below}>{escape(x_title)}</text>' if x_title else "",
-        f'<svg class="lines" width="100%" height="{height}" viewBox="0 0 {_WIDTH} {_HEIGHT}" '
+        f'<svg class="lines" width="100%" height="{height}" '
+        f'viewBox="0 0 {_SVG_WIDTH} {_SVG_HEIGHT}" '
         'preserveAspectRatio="none">',
         *map(area.guide, guides),
         *map(area.level, levels),
@@ -317,8 +318,8 @@ class _Area:
         """Points as steps from each to the next, in integers."""
         if not len(line.x):
             return ""
-        across = np.rint(self._x.place(line.x) * _WIDTH).astype(int)
-        down = (1 - np.clip(self._y.place(line.y), -0.05, 1.05)) * _HEIGHT
+        across = np.rint(self._x.place(line.x) * _SVG_WIDTH).astype(int)
+        down = (1 - np.clip(self._y.place(line.y), -0.05, 1.05)) * _SVG_HEIGHT
         places = np.column_stack((across, np.rint(down).astype(int)))
         start, steps = places[0].tolist(), np.diff(places, axis=0).tolist()
         text = "".join(f" {a}{b}" if b < 0 else f" {a} {b}" for a, b in steps)
@@ -328,7 +329,7 @@ class _Area:
         )
 
     def points(self, line: Line) -> str:
-        if len(line.x) > _FEW and not line.has_points:
+        if len(line.x) > _FEW_POINTS and not line.has_points:
             return ""
         found = zip(self._x.place(line.x).tolist(), self._y.place(line.y).tolist(), strict=True)
         dots = "".join(
@@ -338,8 +339,8 @@ class _Area:
         return f'<g class="points {line.style}" data-name="{escape(line.name)}">{dots}</g>'
 
     def level(self, level: Level) -> str:
-        at = round((1 - self._y.at(level.value)) * _HEIGHT)
-        return f'<path class="{level.style}" d="M0 {at}h{_WIDTH}"/>'
+        at = round((1 - self._y.at(level.value)) * _SVG_HEIGHT)
+        return f'<path class="{level.style}" d="M0 {at}h{_SVG_WIDTH}"/>'
 
     def level_text(self, level: Level) -> str:
         at = self._y.at(level.value)
@@ -358,8 +359,8 @@ class _Area:
         )
 
     def guide(self, guide: Guide) -> str:
-        a, b = (round(self._x.at(v) * _WIDTH) for v in guide.x)
-        c, d = (round((1 - self._y.at(v)) * _HEIGHT) for v in guide.y)
+        a, b = (round(self._x.at(v) * _SVG_WIDTH) for v in guide.x)
+        c, d = (round((1 - self._y.at(v)) * _SVG_HEIGHT) for v in guide.y)
         return f'<path class="guide" d="M{a} {c}L{b} {d}"/>'
 
     def guide_text(self, guide: Guide) -> str:

@@ -33,10 +33,10 @@ _APART = (0, 7, 2, 4, 3, 5, 1, 6)  # those of different colours first
 _ALL_BINS, _ONE_BINS, _RANGE_BINS = 125, 200, 50
 # Of one column's error, which is 0 somewhere, or nearly; and of several programs'.
 _MOST_DECADES, _MOST_OF_PROGRAMS = 10, 16
-_LOWEST = 1e-40
+_LOWEST_ERROR = 1e-40
 _MOST_ORDER = 12  # of the guides
 _RELATIVE = "error / scale of the column"
-_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the scale")
+_LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the scale")
 
 
 def legend(items: Sequence[tuple[str, str, str]]) -> str:
@@ -89,7 +89,7 @@ def all_errors(m: ManeuverScore) -> str:
     about += "each, logarithmic"
     drawn = chart(
         run_time([m]), draw.decades(low, high), lines, about=about, title=_RELATIVE,
-        height=_ALL_HEIGHT, levels=[_TOLERANCE], notches=notches,
+        height=_ALL_HEIGHT, levels=[_LEVEL_OF_TOLERANCE], notches=notches,
     )  # fmt: skip
     caption = (
         "How fast the solutions part: the largest error in each short piece of time, divided by "
@@ -188,7 +188,7 @@ def _error(time: ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     tolerance = TOLERANCE * c.scale
     if high > 0.01 * tolerance > 0:
         high = max(high, tolerance)
-        levels.append(Level(tolerance, _TOLERANCE.style, _TOLERANCE.text))
+        levels.append(Level(tolerance, _LEVEL_OF_TOLERANCE.style, _LEVEL_OF_TOLERANCE.text))
     return chart(
         time, draw.decades(low, high, 6), [Line("error", "error", t, error, unit)],
         about=f"Absolute error of the {name} over time, logarithmic",
@@ -203,7 +203,7 @@ def _range(t: Array, error: Array) -> tuple[float, float]:
     """
     _, error = draw.highest(t, error, _RANGE_BINS)
     positive = error[error > 0]
-    return max(float(np.quantile(positive, 0.05)), _LOWEST), float(positive.max())
+    return max(float(np.quantile(positive, 0.05)), _LOWEST_ERROR), float(positive.max())
 
 
 def convergence(series: Series, maneuver: int) -> str:
@@ -306,7 +306,7 @@ def _programs(series: Series, maneuver: int, key: str, time: ChartAxis) -> str:
     drawn = chart(
         time, draw.decades(low, max(peak, 2 * TOLERANCE), 6), lines,
         about=f"Error of the {label(key)} of each program over time, logarithmic",
-        title=_RELATIVE, height=_PROGRAMS_HEIGHT, levels=[_TOLERANCE],
+        title=_RELATIVE, height=_PROGRAMS_HEIGHT, levels=[_LEVEL_OF_TOLERANCE],
     )  # fmt: skip
     return legend([(line.name, line.style, "") for line in lines]) + drawn
 

@@ -22,14 +22,14 @@ SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 _CLASS = "heyoka-bike"
-_OWN = """background: var(--page); color: var(--ink); padding: 8px 12px; font: 14px/1.5 system-ui, sans-serif;
+_STYLE_OF_NOTEBOOK = """background: var(--page); color: var(--ink); padding: 8px 12px; font: 14px/1.5 system-ui, sans-serif;
 .verdict { font-size: 1.25em; }
 details { margin: .4em 0; } summary { cursor: pointer; font-weight: 600; }
 """  # noqa: E501
 
 # A line must not end within 1e-05, nor before a unit.
 _UNIT = r" (?:%|s\b|J\b|rad\b(?:/s)?|m/s)"
-_NUMBER = re.compile(rf"(-?[0-9.]+(?:e[-+]?[0-9]+(?:{_UNIT})?|{_UNIT}))")
+_PATTERN_OF_NUMBER = re.compile(rf"(-?[0-9.]+(?:e[-+]?[0-9]+(?:{_UNIT})?|{_UNIT}))")
 
 
 def render(document: doc.Document) -> str:
@@ -50,7 +50,7 @@ def render(document: doc.Document) -> str:
 @cache
 def _style() -> str:
     sheet = PAGE_STYLE.read_text(encoding="utf-8").replace(":root", "&")
-    return f"<style>.{_CLASS} {{\n{sheet}{_OWN}}}</style>"
+    return f"<style>.{_CLASS} {{\n{sheet}{_STYLE_OF_NOTEBOOK}}}</style>"
 
 
 def piece(blocks: Sequence[doc.Block]) -> str:
@@ -185,7 +185,7 @@ def capital(text: str) -> str:
 
 def prose(text: str) -> str:
     """Text as HTML, every number with its unit kept on one line."""
-    parts = map(escape, _NUMBER.split(text))
+    parts = map(escape, _PATTERN_OF_NUMBER.split(text))
     return "".join(f"<bdi>{part}</bdi>" if i % 2 else part for i, part in enumerate(parts))
 
 

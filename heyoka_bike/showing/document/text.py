@@ -15,7 +15,7 @@ from heyoka_bike.showing.wording import ASCII_SIGNS, MEANINGS, Grade
 PROSE = 100
 """The longest line of text, and what a table of scores fits into."""
 
-_KEPT = "\N{NO-BREAK SPACE}"
+_KEPT_BLANK = "\N{NO-BREAK SPACE}"
 _MARK = 8  # letters of an item's mark
 _LEAST_WORDS = 16  # letters that a column of prose needs, to be shown
 # By class of paragraphs, items and cells: Select Graphic Rendition, ECMA-48 8.3.117.
@@ -222,9 +222,9 @@ def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -
 
 def wrap(text: str, width: int) -> list[str]:
     """Lines of at most so many letters; a unit stays with its number."""
-    kept = re.sub(r"(?<=[0-9]) (?=(?:%|s|J|rad(?:/s)?|m/s)(?![a-z]))", _KEPT, text)
+    kept = re.sub(r"(?<=[0-9]) (?=(?:%|s|J|rad(?:/s)?|m/s)(?![a-z]))", _KEPT_BLANK, text)
     lines = textwrap.wrap(kept, width, break_on_hyphens=False) or [""]
-    return [line.replace(_KEPT, " ") for line in lines]
+    return [line.replace(_KEPT_BLANK, " ") for line in lines]
 
 
 def _written(cell: str | doc.Cell) -> _Piece:

@@ -14,8 +14,12 @@ from heyoka_bike.showing.formats.json import clean
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
-_RESULT = {True: ("right", "passed"), False: ("WRONG", "failed"), None: ("not in it", "unmade")}
-_SHOWN = 6  # columns of the level that fails
+_RESULT_OF_LEVEL = {
+    True: ("right", "passed"),
+    False: ("WRONG", "failed"),
+    None: ("not in it", "unmade"),
+}
+_COLUMNS_SHOWN = 6  # columns of the level that fails
 
 
 def document(check: CheckedTable) -> dict[str, Any]:
@@ -67,8 +71,8 @@ def blocks(check: CheckedTable) -> list[Block]:
     else:
         found.append(Paragraph("All levels are right. Next: one step, one second, ten (score)."))
     if check.left_out:
-        names = ", ".join(map(_unknown, check.left_out[:_SHOWN]))
-        more = len(check.left_out) - _SHOWN
+        names = ", ".join(map(_unknown, check.left_out[:_COLUMNS_SHOWN]))
+        more = len(check.left_out) - _COLUMNS_SHOWN
         found.append(
             Paragraph(f"Columns that are not known: {names}{f' and {more} more' * (more > 0)}.")
         )
@@ -84,7 +88,7 @@ def line(check: CheckedTable) -> str:
 
 
 def _row(check: CheckedTable, x: CheckedLevel) -> list[str | Cell]:
-    text, style = _RESULT[x.passed]
+    text, style = _RESULT_OF_LEVEL[x.passed]
     if x.passed is False and x is not check.failed:
         text = "wrong too"
     values = sum(c.values for c in x.columns)
@@ -97,13 +101,13 @@ def _row(check: CheckedTable, x: CheckedLevel) -> list[str | Cell]:
 def _about(check: CheckedTable, failed: CheckedLevel) -> list[Block]:
     wrong = [c for c in failed.columns if c.wrong]
     right = [c.key for c in failed.columns if not c.wrong]
-    items = [Item(_worst(c)) for c in wrong[:_SHOWN]]
-    if len(wrong) > _SHOWN:
-        items.append(Item(f"and {len(wrong) - _SHOWN} more columns"))
+    items = [Item(_worst(c)) for c in wrong[:_COLUMNS_SHOWN]]
+    if len(wrong) > _COLUMNS_SHOWN:
+        items.append(Item(f"and {len(wrong) - _COLUMNS_SHOWN} more columns"))
     enters = " ".join(failed.level.parameters) or "no parameter"
     said = f"At this level enter first: {enters}; and {failed.level.besides}."
     if right:
-        said += f" Right at this level: {', '.join(right[:_SHOWN])}."
+        said += f" Right at this level: {', '.join(right[:_COLUMNS_SHOWN])}."
     before = check.levels[: check.levels.index(failed)]
     missing = [x.level.name for x in before if x.passed is None]
     if missing:

@@ -18,9 +18,11 @@ from heyoka_bike.showing.charts import results as charts
 from heyoka_bike.showing.document.html import capital
 from heyoka_bike.showing.wording import SIGNS, Grade, file_grade, style_of
 
-_MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
+_MOST_COLUMNS_SHOWN = (
+    12  # the benchmark has eight columns, a file of the whole motion up to a hundred
+)
 
-_COLUMNS = (
+_COLUMNS_OF_SCORES = (
     doc.TableColumn("column", "the quantity, and its unit"),
     doc.TableColumn("definition", "what the column was found to mean"),
     doc.TableColumn(
@@ -57,7 +59,7 @@ _COLUMNS = (
     doc.TableColumn("values", "how many were compared", only=doc.HTML),
 )
 
-_LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS[2:] if not c.only)
+_LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS_OF_SCORES[2:] if not c.only)
 
 
 def document(
@@ -213,11 +215,15 @@ def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...
     marks = "; ".join(words.mark_meanings(m.columns))
     note = doc.Words(f"{marks}.", marks) if marks else ""
     rows, about = list(map(_score, m.columns)), f"Scores of maneuver {m.maneuver}"
-    return (doc.TableBlock(_COLUMNS, rows, about, left=2, is_explained=is_explained, note=note),)
+    return (
+        doc.TableBlock(
+            _COLUMNS_OF_SCORES, rows, about, left=2, is_explained=is_explained, note=note
+        ),
+    )
 
 
 def _score(c: ColumnScore) -> list[str | doc.Cell]:
-    """Cells of `_COLUMNS`."""
+    """Cells of `_COLUMNS_OF_SCORES`."""
     name, (mark, notes) = printable(c.definition), (words.mark(c), words.notes(c))
     return [
         doc.Cell(doc.Words(words.label(c.key), printable(c.key)), words.unit_text(c.unit)),
@@ -272,7 +278,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
         key: min((c.scd for c in found if c.scd is not None), default=0.0)
         for key, found in columns.items()
     }
-    worst = sorted(columns, key=fewest.__getitem__)[:_MOST_ROWS]
+    worst = sorted(columns, key=fewest.__getitem__)[:_MOST_COLUMNS_SHOWN]
     rows: list[doc.Row] = [
         [
             doc.Words(words.label(key), printable(key)),

@@ -28,10 +28,10 @@ from heyoka_bike.showing.formats.report import conventions
 from heyoka_bike.showing.sayings import DEFAULT_CONVENTIONS, findings
 from heyoka_bike.showing.wording import Grade, file_grade
 
-_RUNS = 4  # of a series, each on a line
-_NAMES = 14  # letters at the start of a line
+_MOST_RUNS_SHOWN = 4  # of a series, each on a line
+_LETTERS_OF_NAMES = 14  # letters at the start of a line
 _MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with some to spare
-_WIDTH = 96  # of a diagnosis
+_WIDTH_OF_DIAGNOSIS = 96  # of a diagnosis
 
 
 _Entry = tuple[str, str, int]
@@ -59,7 +59,7 @@ def render(
         entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
     for name, said, lines in entries:
         if said:
-            page.brief(f"  {name:<{_NAMES - 2}}", said, lines)
+            page.brief(f"  {name:<{_LETTERS_OF_NAMES - 2}}", said, lines)
     return page.text()
 
 
@@ -81,7 +81,9 @@ def diagnosis(report: Report) -> str:
     is_usual &= not any(f.code == UNITS_BESIDE for f in report.diagnosis)
     paragraphs = [words.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
     paragraphs += [f.message for f in (*findings([*own, *beside]), *report.diagnosis)]
-    return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
+    return "\n\n".join(
+        textwrap.fill(p, _WIDTH_OF_DIAGNOSIS, break_long_words=False) for p in paragraphs
+    )
 
 
 def _report(report: Report) -> Iterator[_Entry]:
@@ -103,7 +105,9 @@ def _report(report: Report) -> Iterator[_Entry]:
 
 
 def _series(series: Series) -> Iterator[_Entry]:
-    shown = series.runs if len(series.runs) <= _RUNS else series.runs[: _RUNS - 1]
+    shown = (
+        series.runs if len(series.runs) <= _MOST_RUNS_SHOWN else series.runs[: _MOST_RUNS_SHOWN - 1]
+    )
     names = [words.run_name(series, run) for run in shown]
     wide = max(map(len, names))
     for name, run in zip(names, shown, strict=True):

@@ -70,7 +70,7 @@ USED = (
 )
 """The facts that are taken as known."""
 
-_BITS = 400
+_BITS_OF_FACTS = 400
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def cycle_fact(run: Trajectory, like: Maneuver, progress: TimeReached | None = N
 
 def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
     """The speed, upright and straight, with the energy of a start that is upright and straight."""
-    balls = Balls(_BITS)
+    balls = Balls(_BITS_OF_FACTS)
     with balls.precision():
         equations = Equations.of(bicycle, balls)
 
@@ -217,8 +217,8 @@ def _mean_speed(at: Evaluator, cycle: Cycle) -> flint.arb:
     return flint.arb(k.length * k.rear.r * turned / cycle.half_period)
 
 
-_MOST_DIGITS = 30
-_SHOWN = 60  # characters of what is found in a file
+_DIGITS_OF_FACTS = 30
+_LETTERS_SHOWN = 60  # characters of what is found in a file
 
 Digits = Callable[[Enclosure, str, str], int]
 """The number of digits of a value, by maneuver and name."""
@@ -290,7 +290,7 @@ def render_facts(facts: Sequence[Fact], digits: Digits | None = None) -> bytes:
 
 def _decided(x: Enclosure) -> int:
     """The most digits that an enclosure decides."""
-    return next((n for n in range(_MOST_DIGITS, 0, -1) if x.decimal(n) is not None), 1)
+    return next((n for n in range(_DIGITS_OF_FACTS, 0, -1) if x.decimal(n) is not None), 1)
 
 
 def _text(x: Enclosure, digits: int, name: str) -> str:
@@ -338,7 +338,7 @@ def certify_after(
         text = _text(x, _digits(found[key]), ", ".join(key))
         if text != found[key]:
             raise NotCertifiedError(
-                f"{where / AFTER}: {', '.join(key)}: published {found[key]!r:.{_SHOWN}}, "
+                f"{where / AFTER}: {', '.join(key)}: published {found[key]!r:.{_LETTERS_SHOWN}}, "
                 f"proved {text}"
             )
     if raw != render_facts(facts, lambda x, about, name: _digits(found[about, name])):
@@ -349,7 +349,7 @@ def certify_after(
 def _digits(text: object) -> int:
     """Significant digits of a published number; 1 if it is none."""
     try:
-        return max(len(Decimal(str(text)[:_SHOWN]).as_tuple().digits), 1)
+        return max(len(Decimal(str(text)[:_LETTERS_SHOWN]).as_tuple().digits), 1)
     except InvalidOperation:
         return 1
 

@@ -56,10 +56,10 @@ from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.reference.proof.cauchy import SIZE, Circle, refused
 from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Progress, Prover, enclose
 
-_LENGTH = 96
+_TERMS_OF_SERIES = 96
 """Order of Y, whose defect is then below the bits of the matrices."""
 
-_BITS = 192
+_BITS_OF_CYCLE = 192
 """The smallest multiplier is 7e-6, and 22 of its digits are wanted: 92 bits, in a product over
 sixteen pieces whose enclosures grow by a factor of up to 11 each, 55 bits."""
 
@@ -85,7 +85,7 @@ class Nearby:
         NotCertifiedError
             The time, a ball, is not inside one part of a piece.
         """
-        with flint.ctx.workprec(_BITS):
+        with flint.ctx.workprec(_BITS_OF_CYCLE):
             product = identity(SIZE)
             for part in self._parts:
                 s = (time - exact_ball(part.piece.t0)) / exact_ball(part.piece.h)
@@ -135,7 +135,7 @@ def nearby(run: Trajectory, radii: Vector) -> Nearby:
 class _FlowKeeper(Prover):
     """Keeps the flow of each part."""
 
-    matrix_bits = _BITS
+    matrix_bits = _BITS_OF_CYCLE
 
     def __init__(self, run: Trajectory) -> None:
         super().__init__(run)
@@ -143,8 +143,8 @@ class _FlowKeeper(Prover):
 
     def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
         sup, end = super().whole(piece, frame, rim, near)
-        with flint.ctx.workprec(_BITS):
-            flow = self.flow(piece, rim, (_LENGTH,))
+        with flint.ctx.workprec(_BITS_OF_CYCLE):
+            flow = self.flow(piece, rim, (_TERMS_OF_SERIES,))
             reach = largest(x / y for x, y in zip(sup, near.rho, strict=True))
             if not 4 * reach <= 1:
                 raise refused(piece, "the motions leave a quarter of the polydisc")
@@ -160,14 +160,14 @@ class _FlowKeeper(Prover):
         return sup, end
 
 
-_RADIUS = Fraction(1, 2**140)
+_RADIUS_OF_START = Fraction(1, 2**140)
 """Of the box: far above what G leaves at the candidate, far below what its derivative asks for."""
 
-_ROLL, _PITCH, _STEER, _SPIN = 0, 1, 2, 5
+_ROLL, _PITCH, _STEER, _SPIN_IN_STATE = 0, 1, 2, 5
 _MIRRORED = (2, 3, 4)
 """Steer angle, roll rate and steer rate, in the state: of these the end is minus the start."""
 
-_UNKNOWNS = (*_MIRRORED, _SPIN)
+_UNKNOWNS = (*_MIRRORED, _SPIN_IN_STATE)
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,7 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: Progress | None = Non
         raise _refused(run, "it does not come upright again")
     at = evaluator(run, certificate=exact)
     with at.balls.precision():
-        equations, radius = at.equations, exact_ball(_RADIUS)
+        equations, radius = at.equations, exact_ball(_RADIUS_OF_START)
         time = crossing.time.mid()
         start = initial_state(equations, run.maneuver)
         end = at.state(time)

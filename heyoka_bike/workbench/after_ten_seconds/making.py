@@ -148,7 +148,7 @@ def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajec
 _VERSION = "after-ten-seconds"
 """Stands where files of the set have its version: the folder has none of its own."""
 
-_DIGITS = 50
+_DIGITS_OF_CYCLE = 50
 """Of the candidates: the 30 that are published are then decided, with errors grown 10^12-fold."""
 
 
@@ -182,12 +182,12 @@ def generate_after(folder: str | Path, *, progress: Progress | None = None) -> t
     if not str(folder).strip():
         raise InputError("--out: found nothing, expected a folder")
     bicycle, maneuvers = benchmark()
-    cycle = cycle_candidate(bicycle, maneuvers[0], _DIGITS)
+    cycle = cycle_candidate(bicycle, maneuvers[0], _DIGITS_OF_CYCLE)
     lift = first_event(bicycle, maneuvers[2], until=REAR_LIFT)
     assert lift is not None  # the benchmark's falls
     rows = ceil(Fraction(float(lift.time)) / maneuvers[2].spacing)
     until = replace(maneuvers[2], duration=rows * maneuvers[2].spacing)
-    fall = integrate(bicycle, until, _DIGITS)
+    fall = integrate(bicycle, until, _DIGITS_OF_CYCLE)
     facts = prove_facts(cycle, fall, progress)
     runs = (cycle, fall)
     inputs = describe_inputs(bicycle, [run.maneuver for run in runs])

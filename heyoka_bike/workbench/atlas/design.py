@@ -26,7 +26,7 @@ Chunk = tuple[int, int]
 
 _MOST_POINTS = 10**9
 _CHUNKS = 100  # about as many, until they are as large as they may be
-_SIDES = (4, 128)
+_SIDES_OF_CHUNK = (4, 128)
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Design:
     @property
     def side(self) -> int:
         """Points of a chunk along either axis; it follows from the shape."""
-        least, most = _SIDES
+        least, most = _SIDES_OF_CHUNK
         return min(max(ceil(sqrt(self.shape[0] * self.shape[1] / _CHUNKS)), least), most)
 
     def chunks(self) -> Iterator[Chunk]:

@@ -106,9 +106,9 @@ SECONDS = 10
 EARLY = 2
 """Samples in place of one within these seconds: magnification comes in bursts."""
 
-_STEP = 2 * SPACING / EARLY
-_TERMS = 12  # of the exponential series
-_SHIFT = 1e-5  # the pitch is even about straight running: its slope is good to 1e-10
+_SECONDS_OF_STEP = 2 * SPACING / EARLY
+_TERMS_OF_EXPONENTIAL = 12  # of the exponential series
+_SHIFT_OF_PITCH = 1e-5  # the pitch is even about straight running: its slope is good to 1e-10
 _AROUND = 2  # samples either side of the largest
 
 
@@ -141,11 +141,11 @@ def conditions(runs: Runs, samples: Array, which: Array) -> Array:
 
 
 def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
-    mean = _STEP / 6 * (begin + 4 * middle + end)
-    tilt = _STEP / 12 * (end - begin)
+    mean = _SECONDS_OF_STEP / 6 * (begin + 4 * middle + end)
+    tilt = _SECONDS_OF_STEP / 12 * (end - begin)
     exponent = mean + tilt @ mean - mean @ tilt
     found = flow
-    for i in range(_TERMS, 0, -1):
+    for i in range(_TERMS_OF_EXPONENTIAL, 0, -1):
         found = flow + exponent @ found / i
     return found
 
@@ -158,10 +158,10 @@ def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
     found[:, SPIN, -1] = 1 / length
     k = runs.equations(which).k
     roll, pitch, steer = states[:, ROLL], states[:, PITCH], states[:, STEER]
-    for column, (a, b) in enumerate(((_SHIFT, 0.0), (0.0, _SHIFT))):
+    for column, (a, b) in enumerate(((_SHIFT_OF_PITCH, 0.0), (0.0, _SHIFT_OF_PITCH))):
         ahead = pitch_on_the_floor(k, roll + a, pitch, steer + b)
         found[:, PITCH, column] = (ahead - pitch_on_the_floor(k, roll - a, pitch, steer - b)) / (
-            2 * _SHIFT
+            2 * _SHIFT_OF_PITCH
         )
     return found
 
@@ -194,9 +194,9 @@ LONGEST = 200.0
 SETTLED = 0.01
 """Roll and steer angle [rad] below which a motion that converges to steady running has settled."""
 
-_DURATION = WINDOW * SPACING
+_SECONDS_OF_WINDOW = WINDOW * SPACING
 _FLAT = 0.03  # against the square root of the decay, see `_is_straight`
-_LOOK = 4  # windows over which a weave must repeat itself
+_WINDOWS_OF_WEAVE = 4  # windows over which a weave must repeat itself
 _REPEATS = 1e-3
 _MOST_PEAKS = 8  # in a period
 _FINER = 32  # samples in place of one, where a wheel lifts
@@ -264,13 +264,13 @@ class _Course:
             self.found[name][:] = 0.0
         self.steps = np.abs(starts[:, -1])
         self.before = np.full((count, 1, STATE), np.nan)
-        self.recent = np.full((count, _LOOK * WINDOW, 2), np.nan)
+        self.recent = np.full((count, _WINDOWS_OF_WEAVE * WINDOW, 2), np.nan)
         self.left = np.flatnonzero(np.isfinite(self.states).all(axis=1))
 
     def run(self, longest: float, *, is_brief: bool) -> Mapping[str, Array]:
         first: list[Array] = []
-        for window in range(round(longest / _DURATION)):
-            begin = window * _DURATION
+        for window in range(round(longest / _SECONDS_OF_WINDOW)):
+            begin = window * _SECONDS_OF_WINDOW
             left = self.left
             if not len(left):
                 break
@@ -285,7 +285,7 @@ class _Course:
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
             # The sample before the next window, at the spacing there.
-            then = EARLY if begin + _DURATION < SECONDS else 1
+            then = EARLY if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
         self._give_up(longest)
@@ -352,14 +352,14 @@ class _Course:
         found["fate"][left[is_straight]] = UPRIGHT
         found["final_speed"][left[is_straight]] = self.speed[left[is_straight]]
         is_open = ~has_fallen & ~is_straight
-        end = begin + _DURATION
-        if end >= _LOOK * _DURATION:
+        end = begin + _SECONDS_OF_WINDOW
+        if end >= _WINDOWS_OF_WEAVE * _SECONDS_OF_WINDOW:
             for i in np.flatnonzero(is_open):
                 motion = left[i]
                 period = repeats(self.recent[motion, :, 0])
                 if period is not None:
                     found["fate"][motion] = CYCLE
-                    found["fate_time"][motion] = end - _LOOK * _DURATION
+                    found["fate_time"][motion] = end - _WINDOWS_OF_WEAVE * _SECONDS_OF_WINDOW
                     self._take_mean(motion, period)
                     is_open[i] = False
         self.left = left[is_open]

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SIZE = (WIDTH, 4.9)  # [inch]
-_DIGITS = 15
+_SIZE_OF_MAP = (WIDTH, 4.9)  # [inch]
+_DIGITS_OF_AXES = 15
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
 # Tints of Okabe and Ito's blue, sky, orange and vermillion; they differ in lightness too.
 _COLOURS = {
@@ -35,8 +35,13 @@ _SOONEST = 0.1  # [s]
 _SHIFTS = {LIFTS: (-0.16, 0.13), WEAVES: (-0.115, -0.03), UNDECIDED: (0.14, 0.02)}
 """Distance of labels from narrow regions, in widths and heights of the map."""
 _NAME_WIDTH = 0.12  # of a maneuver's name, in widths of the map
-_LEAST = 0.002  # part of the map that a region has to have for a name
-_EDGE: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.4, "color": BLACK}
+_LEAST_PART_NAMED = 0.002  # part of the map that a region has to have for a name
+_STYLE_OF_EDGE: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": ".",
+    "markersize": 2.4,
+    "color": BLACK,
+}
 _ARROW: dict[str, Any] = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 1, "shrinkB": 0}
 
 
@@ -79,7 +84,7 @@ def draw(atlas: Atlas) -> Figure:
     with style():
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=_SIZE, layout="constrained")
+        figure = Figure(figsize=_SIZE_OF_MAP, layout="constrained")
         ax = figure.subplots()
         ax.grid(visible=False)
         _draw_map(figure, ax, atlas)
@@ -111,7 +116,7 @@ def limits(atlas: Atlas) -> list[EnergyCurve]:
     ratio = (turning.kinetic - still.kinetic) / (rolling.kinetic - still.kinetic)
     rates = np.linspace(0.0, atlas.axes[1].values[-1], 400)
     found = []
-    for low, high in linearise(atlas.bicycle, _DIGITS).stable_ranges:
+    for low, high in linearise(atlas.bicycle, _DIGITS_OF_AXES).stable_ranges:
         for name, limit in (("weave speed", low), ("capsize speed", high)):
             if limit is not None:
                 square = float(limit) ** 2 - ratio * rates**2
@@ -151,7 +156,7 @@ def _name_region(
     ax: Axes, x: Array, y: Array, is_here: Any, name: str, shift: tuple[float, float] | None
 ) -> None:
     """The name at the middle of a region, or beside it."""
-    if is_here.mean() < _LEAST:
+    if is_here.mean() < _LEAST_PART_NAMED:
         return
     places = np.argwhere(is_here)
     i, j = places[np.argmin(np.square(places - places.mean(axis=0)).sum(axis=1))]
@@ -167,7 +172,7 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
     if not len(edge.at):
         return
     # The neighbours are one as far as a picture goes.
-    ax.plot(edge.at, edge.stays, zorder=3, **_EDGE)
+    ax.plot(edge.at, edge.stays, zorder=3, **_STYLE_OF_EDGE)
     highest = edge.stays >= np.quantile(edge.stays, 0.5)
     i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]
     at = (edge.at[i] - 0.06 * (x[-1] - x[0]), edge.stays[i] + 0.1 * (y[-1] - y[0]))
@@ -188,7 +193,7 @@ def _write_above(ax: Axes, text: str, x: float) -> None:
 
 
 def _name_stable_ranges(ax: Axes, atlas: Atlas) -> None:
-    for low, high in linearise(atlas.bicycle, _DIGITS).stable_ranges:
+    for low, high in linearise(atlas.bicycle, _DIGITS_OF_AXES).stable_ranges:
         if high is not None:
             _write_above(ax, "stable by the\nlinear equations", float(low + high) / 2)
 

@@ -20,7 +20,7 @@ from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 
 Quantities = Mapping[str, Array]
 
-_LOOK = Fraction(10)  # [s]
+_SECONDS_LOOKED_AHEAD = Fraction(10)  # [s]
 
 
 def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
@@ -88,7 +88,9 @@ def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuv
     at = {**{name: Exact(Fraction(x)) for name, x in design.start.items()}, **point}
     start: dict[str, Any] = {name: at.pop(name) for name in START}
     bicycle = design.bicycle.replace(**at) if at else design.bicycle
-    maneuver = Maneuver("point", **start, duration=_LOOK, spacing=_LOOK)
+    maneuver = Maneuver(
+        "point", **start, duration=_SECONDS_LOOKED_AHEAD, spacing=_SECONDS_LOOKED_AHEAD
+    )
     row = np.array([[float(start[name]) for name in START]])
     runs = Runs([bicycle], PLANS[EDGE_ACCURACY])
     time = fates(runs, row, np.zeros(1, int), design.longest, is_brief=True)["lift_time"][0]
@@ -102,7 +104,7 @@ def _fates(design: Design, first: Array, second: Array) -> Array:
 
 
 _EDGE_SHARE = 0.3  # of the work, about
-_TOGETHER = 8  # changes that are bisected by a job
+_CHANGES_OF_JOB = 8  # changes that are bisected by a job
 
 
 def make_atlas(
@@ -163,6 +165,6 @@ def _edge_jobs(design: Design, store: AtlasStore) -> Iterator[tuple[Design, Arra
         ends = [changes(second, store.row(row)) for row in rows]
         at = np.repeat(first[rows], [len(stays) for stays, _ in ends])
         stays, falls = (np.concatenate(x) for x in zip(*ends, strict=True))
-        for i in range(0, len(at), _TOGETHER):
-            some = slice(i, i + _TOGETHER)
+        for i in range(0, len(at), _CHANGES_OF_JOB):
+            some = slice(i, i + _CHANGES_OF_JOB)
             yield design, at[some], stays[some], falls[some]

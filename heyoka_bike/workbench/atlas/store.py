@@ -23,7 +23,7 @@ from heyoka_bike.workbench.atlas.data import FATES, UNDECIDED, VARIABLES, Atlas,
 from heyoka_bike.workbench.atlas.design import Chunk, Design
 
 _CHECKSUM = "checksum"
-_EDGE = ("edge_at", "edge_stays", "edge_falls")
+_EDGE_ARRAYS = ("edge_at", "edge_stays", "edge_falls")
 _KIND = "heyoka_bike atlas"
 _AGAIN = "the command that made it makes this anew"
 
@@ -78,7 +78,7 @@ class AtlasStore:
 
     def put_edge(self, edge: Edge) -> None:
         """Keep the edge; then the atlas is whole."""
-        for name, values in zip(_EDGE, (edge.at, edge.stays, edge.falls), strict=True):
+        for name, values in zip(_EDGE_ARRAYS, (edge.at, edge.stays, edge.falls), strict=True):
             array = self._group[name]
             array.resize(values.shape)
             if len(values):
@@ -143,7 +143,7 @@ def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
         _array(group, name, names, design.shape, variable.dtype, said, chunks)
     first, second = design.axes
     for name, axis, text in zip(
-        _EDGE,
+        _EDGE_ARRAYS,
         (first, second, second),
         ("place of the basin boundary", "neighbour that does not fall", "neighbour that falls"),
         strict=True,
@@ -206,7 +206,7 @@ def load_atlas(folder: str | Path) -> Atlas:
             axes=(first, second),
             start={name: float(said["start"][name]) for name in START},
             variables=_undamaged(group, (len(first.values), len(second.values)), said["side"]),
-            edge=Edge(*(group[name][:] for name in _EDGE)) if said["edge"] else Edge(),
+            edge=Edge(*(group[name][:] for name in _EDGE_ARRAYS)) if said["edge"] else Edge(),
             provenance=said["provenance"],
         )
     except (OSError, ValueError, KeyError, TypeError) as e:
@@ -254,7 +254,7 @@ def _is_signed(group: Any, what: str) -> bool:
 
 def _signature(group: Any, what: str) -> str | None:
     said = dict(group.attrs)
-    names = _EDGE if what == "edge" else said["axes"]
+    names = _EDGE_ARRAYS if what == "edge" else said["axes"]
     keys = ("edge",) if what == "edge" else sorted(said.keys() - {"edge", "checksums"})
     values = _read(group, names)
     return f"{_checksum(values, json.dumps([said[key] for key in keys])):016x}" if values else None

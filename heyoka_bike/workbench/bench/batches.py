@@ -27,8 +27,8 @@ from heyoka_bike.workbench.fast.simulate import prepare
 from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, fused, module
 
 _CHAINS = 12  # more than a product takes cycles
-_LOOPS, _TURNS, _RUNS = 5_000, 40, 20
-_PRODUCTS = ("*", "/", "sin", "cos")
+_LOOPS, _TURNS, _RUNS_OF_BATCHES = 5_000, 40, 20
+_COUNTED_OPERATIONS = ("*", "/", "sin", "cos")
 
 
 def floor(bicycle: Bicycle) -> Measured:
@@ -38,7 +38,7 @@ def floor(bicycle: Bicycle) -> Measured:
     of the decomposition, quotients, sines and cosines counted as such, and of one with a constant.
     """
     count = operations(bicycle)
-    products = sum(count.get(x, 0) for x in _PRODUCTS)
+    products = sum(count.get(x, 0) for x in _COUNTED_OPERATIONS)
     return {"products_per_second": _peak(), "products": products, "scales": count["scale"]}
 
 
@@ -57,7 +57,7 @@ def _peak() -> float:
     c.do("ret void")
     run = function(module(c), "peak", None, ctypes.c_void_p)
     numbers = (ctypes.c_double * (POINTS * _CHAINS))()
-    shortest = min(seconds(lambda: run(numbers)) for _ in range(_RUNS))
+    shortest = min(seconds(lambda: run(numbers)) for _ in range(_RUNS_OF_BATCHES))
     return _LOOPS * _TURNS * _CHAINS * POINTS / shortest
 
 
@@ -71,10 +71,10 @@ LONG = ("eq1", 1e-12, "roundoff")
 
 _LONG_ROWS, _LONG_SECONDS, _LONG_TURNS = 1001, 1.0, 30
 _MOTIONS = 4000
-_DURATION = 10.0  # [s]
-_ENSEMBLE_TURNS, _STARTS = 7, 5
+_SECONDS_OF_MOTION = 10.0  # [s]
+_ENSEMBLE_TURNS, _STARTS_COMPARED = 7, 5
 # The range of the benchmark's maneuvers, as far as the motion stays upright.
-_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
+_RANGE_OF_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
 _SEED = 1
 
 _FIRST_RESULT = """
@@ -95,13 +95,13 @@ def throughput() -> list[Measured]:
     """
     random = np.random.default_rng(_SEED)
     starts = np.zeros((_MOTIONS, 5))
-    for column, limits in ((2, _ROLL_RATES), (3, _STEER_RATES), (4, _SPEEDS)):
+    for column, limits in ((2, _ROLL_RATES), (3, _STEER_RATES), (4, _RANGE_OF_SPEEDS)):
         starts[:, column] = random.uniform(*limits, _MOTIONS)
     counts = [n for n in (1, 2) if n <= (os.cpu_count() or 1)]
     found = []
     for accuracy in ENSEMBLES:
         ensembles = [Ensemble(accuracy=accuracy, threads=n) for n in counts]
-        runs = [partial(e.ends, starts, _DURATION) for e in ensembles]
+        runs = [partial(e.ends, starts, _SECONDS_OF_MOTION) for e in ensembles]
         times = _in_turns(runs, _ENSEMBLE_TURNS)
         for n, x in zip(counts, times, strict=True):
             rate = _MOTIONS / min(x)
@@ -140,7 +140,7 @@ def first_result() -> Measured:
     Median times [s] of the import of NumPy, and of the first result after it.
     """
     command = [sys.executable, "-c", _FIRST_RESULT]
-    found = [subprocess.check_output(command).split() for _ in range(_STARTS)]
+    found = [subprocess.check_output(command).split() for _ in range(_STARTS_COMPARED)]
     imported, took = (median(map(float, x)) for x in zip(*found, strict=True))
     return {"import_numpy_s": imported, "result_s": took}
 

@@ -25,10 +25,10 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine, needed
 from heyoka_bike.workbench.fast.ensemble import FIFTH, STAGES, STEP, THIRD
 
-_STATE = 6
+_STATE_LENGTH = 6
 _QUADRUPLE_DIGITS = 50  # binary128 has 34
 _TRIGONOMETRIC = ("sin", "cos")
-_BLOCK = 128  # rows; a block and its sines stay in the first level of the cache
+_ROWS_OF_BLOCK = 128  # rows; a block and its sines stay in the first level of the cache
 
 
 def slope_source(bicycle: Bicycle) -> str:
@@ -65,7 +65,7 @@ def _slope(kind: str, rates: Callable[..., Sequence[Number]]) -> str:
         argument=f"const {kind} *restrict {{name}}",
         output=f"{kind} *restrict {{result}}",
     )
-    return language.function("slope", {"y": _STATE}, "f", rates)
+    return language.function("slope", {"y": _STATE_LENGTH}, "f", rates)
 
 
 def columns_source(bicycle: Bicycle) -> str:
@@ -91,9 +91,9 @@ def columns_source(bicycle: Bicycle) -> str:
         [
             "static void columns(long n, const double *restrict y, double *restrict out)",
             "{",
-            f"for (long start = 0; start < n; start += {_BLOCK}) {{",
-            f"const long stop = start + {_BLOCK} < n ? start + {_BLOCK} : n;",
-            f"double {', '.join(f't_{n}[{_BLOCK}]' for n in first)};",
+            f"for (long start = 0; start < n; start += {_ROWS_OF_BLOCK}) {{",
+            f"const long stop = start + {_ROWS_OF_BLOCK} < n ? start + {_ROWS_OF_BLOCK} : n;",
+            f"double {', '.join(f't_{n}[{_ROWS_OF_BLOCK}]' for n in first)};",
             # A loop for each: sine and cosine of one angle together would be taken one by one.
             *(
                 line
@@ -133,7 +133,7 @@ def sums_source() -> str:
 def operations(bicycle: Bicycle) -> dict[str, int]:
     """Count each operation in the time derivatives; ``scale`` is one with a literal."""
     code = StraightLine()
-    _equations(bicycle, code).rates([code.variable(f"y[{i}]") for i in range(_STATE)])
+    _equations(bicycle, code).rates([code.variable(f"y[{i}]") for i in range(_STATE_LENGTH)])
     count: dict[str, int] = {}
     for text in code.statements.values():
         kind = text.split("(")[0] if text.startswith(_TRIGONOMETRIC) else text.split()[1]
@@ -152,9 +152,9 @@ METHODS = ("DOPRI5", "DOP853", "RK4")
 FLAGS = ("-O3", "-march=native")
 """Without ``-ffast-math``: that would be another arithmetic than the model's."""
 
-_POINTER, _LONG, _DOUBLE = ctypes.c_void_p, ctypes.c_long, ctypes.c_double
+_POINTER, _LONG_INTEGER, _DOUBLE = ctypes.c_void_p, ctypes.c_long, ctypes.c_double
 _SOLVE = ctypes.CFUNCTYPE(
-    _LONG, ctypes.c_int, _POINTER, _LONG, _POINTER, _DOUBLE, _POINTER, _POINTER
+    _LONG_INTEGER, ctypes.c_int, _POINTER, _LONG_INTEGER, _POINTER, _DOUBLE, _POINTER, _POINTER
 )
 _EVALUATE = ctypes.CFUNCTYPE(None, _POINTER, _POINTER, _POINTER)
 _MOST_SECONDS = 120  # of compiling; it takes about one
@@ -199,7 +199,7 @@ class CompiledPeers:
         calls : int
             -1 for a run that did not get to its end.
         """
-        states = np.empty((_STATE, len(times)))
+        states = np.empty((_STATE_LENGTH, len(times)))
         columns = np.empty((len(BENCHMARK_COLUMNS), len(times)))
         calls = self._solve(
             METHODS.index(method), start.ctypes.data, len(times), times.ctypes.data, tolerance,
@@ -209,7 +209,7 @@ class CompiledPeers:
 
     def evaluate(self, state: Array) -> tuple[Array, Array]:
         """Time derivatives, shape (6,), and columns, shape (8,), of a state."""
-        rates, columns = np.empty(_STATE), np.empty(len(BENCHMARK_COLUMNS))
+        rates, columns = np.empty(_STATE_LENGTH), np.empty(len(BENCHMARK_COLUMNS))
         self._evaluate(state.ctypes.data, rates.ctypes.data, columns.ctypes.data)
         return rates, columns
 
@@ -242,8 +242,8 @@ class QuadruplePeer:
         tolerance
             Of a step.
         """
-        found = ((ctypes.c_char * 64) * _STATE)()
-        given = (ctypes.c_char_p * _STATE)(*(x.encode() for x in start))
+        found = ((ctypes.c_char * 64) * _STATE_LENGTH)()
+        given = (ctypes.c_char_p * _STATE_LENGTH)(*(x.encode() for x in start))
         calls = self._extrapolate(
             columns, given, duration.encode(), ctypes.c_double(tolerance), found
         )

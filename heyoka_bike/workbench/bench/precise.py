@@ -30,12 +30,12 @@ DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 12
 """Those whose cost is measured with heyoka alone."""
 
 _TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
-_GUARD = 64  # bits of the constants beyond those of the run
-_RUNS = 3
+_GUARD_BITS_OF_CONSTANTS = 64  # bits of the constants beyond those of the run
+_RUNS_TIMED = 3
 _MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
 # Of the extrapolation in C, the fastest of 8 to 16 columns to an error of 1e-30; more of them lose
 # digits to their weights.
-_COLUMNS, _TOLERANCE = 8, 1e-29
+_COLUMNS_OF_EXTRAPOLATION, _TOLERANCE_OF_EXTRAPOLATION = 8, 1e-29
 _QUADRUPLE = "binary128"  # what libquadmath has
 _SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
 _COST_SECONDS = 5.0  # of stepping for one precision, but one step after the first at least
@@ -87,7 +87,7 @@ def _heyoka(published: Trajectory, p: Precision) -> Measured:
         integrator.begin(zero, start)
         integrator.until(end)
 
-    took = min(seconds(run) for _ in range(_RUNS))
+    took = min(seconds(run) for _ in range(_RUNS_TIMED))
     return _result("heyoka", p, published, took, duration, [str(x) for x in integrator.state])
 
 
@@ -133,14 +133,22 @@ def _extrapolated(published: Trajectory, p: Precision) -> Measured:
     peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
     digits = round(p.digits) + 5
     start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
-    run = partial(peer.end, _COLUMNS, start, str(float(duration)), _TOLERANCE)
-    took = min(seconds(run) for _ in range(_RUNS))
+    run = partial(
+        peer.end,
+        _COLUMNS_OF_EXTRAPOLATION,
+        start,
+        str(float(duration)),
+        _TOLERANCE_OF_EXTRAPOLATION,
+    )
+    took = min(seconds(run) for _ in range(_RUNS_TIMED))
     return _result("C extrapolation", p, published, took, duration, run()[0])
 
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
     """Initial state of the few-product form, without the yaw."""
-    equations = Equations.of(published.bicycle, Balls(p.bits + _GUARD), is_regular=False)
+    equations = Equations.of(
+        published.bicycle, Balls(p.bits + _GUARD_BITS_OF_CONSTANTS), is_regular=False
+    )
     return initial_state(equations, published.maneuver)[:6]
 
 
@@ -148,7 +156,7 @@ def _result(
     code: str, p: Precision, published: Trajectory, took: float, span: Fraction,
     state: Sequence[str],
 ) -> Measured:  # fmt: skip
-    with Balls(published.bits + _GUARD).precision():
+    with Balls(published.bits + _GUARD_BITS_OF_CONSTANTS).precision():
         pairs = zip(state, published.state(span), strict=False)
         error = max(abs(float((flint.arb(x) - y).mid())) for x, y in pairs)
     return {

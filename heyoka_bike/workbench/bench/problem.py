@@ -50,7 +50,7 @@ Array = np.ndarray[Any, Any]
 Measured = dict[str, Any]
 """A line of the report, as JSON values."""
 
-_BITS = 256
+_BITS_OF_PROBLEM = 256
 _STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 
 
@@ -137,7 +137,7 @@ class ReferenceProblem:
 
     @cached_property
     def _equations(self) -> Equations:
-        return Equations.of(self.bicycle, Balls(_BITS), is_regular=False)
+        return Equations.of(self.bicycle, Balls(_BITS_OF_PROBLEM), is_regular=False)
 
 
 def seconds(run: Callable[[], object]) -> float:

@@ -363,9 +363,9 @@ Progress = Callable[[str, float], None]
 _SECONDS, _MIN_RUNS = 3.0, 3  # a slow code is run less often
 _WARM = 0.003  # [s] of runs that are not counted; a run that takes longer warms up by itself
 _COLD_RUNS = 5
-_CACHE = 64 * 2**20  # bytes; the processor's caches are smaller
+_BYTES_PAST_CACHES = 64 * 2**20  # bytes; the processor's caches are smaller
 # Tolerances of the work-precision figure, as indices of the grid: two a decade.
-_SWEEP = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
+_TOLERANCES_SWEPT = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
@@ -459,9 +459,9 @@ def work_precision(problem: ReferenceProblem, progress: Progress | None = None) 
     ]
     with _quiet(), _pinned():
         for j, code in enumerate(chosen):
-            for k, i in enumerate(_SWEEP):
+            for k, i in enumerate(_TOLERANCES_SWEPT):
                 if progress is not None:
-                    part = (j + k / len(_SWEEP)) / len(chosen)
+                    part = (j + k / len(_TOLERANCES_SWEPT)) / len(chosen)
                     progress(f"work and precision: {code.name}", part)
                 try:
                     trial = code.at(tolerance_of(i))
@@ -540,7 +540,7 @@ def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None])
                     if turn < count:
                         line.times.append(_warm_time(trial))
                 progress((turn + 1) / max(counts))
-            other = np.zeros(_CACHE, dtype=np.uint8)
+            other = np.zeros(_BYTES_PAST_CACHES, dtype=np.uint8)
             for turn in range(_COLD_RUNS):
                 for line, trial, count in zip(lines, trials, counts, strict=True):
                     if turn < count:

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA_VERSION = 1
-_ALL = "all maneuvers"
+_ALL_MANEUVERS = "all maneuvers"
 _PACKAGES = ("heyoka_bike", "heyoka", "scipy", "scikit-sundae", "exudyn", "numpy")
-_WIDTH = 170
+_TABLE_WIDTH = 170
 
 
 def measure(
@@ -54,7 +54,7 @@ def measure(
     folder
         Of the reference set; None for the published one.
     """
-    tasks = {main.maneuver.name: [main]} | ({_ALL: list(every)} if every else {})
+    tasks = {main.maneuver.name: [main]} | ({_ALL_MANEUVERS: list(every)} if every else {})
     results = []
     for name, chosen in tasks.items():
         lines = race.bench(chosen, runs, is_quick=is_quick, progress=progress)
@@ -128,7 +128,7 @@ def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, A
 
 def as_text(document: Mapping[str, Any], has_colors: bool = False) -> str:
     """The report as text."""
-    return render(list(_blocks(document)), _WIDTH, has_colors)
+    return render(list(_blocks(document)), _TABLE_WIDTH, has_colors)
 
 
 def _blocks(document: Mapping[str, Any]) -> Iterator[Block]:
@@ -209,7 +209,7 @@ def _besides(document: Mapping[str, Any]) -> Iterator[str]:
     )
 
 
-_SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
+_FIGURE_SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
 COLOURS = (s.VERMILLION, s.ORANGE, s.BLUE, s.SKY, s.GREEN, s.PURPLE, s.BLACK, s.GREY)
 MARKERS = "osD^vP*X"
 
@@ -225,7 +225,7 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
     with s.style():
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=_SIZE, layout="constrained")
+        figure = Figure(figsize=_FIGURE_SIZE, layout="constrained")
         ax = figure.subplots()
         for i, name in enumerate(dict.fromkeys(x["code"] for x in points)):
             line = [x for x in points if x["code"] == name]

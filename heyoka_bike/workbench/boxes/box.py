@@ -40,7 +40,7 @@ from heyoka_bike.showing.document import Block, Paragraph, TableBlock
 from heyoka_bike.workbench.boxes.box_range import Affines, Function, Side, corner, sign_over, slopes
 
 # Beyond the digits asked for: some hundred operations lose a digit or two, powers of v the more.
-_GUARD_BITS = 64
+_BITS_OF_RANGES = 64
 _BITS_PER_DIGIT = Fraction(7, 2)
 
 # v^2 above any capsize speed of interest [m^2/s^2].
@@ -162,7 +162,7 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
     """
     if not any(u.sign for u in bicycle.uncertainties.values()):
         raise InputError(f"found no uncertainties of '{bicycle.name}', expected some in its file")
-    balls = Balls(int(digits * _BITS_PER_DIGIT) + _GUARD_BITS)
+    balls = Balls(int(digits * _BITS_PER_DIGIT) + _BITS_OF_RANGES)
     with balls.precision():
         box = _Box.around(bicycle, sigmas, balls)
         if box.sign(lambda p: p.a) != 1:
@@ -199,9 +199,9 @@ class _Condition:
     possible: Interval | None
 
 
-_ALL: Interval = (Fraction(0), None)
-_POSITIVE, _NEGATIVE = _Condition((), _ALL, _ALL), _Condition((), None, None)
-_NOT_PROVED = _Condition(None, None, _ALL)
+_WHOLE_RANGE: Interval = (Fraction(0), None)
+_IS_POSITIVE, _NEGATIVE = _Condition((), _WHOLE_RANGE, _WHOLE_RANGE), _Condition((), None, None)
+_NOT_PROVED = _Condition(None, None, _WHOLE_RANGE)
 
 
 class _Polynomials(NamedTuple):
@@ -283,7 +283,7 @@ class _Box:
     def damping(self) -> _Condition:
         """True if b is positive."""
         sign = self.sign(lambda p: p.b)
-        return {1: _POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
+        return {1: _IS_POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
 
     def capsize(self) -> _Condition:
         """Where e is positive."""
@@ -293,7 +293,7 @@ class _Box:
         if first is None or last is None:
             return _NOT_PROVED
         if first == last:
-            return _POSITIVE if first > 0 else _NEGATIVE
+            return _IS_POSITIVE if first > 0 else _NEGATIVE
         speed = self._speed(
             lambda p: p.capsize,
             lambda x: self.sign(lambda p: p.e_at(x)) == last,
@@ -314,7 +314,7 @@ class _Box:
         low = self._outward(least, -1, lambda x: self.sign(lambda p: p.e_at(x)) == 1)
         if low is None or not low > 0:
             return _NOT_PROVED
-        return _Condition(None, (Fraction(0), -upper_fraction(-low.sqrt())), _ALL)
+        return _Condition(None, (Fraction(0), -upper_fraction(-low.sqrt())), _WHOLE_RANGE)
 
     def weave(self) -> _Condition:
         """Where d and Hurwitz' determinant are positive."""
@@ -389,7 +389,7 @@ class _Box:
         self, x: flint.arb, sign: int, is_beyond: Callable[[flint.arb], bool]
     ) -> flint.arb | None:
         """A v^2 a little farther out, beyond that of all bicycles."""
-        roundoff = _GUARD_BITS // 2 - self.balls.bits
+        roundoff = _BITS_OF_RANGES // 2 - self.balls.bits
         for exponent in (roundoff, *_MARGINS):
             moved = (x * (1 + sign * flint.arb(2) ** exponent)).mid()
             if is_beyond(moved):
@@ -410,7 +410,7 @@ def _moved(bicycle: Bicycle, symbol: str, sigmas: Fraction) -> Exact:
 
 def _common(intervals: Sequence[Interval | None]) -> Interval | None:
     """The speeds that are in all of the intervals."""
-    low, high = _ALL
+    low, high = _WHOLE_RANGE
     for interval in intervals:
         if interval is None:
             return None

@@ -27,7 +27,15 @@ from heyoka_bike.scoring.units import UNITS, factor
 from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
 
 # As the reduced equations take them, but for the forward speed in the place of the spin.
-_STATES = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed", "yaw")
+_STATES_STORED = (
+    "roll_angle",
+    "pitch",
+    "steer_angle",
+    "roll_rate",
+    "steer_rate",
+    "forward_speed",
+    "yaw",
+)
 # Of the scale: Chebyshev coefficients that are together smaller than this are left out.
 _UNSEEN = 2.0**-57
 _PER_LINE = 4
@@ -56,7 +64,7 @@ def checker_header(reference: Reference) -> bytes:
                            for n, c in zip(names, columns, strict=True)),
         "maneuvers": len(reference),
         "grades": ",\n".join(f"    BICYCLE_{g.name} = {g:d}" for g in Grade),
-        "states": ", ".join(_STATES),
+        "states": ", ".join(_STATES_STORED),
         "terms": max(len(c) for pieces in kept.values() for p in pieces for c in p),
         "data": "\n".join(_data(reference, kept, columns, names)),
         "columns": _columns_function(reference, names),
@@ -69,8 +77,8 @@ def _kept(m: ReferenceManeuver) -> list[list[Array]]:
     """Of each piece and state, the coefficients that binary64 sees."""
     found = []
     for piece in range(len(m.breaks) - 1):
-        rows = [m.dense.hi[name][piece] for name in _STATES]
-        limits = [_UNSEEN * m.scale(name) for name in _STATES]
+        rows = [m.dense.hi[name][piece] for name in _STATES_STORED]
+        limits = [_UNSEEN * m.scale(name) for name in _STATES_STORED]
         found.append([_seen(c, limit) for c, limit in zip(rows, limits, strict=True)])
     return found
 
@@ -140,4 +148,4 @@ def _columns_function(reference: Reference, names: Sequence[str]) -> str:
         return [found[name] for name in names]
 
     exact = {name: parameters[name].rational for name in ("rR", "xB", "zB")}
-    return "BICYCLE_API " + C.function("ub_columns", {"y": len(_STATES)}, "c", columns)
+    return "BICYCLE_API " + C.function("ub_columns", {"y": len(_STATES_STORED)}, "c", columns)

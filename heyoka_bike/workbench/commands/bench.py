@@ -22,13 +22,13 @@ from heyoka_bike.system.console import has_colors, stage_bar
 from heyoka_bike.workbench.style import FORMATS, render
 
 _MAX_RUNS = 10_000
-_RUNS, _QUICK_RUNS = 30, 5
+_DEFAULT_RUNS, _QUICK_RUNS = 30, 5
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
-    said = f"timed runs of each code, fewer of a slow one (default {_RUNS})"
+    said = f"timed runs of each code, fewer of a slow one (default {_DEFAULT_RUNS})"
     options.add_arguments(p, {"--runs N": said}, runs={"type": int})
     p.add_argument("--format", choices=("table", "json"), default="table", help="default: table")
     what = {
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.workbench.bench import summary
     from heyoka_bike.workbench.bench.problem import benchmark_problem, judged
 
-    runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _RUNS
+    runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _DEFAULT_RUNS
     if not 1 <= runs <= _MAX_RUNS:
         raise InputError(f"--runs: found {runs}, expected 1 to {_MAX_RUNS}")
     _check_output(args.output)

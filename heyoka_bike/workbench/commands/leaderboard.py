@@ -25,7 +25,7 @@ from heyoka_bike.commands.printing import complain, print_blocks, print_text
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import progress_bar
 
-_SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
+_FORMAT_OF_SUFFIX = {".json": "json", ".html": "html", ".htm": "html"}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -77,10 +77,10 @@ def _format(args: argparse.Namespace) -> str:
     """Return the format of the output; that of a file follows from its suffix."""
     if args.output is None:
         return args.format or "table"
-    found = args.format or _SUFFIXES.get(Path(args.output).suffix.lower())
+    found = args.format or _FORMAT_OF_SUFFIX.get(Path(args.output).suffix.lower())
     if found in (None, "table"):
         raise InputError(
             f"--output: found '{Path(args.output).name}', expected a name ending in "
-            f"{', '.join(_SUFFIXES)}, or --format json or html"
+            f"{', '.join(_FORMAT_OF_SUFFIX)}, or --format json or html"
         )
     return str(found)

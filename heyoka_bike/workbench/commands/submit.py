@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.reading.results import Results, Rows
     from heyoka_bike.scoring.report import Report
 
-_FORM = Template(Path(__file__).with_name("submission.txt").read_text(encoding="utf-8"))
+_FORM_OF_SUBMISSION = Template(
+    Path(__file__).with_name("submission.txt").read_text(encoding="utf-8")
+)
 
 
 def add_parser(subparsers: Any) -> None:
@@ -119,7 +121,7 @@ def _said(report: Report, number: int, given: Mapping[str, str], cpu: float) -> 
         + (f"{m.worst.scd:.1f} ({m.worst.column})" if m.worst else "nothing compared")
         for number, m in report.items()
     )
-    return _FORM.substitute(
+    return _FORM_OF_SUBMISSION.substitute(
         given,
         measured=number,
         accuracy="unknown" if measured.performance is None else f"{measured.performance:.4g} %",

@@ -55,12 +55,12 @@ STEP, THIRD, FIFTH = (_weights(_TABLE[name]) for name in ("step", "third", "fift
 ENDS = "ends"
 """Name of the function, see `ends_source`."""
 
-_LAST = len(STAGES)  # the evaluation at the end of a step
-_SAFETY, _LEAST, _MOST = 0.9, 1 / 3, 6.0  # of a change of the step
-_SHORTEST = 2.0**-30  # [s]
-_FIRST = 0.1  # [s], of the tolerance's root: the first step
+_LAST_STAGE = len(STAGES)  # the evaluation at the end of a step
+_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0  # of a change of the step
+_SHORTEST_STEP = 2.0**-30  # [s]
+_FIRST_STEP = 0.1  # [s], of the tolerance's root: the first step
 # Of the energy: ten times what is usual at a tolerance, and at the least ones.
-_DRIFT, _ROUNDING = 100.0, 1e-11
+_LARGEST_STATE, _ROUNDING = 100.0, 1e-11
 _NAN = float("nan")
 
 
@@ -75,9 +75,9 @@ def ends_source(equations: Equations) -> str:
     c = v.Code(f"void @{ENDS}(ptr, i64, i64, i64, double, double, i64, ptr)")
     states, stride, begin, end, duration, tolerance, most, columns = c.arguments
     y, after, stage, lost = (c.memory() for _ in range(4))
-    k = [c.memory() for _ in range(_LAST + 1)]
+    k = [c.memory() for _ in range(_LAST_STAGE + 1)]
     over, until = (1.0 / tolerance).spread(), duration.spread()
-    first = (v.eighth_root(tolerance) * _FIRST).spread()
+    first = (v.eighth_root(tolerance) * _FIRST_STEP).spread()
     group = c.variable(begin)
     with v.Loop(c) as groups:
         groups.leave(group[0] >= end)
@@ -104,22 +104,26 @@ def ends_source(equations: Equations) -> str:
             both = v.fused(third, 0.01, fifth).at_least(1e-300)
             error = h * fifth * v.STATE**-0.5 / both.sqrt()
             is_good = error <= 1.0
-            change = (_SAFETY / v.eighth_root(error)).at_most(_MOST).at_least(_LEAST)
+            change = (
+                (_SAFETY / v.eighth_root(error))
+                .at_most(_MOST_CHANGE_OF_STEP)
+                .at_least(_LEAST_CHANGE_OF_STEP)
+            )
             # Of what is no number the least change is made.
-            scaled = h * (error <= error).choose(change, _LEAST)
-            call_rates(after, k[_LAST])
-            is_lost = ~is_good & (scaled < _SHORTEST) & ~is_ended
+            scaled = h * (error <= error).choose(change, _LEAST_CHANGE_OF_STEP)
+            call_rates(after, k[_LAST_STAGE])
+            is_lost = ~is_good & (scaled < _SHORTEST_STEP) & ~is_ended
             new = v.choose(is_good, after.load(), before)
             y.store(v.choose(is_lost, _NAN, new))
             lost.store(v.choose(is_good, rests, lost.load()))
-            k[0].store(v.choose(is_good, k[_LAST].load(), k[0].load()))
+            k[0].store(v.choose(is_good, k[_LAST_STAGE].load(), k[0].load()))
             t[0] = is_lost.choose(until, is_good.choose(to, now))
             # Motions that wait keep a step that is no zero.
             wish[0] = is_ended.choose(first, scaled)
             steps[0] += 1
         *found, _ = columns_and_trail(equations, v.choose(t[0] >= until, y.load(), _NAN))
         # A motion that has stepped over a singularity does not keep its energy.
-        allowed = energy * (tolerance * _DRIFT).at_least(_ROUNDING)
+        allowed = energy * (tolerance * _LARGEST_STATE).at_least(_ROUNDING)
         is_kept = abs(found[ENERGY] - energy) <= allowed
         for place, value in zip(places, v.choose(is_kept, found, _NAN), strict=True):
             columns.vectors(place)[0] = value
@@ -155,9 +159,9 @@ TOLERANCES: Mapping[str | float, float] = {
 """For each accuracy of `simulate` the tolerance of a step that keeps it at the ends of 10 s,
 of 20 starts as there; of 4000 one in a hundred is worse, by up to a factor of five."""
 
-_ARGUMENTS = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
+_ARGUMENTS_OF_ENSEMBLE = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
 # Work is handed out in parts of so many vectors, so that no thread is left with the slow motions.
-_PART = 16 * POINTS
+_MOTIONS_OF_A_PART = 16 * POINTS
 
 
 class Ensemble:
@@ -188,7 +192,7 @@ class Ensemble:
         self._tolerance = TOLERANCES[choose(accuracy, TOLERANCES)]
         self._threads = threads
         source = ends_source(Equations.binary64(bicycle, is_regular=False))
-        self._ends = function(source, ENDS, *_ARGUMENTS)
+        self._ends = function(source, ENDS, *_ARGUMENTS_OF_ENSEMBLE)
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
@@ -213,7 +217,10 @@ class Ensemble:
         filled = np.concatenate([order, np.full(-count % POINTS, order[-1])])
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
-        parts = [range(len(filled))[i : i + _PART] for i in range(0, len(filled), _PART)]
+        parts = [
+            range(len(filled))[i : i + _MOTIONS_OF_A_PART]
+            for i in range(0, len(filled), _MOTIONS_OF_A_PART)
+        ]
 
         def work(part: range) -> None:
             self._ends(

@@ -11,14 +11,19 @@ from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
 from heyoka_bike.workbench.fast.vector_code import STATE, Code, Memory, Register, turns
 
 ENERGY = BENCHMARK_COLUMNS.index("mechanical_energy")
-_NAMES = [f"y{i}" for i in range(STATE)]
-_OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+_NAMES_OF_STATE = [f"y{i}" for i in range(STATE)]
+_OPERATORS_OF_CODE = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
 
 
 def rates_code(equations: Equations) -> Code:
     """Function ``rates(y, f)`` of eight states: their time derivatives."""
     code = StraightLine()
-    rates = equations.convert(code.literal, code).rates([code.variable(x) for x in _NAMES])
+    rates = equations.convert(code.literal, code).rates([code.variable(x) for x in _NAMES_OF_STATE])
     c = Code("internal void @rates(ptr, ptr)")
     y, f = c.arguments
     f.vectors().store(_computed(code, y.vectors().load(), rates))
@@ -35,7 +40,7 @@ def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[
     """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
     code = StraightLine()
     formulas = equations.convert(code.literal, code)
-    state = [code.variable(x) for x in _NAMES]
+    state = [code.variable(x) for x in _NAMES_OF_STATE]
     columns = formulas.columns([*state, code.variable("yaw")])
     trail = formulas.unfold(state)[0].trail / formulas.k.front.r
     return _computed(code, values, [*(columns[name] for name in BENCHMARK_COLUMNS), trail])
@@ -45,7 +50,7 @@ def _computed(
     code: StraightLine, values: Iterable[Register], results: Sequence[Recorded]
 ) -> list[Any]:
     """Values of recorded formulas, from those of the state's variables."""
-    found = dict(zip(_NAMES, values, strict=True))
+    found = dict(zip(_NAMES_OF_STATE, values, strict=True))
     pair = cache(turns)
     functions: dict[str, Callable[[Register], Register]] = {"sqrt": Register.sqrt}
     functions |= {"sin": lambda x: pair(x)[0], "cos": lambda x: pair(x)[1]}
@@ -62,5 +67,5 @@ def _computed(
             found[name] = functions[function](value(rest[:-1]))
         else:
             x, sign, y = text.split(" ")
-            found[name] = _OPERATORS[sign](value(x), value(y))
+            found[name] = _OPERATORS_OF_CODE[sign](value(x), value(y))
     return [value(x) for x in texts]

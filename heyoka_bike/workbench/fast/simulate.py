@@ -55,14 +55,14 @@ ACCURACIES: Mapping[str | float, float] = {
 starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of roll and steer angle
 [rad], their rates [rad/s] and the speed [m/s] over 10 s."""
 
-_BITS = 256  # for the initial state
+_BITS_OF_START = 256  # for the initial state
 _Byte, _Report = ctypes.c_char, ctypes.c_double * 5
-_ARGUMENTS = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
-_LEAST_ROWS, _MOST_ROWS = 2, 1_000_001
-_KEPT = 32  # prepared runs
+_ARGUMENTS_OF_RUN = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
+_LEAST_ROWS, _MOST_ROWS_OF_RUN = 2, 1_000_001
+_RUNS_KEPT = 32  # prepared runs
 # Energy drifts by 0.2 of the tolerance, and by rounding; a step over a singularity throws it off by
 # a good part of it.
-_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
+_LARGEST_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +212,7 @@ def simulate(
     return _prepared(chosen, values, accuracy, rows, spacing)()
 
 
-@lru_cache(_KEPT)
+@lru_cache(_RUNS_KEPT)
 def _prepared(
     maneuvers: Maneuvers, values: _Values | None, accuracy: str | float, rows: int | None,
     spacing: Fraction | float | str | None,
@@ -278,7 +278,7 @@ class Prepared:
     def _prepare(self, *, is_regular: bool) -> None:
         self._is_regular = is_regular
         self._run = _code(tuple(self.bicycle.values.items()), is_regular)
-        equations = Equations.of(self.bicycle, Balls(_BITS), is_regular=is_regular)
+        equations = Equations.of(self.bicycle, Balls(_BITS_OF_START), is_regular=is_regular)
         states = [initial_state(equations, m)[:STATE] for m in self.maneuvers]
         self._starts = [np.array([float(x.mid()) for x in state]) for state in states]
         self._motions = [_motion(self._run, x, self.times, self.tolerance) for x in self._starts]
@@ -289,7 +289,7 @@ class Prepared:
             x, tolerance = motion(), self.tolerance
             # A motion that does not keep its energy has stepped over a singularity.
             while x.largest_energy - x.least_energy > x.largest_energy * max(
-                _DRIFT * tolerance, _ROUNDING
+                _LARGEST_DRIFT * tolerance, _ROUNDING
             ):
                 tolerance *= _SHARPER
                 if tolerance < _LEAST_TOLERANCE:
@@ -309,11 +309,11 @@ def _singular(place: str, x: Solution) -> SingularMotionError:
     return SingularMotionError(f"the motion meets a singularity {place} t = {x.time:.9g} s", x.time)
 
 
-@lru_cache(_KEPT)
+@lru_cache(_RUNS_KEPT)
 def _code(values: _Values, is_regular: bool) -> Any:
     """Compiled code for motions of one bicycle, see `step_code`; any thread may call it."""
     equations = Equations.binary64(Bicycle("bicycle", dict(values)), is_regular=is_regular)
-    return function(run_source(equations), RUN, *_ARGUMENTS)
+    return function(run_source(equations), RUN, *_ARGUMENTS_OF_RUN)
 
 
 def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
@@ -353,8 +353,8 @@ def _times(
         if any(m.spacing != step for m in maneuvers):
             raise InputError("found maneuvers of different spacings, expected equal ones or rows")
     count = int(duration / step) + 1
-    if count > _MOST_ROWS:
-        raise InputError(f"found {count} rows, expected {_MOST_ROWS} or fewer")
+    if count > _MOST_ROWS_OF_RUN:
+        raise InputError(f"found {count} rows, expected {_MOST_ROWS_OF_RUN} or fewer")
     times = np.array([i * step.numerator / step.denominator for i in range(count)])
     times.flags.writeable = False
     return times

@@ -28,7 +28,7 @@ from heyoka_bike.workbench.fast import vector_code as v
 from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
 from heyoka_bike.workbench.fast.vector_code import POINTS, Register, fused
 
-_BITS = 160
+_BITS_OF_NODES = 160
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def collocation() -> Collocation:
 
     The modes only precondition an iteration; what it converges to does not depend on them.
     """
-    with flint.ctx.workprec(_BITS):
+    with flint.ctx.workprec(_BITS_OF_NODES):
         # Zeros of P_8 - P_7 on 0 to 1, P being Legendre's polynomials.
         difference = flint.fmpq_poly.legendre_p(POINTS) - flint.fmpq_poly.legendre_p(POINTS - 1)
         roots: Any = difference.complex_roots()
@@ -253,10 +253,10 @@ _DIFFERENCE = 2.0**-24  # of the state, for the Jacobian: half of the digits
 _MOST_ITERATIONS = 12
 _DIVERGING = 0.5  # an iteration that reduces the error by less is given up
 _CLOSE = 0.02  # of the tolerance: what is left of Newton's iteration
-_SAFETY, _LEAST, _MOST = 0.9, 0.25, 2.5  # of a change of the step
+_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 0.25, 2.5  # of a change of the step
 _MOST_ERROR = 4.0  # of the tolerance; a step beyond is repeated
-_SHORTEST = 2.0**-30  # [s]
-_FIRST = 0.25  # of the tolerance's root, over the rate of the fastest variable: the first step
+_SHORTEST_STEP = 2.0**-30  # [s]
+_FIRST_PART = 0.25  # of the tolerance's root, over the rate of the fastest variable: the first step
 _JOINED = 1.01  # of the rest: a last step much shorter than the one before is joined to it
 
 
@@ -287,7 +287,7 @@ def run_source(equations: Equations) -> str:
             # The step is what the clock goes on by: else the clock would drift from the motion.
             after = is_last.choose(end, begin + step.wish[0])
             h = after - begin
-            run.leave(~(h >= _SHORTEST))
+            run.leave(~(h >= _SHORTEST_STEP))
             step.solve(h, slopes, jacobian, attempt)
             attempt.leave(step.judge(h))
         step.advance()
@@ -338,7 +338,7 @@ class _Step:
         rates = np.array([self._f.numbers(k).load(v.STATE + 1) for k in range(v.STATE)])
         jacobian = (rates[:, 1:] - rates[:, :1]) / units
         fastest = _largest(jacobian.ravel()).at_least(0.0)
-        first = v.eighth_root(self._tolerance) * (_FIRST * v.POINTS) / fastest
+        first = v.eighth_root(self._tolerance) * (_FIRST_PART * v.POINTS) / fastest
         self.wish[0] = (self.wish[0] > 0.0).choose(self.wish[0], first)
         return rates[:, 0], jacobian
 
@@ -386,7 +386,10 @@ class _Step:
         total = sum(_last(self._z), error)
         is_number = total <= total
         change = v.eighth_root(self._tolerance / error) * _SAFETY
-        change = is_number.choose(change.at_most(_MOST).at_least(_LEAST), _LEAST)
+        change = is_number.choose(
+            change.at_most(_MOST_CHANGE_OF_STEP).at_least(_LEAST_CHANGE_OF_STEP),
+            _LEAST_CHANGE_OF_STEP,
+        )
         self.wish[0] = h * change
         return (error <= self._tolerance * _MOST_ERROR) & is_number
 

@@ -29,7 +29,7 @@ POINTS = 8
 ONE, INTEGER, BIT, POINTER, VOID = "double", "i64", "i1", "ptr", "void"
 WHOLE, HALF = f"<{POINTS} x {ONE}>", f"<{POINTS // 2} x {ONE}>"
 INTEGERS, BITS = f"<{POINTS} x {INTEGER}>", f"<{POINTS} x {BIT}>"
-_SUFFIXES = {ONE: "f64", WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64"}
+_INTRINSIC_SUFFIXES = {ONE: "f64", WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64"}
 
 # Sine and cosine on -pi/4 to pi/4 as x + x^3 S(x^2) and 1 - x^2/2 + x^4 C(x^2), to half a unit of
 # roundoff: least maxima as in Sun's fdlibm (k_sin.c, k_cos.c), highest power first.
@@ -66,7 +66,7 @@ def _binary(name: str, *, is_swapped: bool = False) -> Callable[[Register, Any],
         if isinstance(other, np.ndarray):
             return NotImplemented
         kind, x, y = self.code.alike(self, other)
-        operation = f"f{name} contract" if kind in _SUFFIXES else name
+        operation = f"f{name} contract" if kind in _INTRINSIC_SUFFIXES else name
         operands = f"{y}, {x}" if is_swapped else f"{x}, {y}"
         return self.code.assign(kind, f"{operation} {kind} {operands}")
 
@@ -76,7 +76,7 @@ def _binary(name: str, *, is_swapped: bool = False) -> Callable[[Register, Any],
 def _comparison(sign: str) -> Callable[[Register, Operand], Register]:
     def operator(self: Register, other: Operand) -> Register:
         kind, x, y = self.code.alike(self, other)
-        operation = f"fcmp o{sign}" if kind in _SUFFIXES else f"icmp s{sign}"
+        operation = f"fcmp o{sign}" if kind in _INTRINSIC_SUFFIXES else f"icmp s{sign}"
         return self.code.assign(BITS if kind[0] == "<" else BIT, f"{operation} {kind} {x}, {y}")
 
     return operator
@@ -86,7 +86,7 @@ def _intrinsic(name: str) -> Callable[..., Register]:
     def operator(self: Register, *others: Operand) -> Register:
         kind, *texts = self.code.alike(self, *others)
         operands = [Register(self.code, kind, x) for x in texts]
-        return self.code.call(kind, f"llvm.{name}.{_SUFFIXES[kind]}", *operands)
+        return self.code.call(kind, f"llvm.{name}.{_INTRINSIC_SUFFIXES[kind]}", *operands)
 
     return operator
 
@@ -162,11 +162,13 @@ class Register:
 
     def over_places(self, name: str) -> Register:
         """``fmin`` or ``fmax`` of all places."""
-        return self.code.call(ONE, f"llvm.vector.reduce.{name}.{_SUFFIXES[self.kind]}", self)
+        return self.code.call(
+            ONE, f"llvm.vector.reduce.{name}.{_INTRINSIC_SUFFIXES[self.kind]}", self
+        )
 
     def total(self) -> Register:
         """Of all places, added in any order."""
-        name = f"llvm.vector.reduce.fadd.{_SUFFIXES[self.kind]}"
+        name = f"llvm.vector.reduce.fadd.{_INTRINSIC_SUFFIXES[self.kind]}"
         return self.code.call(ONE, name, Register(self.code, ONE, "-0.0"), self, flags="reassoc")
 
 

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 FASTEST = 10.0
 """[m/s]"""
 
-_HEIGHT = 5.0  # [inch]
-_DIGITS = 15
+_HEIGHT_OF_FIGURE = 5.0  # [inch]
+_DIGITS_OF_SPEEDS = 15
 _DECIMALS = 5
-_POINTS = 100  # of a branch
+_POINTS_OF_BRANCH = 100  # of a branch
 # So near to its ends (as a part of its length) a branch begins: where two eigenvalues meet they
 # change like a square root, here by 1e-4 of the width of the figure, and are told apart surely.
-_NEAR = 1e-8
+_SPEEDS_APART = 1e-8
 _REAL = (-8.5, 8.5)  # [1/s]; the castering mode leaves it, and nothing happens there
 _SHADE = "#e4efe7"
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
@@ -63,8 +63,8 @@ def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
     MissingPackageError
         matplotlib is not installed.
     """
-    linear = linearise(Bicycle.parse(reference.bicycle, reference.parameters), _DIGITS)
-    with drawing(_HEIGHT) as figure:
+    linear = linearise(Bicycle.parse(reference.bicycle, reference.parameters), _DIGITS_OF_SPEEDS)
+    with drawing(_HEIGHT_OF_FIGURE) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for low, high in linear.stable_ranges:
             _shade((upper, lower), float(low), FASTEST if high is None else float(high))
@@ -152,8 +152,8 @@ def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
 def _eigenvalues(linear: Linearisation, a: float, b: float) -> tuple[Array, Array, Any]:
     """Speeds, and real eigenvalues and complex pairs at each, in ascending order."""
     # Dense at both ends, where branches may be steep.
-    inside = (1 - np.cos(np.linspace(0.0, np.pi, _POINTS))) / 2
-    speed = a + (b - a) * np.clip(inside, _NEAR, 1 - _NEAR)
+    inside = (1 - np.cos(np.linspace(0.0, np.pi, _POINTS_OF_BRANCH))) / 2
+    speed = a + (b - a) * np.clip(inside, _SPEEDS_APART, 1 - _SPEEDS_APART)
     found = [linear.eigenvalues(linear.g.context.mpf(float(v))) for v in speed]
     singles = np.array([[z.real for z in values if z.imag == 0] for values in found], float)
     pairs = np.array([[z for z in values if z.imag > 0] for values in found], complex)

@@ -24,9 +24,9 @@ _PANELS = (
     ("steer_rate", "steer rate"),
     ("forward_speed", "forward speed"),
 )
-_ENERGIES = ("kinetic_energy", "potential_energy", "mechanical_energy")
+_ENERGY_COLUMNS = ("kinetic_energy", "potential_energy", "mechanical_energy")
 _ENERGY_LABEL = "change of energy [J]"
-_HEIGHT = 6.4  # [inch]
+_HEIGHT_OF_FIGURE = 6.4  # [inch]
 
 PORTRAITS = (
     ("roll_angle", "roll_rate"),
@@ -40,7 +40,12 @@ PORTRAIT_POINTS = 2001
 
 _PORTRAYED = tuple(dict.fromkeys(name for pair in PORTRAITS for name in pair))
 _ROW_HEIGHT, _REST_HEIGHT, _PAD = 2.1, 0.35, 0.06  # [inch]
-_START = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "markeredgecolor": BLACK}
+_STYLE_OF_START = {
+    "marker": "o",
+    "markersize": 4.5,
+    "markerfacecolor": "white",
+    "markeredgecolor": BLACK,
+}
 _END = {"marker": "s", "markersize": 3.5, "markerfacecolor": BLACK, "markeredgecolor": BLACK}
 
 PATH_POINTS = 1001
@@ -75,7 +80,7 @@ def maneuver(reference: Reference, numbers: Sequence[int]) -> Figure:
     """
     (number,) = numbers
     shown = reference[number]
-    with drawing(_HEIGHT) as figure:
+    with drawing(_HEIGHT_OF_FIGURE) as figure:
         figure.suptitle(_title(shown), parse_math=False)
         axes = figure.subplots(3, 2, sharex=True).ravel()
         for ax, (name, label) in zip(axes, _PANELS, strict=False):
@@ -91,7 +96,7 @@ def maneuver(reference: Reference, numbers: Sequence[int]) -> Figure:
 
 
 def _draw_energies(figure: Figure, ax: Axes, maneuver: ReferenceManeuver) -> None:
-    for name, look in zip(_ENERGIES, LINES, strict=False):
+    for name, look in zip(_ENERGY_COLUMNS, LINES, strict=False):
         values = maneuver.rows[name]
         label = f"{name.replace('_', ' ')}, initially {values[0]:.1f} J"
         ax.plot(maneuver.time, values - values[0], label=label, **look)
@@ -135,7 +140,7 @@ def phase(reference: Reference, numbers: Sequence[int]) -> Figure:
             for ax, (across, up) in zip(row, PORTRAITS, strict=True):
                 x, y = values[across], values[up]
                 ax.plot(x, y, color=BLUE, linewidth=1.0)
-                ax.plot(x[:1], y[:1], linestyle="none", label="0 s", **_START)
+                ax.plot(x[:1], y[:1], linestyle="none", label="0 s", **_STYLE_OF_START)
                 ax.plot(x[-1:], y[-1:], linestyle="none", label=f"{end:g} s", **_END)
                 ax.set_xlabel(f"{across.replace('_', ' ')} [{unit_text(shown.units[across])}]")
                 ax.set_ylabel(f"{up.replace('_', ' ')} [{unit_text(shown.units[up])}]")

@@ -15,23 +15,23 @@ from heyoka_bike.workbench.leaderboard.ranking import Entry, Leaderboard
 
 SCHEMA_VERSION = 1
 
-_ABOUT = (
+_ABOUT_RANKING = (
     "Digits: the correct ones of the worst value of the worst column, which is named with its "
     "maneuver: -log10 of its error over the column's largest value. Grade: the highest of 3, 6, 9, "
     "12 that they reach. Eq. (1), the benchmark's own measure, sees only whether a program's own "
     "energy stays constant. Times are those that the submissions state, of their own machines; "
     "they rank nothing."
 )
-_COLUMNS = (
+_COLUMNS_OF_RANKING = (
     doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
     doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
 )  # fmt: skip
 # What a submission says of itself, in the order in which it is shown.
-_SAID = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
+_SAID_OF_ENTRIES = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
-_HEIGHT = 420
+_FIGURE_HEIGHT = 420
 # What a problem's picture can tell apart: an error of ten times the largest value is no motion.
-_LOWEST = -1.0
+_LOWEST_DIGITS_DRAWN = -1.0
 
 
 def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Document:
@@ -51,9 +51,9 @@ def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Documen
         f"{count} submission{'s' * (count != 1)}, by true error",
         "Uncontrolled bicycle: leaderboard",
         (
-            doc.Paragraph(_ABOUT, only=doc.HTML),
+            doc.Paragraph(_ABOUT_RANKING, only=doc.HTML),
             *problems,
-            doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
+            doc.Paragraph(_ABOUT_RANKING if board.entries else "", only=doc.TEXT),
             doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
         ),
         [*made, *reference_words("benchmark bicycle", board.dataset_version)],
@@ -89,7 +89,7 @@ def _table(entries: Sequence[Entry]) -> doc.TableBlock:
         ]
         for place, entry in _places(entries)
     ]
-    return doc.TableBlock(_COLUMNS, rows, "submissions", "board", left=2)
+    return doc.TableBlock(_COLUMNS_OF_RANKING, rows, "submissions", "board", left=2)
 
 
 def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
@@ -101,7 +101,7 @@ def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
 def _picture(problem: str, entries: Sequence[Entry]) -> str:
     """Correct digits over the processor times that are stated."""
     times = [e.submission.processor_time for e in entries]
-    digits = [max(e.digits, _LOWEST) for e in entries]
+    digits = [max(e.digits, _LOWEST_DIGITS_DRAWN) for e in entries]
     found = list(zip(_places(entries), times, digits, strict=True))
     marks = [Mark(x, y, "mark", str(place), f"{place}. {e.submission.name}: {e.digits:.1f} digits")
              for (place, e), x, y in found]  # fmt: skip
@@ -113,7 +113,7 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
     drawn = chart(
         spread(min(times), max(times)), linear(min(digits) - 0.5, max(digits)), (),
         about=f"Correct digits of the submissions to {problem} over their processor times",
-        title="correct digits", x_title="processor time [s]", height=_HEIGHT, guides=guides,
+        title="correct digits", x_title="processor time [s]", height=_FIGURE_HEIGHT, guides=guides,
         marks=marks,
     )  # fmt: skip
     return wide(
@@ -126,7 +126,7 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
 
 def _facts(entry: Entry) -> doc.Facts:
     said = entry.submission.said
-    facts = {key: said[key] for key in _SAID if key in said}
+    facts = {key: said[key] for key in _SAID_OF_ENTRIES if key in said}
     taken = ", ".join(f"{label(key)}: {name}" for key, name in entry.definitions.items())
     facts["definitions"] = taken or "the default ones"
     if found := diagnosis(entry):

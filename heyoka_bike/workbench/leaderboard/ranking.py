@@ -48,13 +48,13 @@ from heyoka_bike.scoring.verdict import is_own_energy
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import find_input
 
-_REQUIRED = (
+_REQUIRED_ENTRIES = (
     "name", "problem", "program", "version", "method", "coordinates", "precision",
     "processor_time", "machine", "licence", "contact",
 )  # fmt: skip
-_OPTIONAL = ("step", "tolerance", "model", "wall_time", "steps", "calls")
+_OPTIONAL_ENTRIES = ("step", "tolerance", "model", "wall_time", "steps", "calls")
 _FILE = ("path", "sha256", "maneuver")
-_LONGEST = 500
+_LONGEST_ENTRY = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +77,12 @@ class RankedProblem:
         return tuple(range(1, count + 1)) if self.maneuver is None else (self.maneuver,)
 
 
-_EDGE = ("benchmark", "harder/edge-of-falling")
+_EDGE_INPUTS = ("benchmark", "harder/edge-of-falling")
 
 PROBLEMS: Mapping[str, RankedProblem] = {
     "H1": RankedProblem(("benchmark", "benchmark")),
     "H2": RankedProblem(("benchmark", "harder/longer")),
-    **{f"H3{x}": RankedProblem(_EDGE, n) for n, x in enumerate("abcdefg", start=1)},
+    **{f"H3{x}": RankedProblem(_EDGE_INPUTS, n) for n, x in enumerate("abcdefg", start=1)},
     "H4": RankedProblem(("browser-jason", "harder/another-bicycle")),
 }
 """Problems of docs/harder-tier.md by name; in H3 each maneuver is a problem of its own."""
@@ -145,9 +145,13 @@ def read_submission(path: str | Path) -> Submission:
     """
     source = TomlSource.load(path)
     tree = source.tree
-    source.refuse_unknown(tree, {*_REQUIRED, *_OPTIONAL, "file"}, (), _REQUIRED)
+    source.refuse_unknown(
+        tree, {*_REQUIRED_ENTRIES, *_OPTIONAL_ENTRIES, "file"}, (), _REQUIRED_ENTRIES
+    )
     said = {
-        key: source.line_of_text(tree, key, (), limit=_LONGEST) for key in tree if key != "file"
+        key: source.line_of_text(tree, key, (), limit=_LONGEST_ENTRY)
+        for key in tree
+        if key != "file"
     }
     if said["problem"] not in PROBLEMS:
         raise source.error(

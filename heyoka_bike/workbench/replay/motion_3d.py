@@ -29,7 +29,7 @@ STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forwa
 
 # Nodes of a step, and its length [s]. With these the places of the benchmark's maneuvers do not
 # change by more than binary64 explains when the steps are made shorter.
-_NODES, _STEP = 12, 0.05
+_NODES_OF_QUADRATURE, _LONGEST_STEP = 12, 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -144,7 +144,7 @@ def _integrals(equations: Equations, state: State, time: Array, start: Place) ->
 
 def _with_steps(time: Array) -> tuple[Array, NDArray[np.intp]]:
     """The times with others between them where they are far apart, and where they are in it."""
-    counts = np.maximum(np.ceil(np.diff(time) / _STEP).astype(int), 1)
+    counts = np.maximum(np.ceil(np.diff(time) / _LONGEST_STEP).astype(int), 1)
     parts = [
         np.linspace(a, b, n, endpoint=False)
         for a, b, n in zip(time[:-1], time[1:], counts, strict=True)
@@ -158,11 +158,11 @@ def _summed(first: float, steps: Array) -> Array:
 
 def _collocation() -> tuple[Array, Array, Array]:
     """Gauss's nodes and weights on 0..1, and the weights of integrals from 0 to each node."""
-    x, w = np.polynomial.legendre.leggauss(_NODES)
+    x, w = np.polynomial.legendre.leggauss(_NODES_OF_QUADRATURE)
     # Integrals of Legendre's polynomials, and the polynomial through values at the nodes.
-    degrees = np.arange(_NODES)
-    values = np.polynomial.legendre.legvander(x, _NODES)
-    integrals = np.empty((_NODES, _NODES))
+    degrees = np.arange(_NODES_OF_QUADRATURE)
+    values = np.polynomial.legendre.legvander(x, _NODES_OF_QUADRATURE)
+    integrals = np.empty((_NODES_OF_QUADRATURE, _NODES_OF_QUADRATURE))
     integrals[:, 0] = x + 1
     integrals[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * degrees[1:] + 1)
     through = (2 * degrees[:, None] + 1) / 2 * values[:, :-1].T * w

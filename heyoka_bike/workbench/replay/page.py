@@ -36,20 +36,20 @@ SCRIPT = Path(__file__).with_name("replay.js")
 """Of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
 
 _STAGE = Template(Path(__file__).with_name("stage.html").read_text(encoding="utf-8"))
-_ABOUT = Path(__file__).with_name("about.html").read_text(encoding="utf-8")
+_ABOUT_PAGE = Path(__file__).with_name("about.html").read_text(encoding="utf-8")
 
-_HEIGHT = 84  # of the lines of a chart [px]
+_CHART_HEIGHT = 84  # of the lines of a chart [px]
 _PANELS = (
     ("roll_angle", "roll", "rad"),
     ("steer_angle", "steer", "rad"),
     ("forward_speed", "forward speed", "m/s"),
 )
-_ENERGIES = (
+_ENERGY_LINES = (
     ("kinetic_energy", "kinetic", "s4"),
     ("potential_energy", "potential", "s3"),
     ("mechanical_energy", "mechanical", "s5"),
 )
-_SHORT = {
+_SHORT_NAMES = {
     "roll_angle": "roll", "steer_angle": "steer", "forward_speed": "speed",
     "roll_rate": "roll_rate", "steer_rate": "steer_rate",
 }  # fmt: skip
@@ -58,14 +58,14 @@ START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
 _COUNTED = ("rear_wheel", "front_wheel", "track")
 # Digits after the point [m, rad, m/s]: less than a pixel, however near the camera is and however
 # much roll and steer are exaggerated.
-_PLACES = 6
+_DECIMALS_OF_PLACES = 6
 # Digits of a difference, which may be drawn a million times larger.
-_DIGITS = 5
+_DIGITS_OF_DRAWING = 5
 
 
-_SUFFIXES = (".html", ".htm")
+_PAGE_SUFFIXES = (".html", ".htm")
 _FILMS = (".gif", ".mp4")
-_FRAME = 720  # height of the page in a notebook [px]
+_NOTEBOOK_HEIGHT = 720  # height of the page in a notebook [px]
 
 
 @dataclass(frozen=True, repr=False, slots=True)
@@ -92,7 +92,7 @@ class Page:
         # In a frame of its own, where its script sees nothing of the notebook.
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" title="replay" '
-            f'style="width: 100%; height: {_FRAME}px; border: 0"></iframe>'
+            f'style="width: 100%; height: {_NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
         )
 
 
@@ -148,12 +148,12 @@ def animate(
 def check_suffix(path: Path, option: str = "path") -> None:
     """Raise `InputError` if a file is none of a page, of which `option` says the name."""
     suffix = path.suffix.lower()
-    if suffix in _SUFFIXES:
+    if suffix in _PAGE_SUFFIXES:
         return
     more = ": a page, from which a browser's screen recorder makes a film" * (suffix in _FILMS)
     raise InputError(
         f"{option}: found {quoted(path.name)}, expected a name ending in "
-        f"{' or '.join(_SUFFIXES)}{more}"
+        f"{' or '.join(_PAGE_SUFFIXES)}{more}"
     )
 
 
@@ -245,14 +245,14 @@ def _charts(scene: Scene) -> list[str]:
             lines.append(Line("result", "result", result.motion.time, result.columns[name]))
         found.append(_chart(scene, time, lines, title, unit))
     lines, items = [], []
-    for name, said, style in _ENERGIES:
+    for name, said, style in _ENERGY_LINES:
         items.append((said, style, ""))
         start = exact.columns[name][0]
         lines.append(Line(said, style, exact.motion.time, exact.columns[name] - start))
         if result is not None and name in result.columns:
             change = result.columns[name] - start
             lines.append(Line(f"{said} of the result", "thin result", result.motion.time, change))
-    if len(lines) > len(_ENERGIES):
+    if len(lines) > len(_ENERGY_LINES):
         items.append(("result", "thin result", ""))
     keys = legend(items)
     found.append(f"{_chart(scene, time, lines, 'change of energy', 'J')}{keys}")
@@ -270,7 +270,7 @@ def _chart(scene: Scene, time: ChartAxis, lines: Sequence[Line], title: str, uni
     y = linear(low, high)
     return chart(
         time, y, lines, about=f"{title.capitalize()} over time, maneuver {scene.number}",
-        title=f"{title}{y.offset_text} [{unit}]", x_title="", height=_HEIGHT,
+        title=f"{title}{y.offset_text} [{unit}]", x_title="", height=_CHART_HEIGHT,
     )  # fmt: skip
 
 
@@ -284,7 +284,7 @@ def _about(replay: Replay, has_result: bool) -> str:
             f"{f', maneuver {s.number}' if len(replay.scenes) > 1 else ''}</h2>"
             f"<ul>{items}</ul></section>"
         )
-    parts.append(_ABOUT)
+    parts.append(_ABOUT_PAGE)
     return "\n".join(parts)
 
 
@@ -345,15 +345,15 @@ def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]
         "front_x": motion.front_contact[:, 0], "front_y": motion.front_contact[:, 1],
         "rear_wheel": motion.rear_wheel, "front_wheel": motion.front_wheel,
         "track": motion.rear_track,
-        **{short: columns[name] for name, short in _SHORT.items() if name in columns},
+        **{short: columns[name] for name, short in _SHORT_NAMES.items() if name in columns},
         "roll": motion.roll, "steer": motion.steer,
     }  # fmt: skip
 
 
 def _rounded(values: Any) -> list[float]:
     # No minus zeros.
-    return [float(x) for x in np.round(np.asarray(values, dtype=float), _PLACES) + 0.0]
+    return [float(x) for x in np.round(np.asarray(values, dtype=float), _DECIMALS_OF_PLACES) + 0.0]
 
 
 def _few_digits(values: Array) -> list[float]:
-    return [float(f"{x:.{_DIGITS - 1}e}") for x in values]
+    return [float(f"{x:.{_DIGITS_OF_DRAWING - 1}e}") for x in values]

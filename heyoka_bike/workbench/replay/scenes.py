@@ -39,14 +39,14 @@ from heyoka_bike.workbench.replay.motion_3d import (
 RATE = 50
 """Frames in a second, unless the runs are so long that there would be too many."""
 
-_WRITTEN = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
+_WRITTEN_STATES = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
 # Of all maneuvers together: what a page of 3 MB holds.
 _MOST_FRAMES = 6000
 _LEAST_FRAMES = 50
 # Leaning farther, a bicycle lies on the floor, and the tangent of its roll means nothing [rad].
 _FALLEN = 1.4
 # A gap below a wheel that Newton's iteration for the pitch does not leave where there is a pitch.
-_GAP = 1e-9  # [m]
+_SMALLEST_GAP = 1e-9  # [m]
 # A result that is farther from the reference is out of sight [m].
 _OUT_OF_SIGHT = 1000.0
 
@@ -183,11 +183,11 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     """The result's motion, or why there is none."""
     part = found.part
     columns = {c.key: c for c in found.columns if c.values}
-    moving = [name for name in _WRITTEN if name in columns]
+    moving = [name for name in _WRITTEN_STATES if name in columns]
     if not moving:
         return (
             f"The file has no usable column of the motion in maneuver {scene.number} "
-            f"(found none of {', '.join(map(label, _WRITTEN))})."
+            f"(found none of {', '.join(map(label, _WRITTEN_STATES))})."
         )
     finite = np.all([np.isfinite(part.values[name]) for name in moving], axis=0)
     bad = np.flatnonzero(~finite)
@@ -258,7 +258,7 @@ def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
         gap = front_contact_height(
             equations.k, Arrays(), roll, state["pitch"], state["steer_angle"]
         )
-        stands = (np.abs(gap) < _GAP) & (np.abs(roll) < _FALLEN)
+        stands = (np.abs(gap) < _SMALLEST_GAP) & (np.abs(roll) < _FALLEN)
         stands &= np.abs(state["steer_angle"]) < _FALLEN
     return _leading(stands)
 
@@ -284,7 +284,7 @@ def _notes(
     end: str,
 ) -> tuple[str, ...]:  # fmt: skip
     said = [f"Of the file: {_listed([label(name) for name in moving])}{_understood(found)}."]
-    missing = [name for name in _WRITTEN if name not in moving]
+    missing = [name for name in _WRITTEN_STATES if name not in moving]
     if missing:
         said.append(
             f"The file has no usable {_listed([label(name) for name in missing])}: "
@@ -308,7 +308,7 @@ def _understood(found: ManeuverScore) -> str:
         how = [u.definition] if u.definition != w.definition else []
         how += ["the other sign"] if u.sign < 0 else []
         how += [f"in {u.unit}"] if u.unit != w.unit else []
-        if c.key in _WRITTEN and u != w:
+        if c.key in _WRITTEN_STATES and u != w:
             taken.append(f"{label(c.key)} taken as {', '.join(how)}")
     if not taken:
         return ""

@@ -62,7 +62,7 @@ _SAFE = {
     "permissions-policy": "camera=(), geolocation=(), microphone=()",
 }
 # Only files of the package may be cached on the way.
-_CACHE = ("cache-control", "no-store")
+_NO_CACHE_HEADER = ("cache-control", "no-store")
 _HEALTH = "/health"
 # Where a browser says that a page of another site sent the form.
 _FOREIGN = ("cross-site", "same-site")
@@ -106,7 +106,7 @@ class Guard:
                 status = message["status"]
                 found = MutableHeaders(scope=message)
                 found.update(_SAFE)
-                found.setdefault(*_CACHE)
+                found.setdefault(*_NO_CACHE_HEADER)
             size += len(message.get("body", b""))
             await send(message)
 
@@ -157,13 +157,13 @@ def _name(host: str) -> str:
     return host.partition(":")[0]
 
 
-_KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
+_KINDS_OF_TASKS: tuple[Kind, ...] = ("score", "diagnose", "replay")
 # A page waits so long for its work before it says that it waits [s].
-_AT_ONCE = 1.5
-_SWEEP = 5.0  # [s]
+_SECONDS_BETWEEN_EVENTS = 1.5
+_SECONDS_BETWEEN_SWEEPS = 5.0  # [s]
 # Interval at which a waiting client is checked for [s].
-_LOOK = 0.5
-_EXAMPLE = "exudyn-h0.01.txt"
+_SECONDS_BETWEEN_LOOKS = 0.5
+_EXAMPLE_FILE = "exudyn-h0.01.txt"
 _TYPES = {".json": "application/json", ".csv": "text/csv", ".xml": "application/xml"}
 _STATIC = {
     "page.css": (PAGE_STYLE, "text/css"),
@@ -178,7 +178,7 @@ _USUAL = {
 }
 _NEVER = "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 # Only files of this package are styles and scripts.
-_OWN = (
+_HEADERS_OF_PAGES = (
     "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src data:; "
     + _NEVER
 )
@@ -257,7 +257,7 @@ class Server:
 
     async def _sweep(self) -> None:
         while True:
-            await asyncio.sleep(_SWEEP)
+            await asyncio.sleep(_SECONDS_BETWEEN_SWEEPS)
             try:
                 await run_in_threadpool(self.store.sweep)
             except Exception as e:
@@ -306,12 +306,12 @@ class Server:
     async def example(self, request: Request) -> Response:
         """Score a file that comes with the package."""
         folder = self.store.room()
-        shutil.copy(data_folder() / "peers" / _EXAMPLE, folder / FILES)
-        return await self._begun(request, Task("score", folder, (_EXAMPLE,)))
+        shutil.copy(data_folder() / "peers" / _EXAMPLE_FILE, folder / FILES)
+        return await self._begun(request, Task("score", folder, (_EXAMPLE_FILE,)))
 
     async def _begun(self, request: Request, task: Task) -> Response:
         result = self._stored(task)
-        await asyncio.wait([result.jobs["score"].over], timeout=_AT_ONCE)
+        await asyncio.wait([result.jobs["score"].over], timeout=_SECONDS_BETWEEN_EVENTS)
         address = f"{_root(request)}/results/{result.key}/score"
         if _wants_json(request):
             return JSONResponse({"location": address}, 201, {"location": address})
@@ -333,7 +333,7 @@ class Server:
         self._check_offered(kind)
         if kind not in result.jobs:
             result.jobs[kind] = self.queue.submit(result.of(kind))
-        await asyncio.wait([result.jobs[kind].over], timeout=_AT_ONCE)
+        await asyncio.wait([result.jobs[kind].over], timeout=_SECONDS_BETWEEN_EVENTS)
         return RedirectResponse(f"{_root(request)}/results/{result.key}/{kind}", 303)
 
     async def show(self, request: Request) -> Response:
@@ -434,7 +434,7 @@ def _root(request: Request) -> str:
 
 
 def _kind(text: str) -> Kind:
-    for kind in _KINDS:
+    for kind in _KINDS_OF_TASKS:
         if kind == text:
             return kind
     raise HTTPException(404)
@@ -442,7 +442,7 @@ def _kind(text: str) -> Kind:
 
 async def _ended_or_left(request: Request, job: QueuedTask) -> TaskEnding:
     """The end of a job; if the client goes away before it, nobody wants it any more."""
-    while not (await asyncio.wait([job.over], timeout=_LOOK))[0]:
+    while not (await asyncio.wait([job.over], timeout=_SECONDS_BETWEEN_LOOKS))[0]:
         if await request.is_disconnected():
             job.cancel()
     return job.over.result()
@@ -474,7 +474,7 @@ def _said(request: Request, result: StoredResult, kind: Kind, job: QueuedTask) -
 
 
 def _page(text: str, status: int = 200) -> Response:
-    return HTMLResponse(text, status, {"content-security-policy": _OWN})
+    return HTMLResponse(text, status, {"content-security-policy": _HEADERS_OF_PAGES})
 
 
 def _report(text: str) -> Response:

@@ -23,12 +23,12 @@ from heyoka_bike.workbench.serving.tasks import Kind, Limits
 STATIC = Path(__file__).with_name("static")
 BAR_STYLE = (STATIC / "serve.css").read_text(encoding="utf-8")
 
-_SHELL, _HOME, _API, _WAITING, _ERROR, _HINT = (
+_SHELL, _HOME_PAGE, _API, _WAITING, _ERROR, _HINT = (
     Template(Path(__file__).with_name("templates").joinpath(name).read_text(encoding="utf-8"))
     for name in ("shell.html", "home.html", "api.html", "waiting.html", "error.html", "hint.html")
 )
 
-_SAID: dict[Kind, str] = {
+_SAID_OF_STAGES: dict[Kind, str] = {
     "score": "Scoring", "diagnose": "Looking for the cause", "replay": "Drawing the replay",
 }  # fmt: skip
 
@@ -58,7 +58,7 @@ def bar_of_home(root: str, links: str = "") -> str:
 def home(root: str, limits: Limits, has_leaderboard: bool) -> str:
     """The page with the form."""
     board = f'<a href="{root}/leaderboard">Leaderboard</a>' if has_leaderboard else ""
-    body = _HOME.substitute(
+    body = _HOME_PAGE.substitute(
         root=root, upload=limits.upload, files=limits.files, most=limits.upload // 1_000_000,
         starts=_starts(), kept=_duration(limits.kept_seconds), formats=listed("and"),
     )  # fmt: skip
@@ -89,11 +89,16 @@ def waiting(root: str, result: StoredResult, kind: Kind, job: QueuedTask, ahead:
     names = ", ".join(result.task.files)
     queue = f"{ahead} wait for a free processor." if job.state == "waiting" and ahead else ""
     body = _WAITING.substitute(
-        root=root, key=result.key, kind=kind, said=_SAID[kind], names=escape(names), queue=queue
+        root=root,
+        key=result.key,
+        kind=kind,
+        said=_SAID_OF_STAGES[kind],
+        names=escape(names),
+        queue=queue,
     )
     # Without script the page asks again by itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
-    return shell(root, _SAID[kind], body, head=head, bar=bar(root, result, kind))
+    return shell(root, _SAID_OF_STAGES[kind], body, head=head, bar=bar(root, result, kind))
 
 
 def error(

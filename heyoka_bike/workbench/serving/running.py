@@ -33,16 +33,16 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
 
-_MOST = 1000
+_MOST_CONNECTIONS_WAITING = 1000
 # Requests at once; each has a connection and a file. Beyond the other ones files are needed, too.
 _OTHER_FILES = 100
-_WANTED_FILES = 3 * _MOST + _OTHER_FILES
+_WANTED_FILES = 3 * _MOST_CONNECTIONS_WAITING + _OTHER_FILES
 # Within which a client has to send a whole head, or to read some of its answer [s].
 _PATIENCE = 30.0
 _LONGEST_HEAD = 1 << 14  # [bytes]
 _BARE = re.compile(rb"(?<!\r)\n")
 # Read at once [bytes]: of pieces of one byte each a tenth of a second's work.
-_AT_ONCE = 1 << 14
+_BYTES_AT_ONCE = 1 << 14
 # Held by the system of an answer [bytes]: what is in there is taken as read.
 _SENT = 1 << 18
 
@@ -52,13 +52,13 @@ def most_requests() -> int:
     try:
         import resource
     except ImportError:
-        return _MOST
+        return _MOST_CONNECTIONS_WAITING
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     unlimited = resource.RLIM_INFINITY
     wanted = _WANTED_FILES if hard == unlimited else min(_WANTED_FILES, hard)
     if soft != unlimited and soft < wanted:
         resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-    return min(_MOST, max(1, (wanted - _OTHER_FILES) // 3))
+    return min(_MOST_CONNECTIONS_WAITING, max(1, (wanted - _OTHER_FILES) // 3))
 
 
 class StrictParser(h11.Connection):
@@ -101,7 +101,7 @@ class Connection(H11Protocol):
             if len(self.connections) > 2 * self.limit_concurrency:
                 transport.abort()
                 return
-        transport.max_size = _AT_ONCE
+        transport.max_size = _BYTES_AT_ONCE
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SENT)
         self._look(None)
 
@@ -131,7 +131,7 @@ class Connection(H11Protocol):
         self._looking = self.loop.call_later(_PATIENCE, self._look, now)
 
 
-_ANY = ("0.0.0.0", "::")
+_ALL_ADDRESSES = ("0.0.0.0", "::")
 _GRACE = 5  # [s]
 _BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s]
@@ -177,7 +177,7 @@ def serve(
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     bound = _bound(host, port)
     # On every address there is, it answers to its names only.
-    named = names[0] if host in _ANY and names[0] != "*" else host
+    named = names[0] if host in _ALL_ADDRESSES and names[0] != "*" else host
     shown = f"[{named}]" if ":" in named else named
     address = f"http://{shown}:{bound.getsockname()[1]}{root}/"
     _sweep()

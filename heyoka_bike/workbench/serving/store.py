@@ -13,7 +13,7 @@ from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
 from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
 # In characters; and in bytes, of which file systems take 255.
-_LONGEST_NAME, _MOST_NAME_BYTES = 80, 240
+_LONGEST_FILE_NAME, _MOST_NAME_BYTES = 80, 240
 _NO_NAME = "results.txt"
 # When there is room for more requests, as a guess [s].
 _ROOM_IN = 5
@@ -144,7 +144,7 @@ def _remove(folder: Path) -> None:
 def file_name(given: str, taken: set[str]) -> str:
     """A name for an uploaded file: as it was given, but without anything but a name."""
     name = normalize("NFC", given.replace("\\", "/").rsplit("/", 1)[-1])
-    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_NAME:]
+    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_FILE_NAME:]
     name = name.encode()[-_MOST_NAME_BYTES:].decode(errors="ignore").lstrip(" .-_~") or _NO_NAME
     stem, dot, suffix = name.rpartition(".")
     if not dot:

@@ -86,7 +86,7 @@ _STEMS: dict[Kind, str] = {"score": "report", "diagnose": "diagnosis", "replay":
 RENDERED = {"html": ".html", "json": ".json", "csv": ".csv", "junit": ".xml"}
 """Formats of a report, and how the names of their files end."""
 
-_LONGEST_LINE = 500
+_LONGEST_LINE_TOLD = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,7 @@ def work(task: Task, memory: int) -> dict[str, Any]:
         if isinstance(e.__context__, OSError) and e.__context__.errno in NO_ROOM:
             return asdict(TaskEnding("failed", FULL, Exit.INPUT, is_full=True))
         line = printable(" ".join(str(e).split()))
-        return asdict(TaskEnding("refused", line[:_LONGEST_LINE], e.exit_code))
+        return asdict(TaskEnding("refused", line[:_LONGEST_LINE_TOLD], e.exit_code))
     except MemoryError:
         said = f"needs more than {memory // 1_000_000} MB of memory, expected less"
         return asdict(TaskEnding("refused", said, Exit.INPUT))

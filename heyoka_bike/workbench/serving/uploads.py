@@ -19,7 +19,7 @@ from heyoka_bike.scoring import requirements
 from heyoka_bike.workbench.serving.store import file_name
 from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
-_FILE_FIELD, _PASTED_FIELD, _NAME = "file", "pasted", "filename"
+_FILE_FIELD, _PASTED_FIELD, _NAME_FIELD = "file", "pasted", "filename"
 OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")
 """Fields beside the files, or parts of the query; as the options of the command of this name."""
 
@@ -35,7 +35,7 @@ _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
 # Forms are taken apart beside the loop that answers, and few at once: their fields are in memory.
 _PARSERS = ThreadPoolExecutor(2, "forms")
-_FORM = "form"
+_FORM_FIELD = "form"
 _Fields = Sequence[tuple[str, str]]
 
 
@@ -96,7 +96,7 @@ async def receive(
         if parameters.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
             # It might name any codec of Python's, some of which take for ever.
             raise InputError("found a form in another encoding, expected UTF-8")
-        await save(folder / _FORM)
+        await save(folder / _FORM_FIELD)
         files, fields = await asyncio.get_running_loop().run_in_executor(
             _PARSERS, lambda: asyncio.run(_parsed(request, folder, limits))
         )
@@ -106,8 +106,8 @@ async def receive(
             "found a form without files, expected multipart/form-data or the file as the body "
             "(curl -F file=@FILE)"
         )
-    name = file_name(request.query_params.get(_NAME, ""), set())
-    task = _task(kind, folder, [name], [item for item in query if item[0] != _NAME])
+    name = file_name(request.query_params.get(_NAME_FIELD, ""), set())
+    task = _task(kind, folder, [name], [item for item in query if item[0] != _NAME_FIELD])
     if not await save(folder / FILES / name):
         raise InputError("found an empty request, expected a result file as its body")
     return task
@@ -115,7 +115,7 @@ async def receive(
 
 async def _parsed(request: Request, folder: Path, limits: Limits) -> tuple[list[str], _Fields]:
     """Names of the files of a form, which are written to the folder, and the filled fields."""
-    body = folder / _FORM
+    body = folder / _FORM_FIELD
     try:
         with body.open("rb") as file:
 

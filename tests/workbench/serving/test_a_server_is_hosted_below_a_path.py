@@ -38,7 +38,7 @@ def addresses(text):
 def test_every_address_of_every_page_leads_below_it(ask, example, monkeypatch):
     files = {"file": (example.name, example.read_bytes())}
     with monkeypatch.context() as patched:
-        patched.setattr(app, "_AT_ONCE", 0.0)
+        patched.setattr(app, "_SECONDS_BETWEEN_EVENTS", 0.0)
         report = ask("POST", f"{ROOT}/results", files=files).headers["location"]
     not_done = ask("GET", report).text
     (state,) = re.findall('data-state="([^"]*)"', not_done)

@@ -197,7 +197,7 @@ def test_a_client_that_leaves_frees_its_place(serving, example, monkeypatch):
         return True
 
     monkeypatch.setattr("starlette.requests.Request.is_disconnected", left)
-    monkeypatch.setattr("heyoka_bike.workbench.serving.app._LOOK", 0.001)
+    monkeypatch.setattr("heyoka_bike.workbench.serving.app._SECONDS_BETWEEN_LOOKS", 0.001)
     client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert begun[0].unwanted.is_set()
     assert begun[0].state == "failed"
@@ -219,7 +219,7 @@ def test_a_sweep_that_fails_is_not_the_last(serving, monkeypatch):
         swept.append(self)
         raise FileNotFoundError("secret")
 
-    monkeypatch.setattr("heyoka_bike.workbench.serving.app._SWEEP", 0.001)
+    monkeypatch.setattr("heyoka_bike.workbench.serving.app._SECONDS_BETWEEN_SWEEPS", 0.001)
     monkeypatch.setattr(ResultStore, "sweep", sweep)
     client = serving()
     until(lambda: len(swept) > 2)

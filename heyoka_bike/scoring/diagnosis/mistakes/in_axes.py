@@ -99,10 +99,10 @@ def _front_not_tilted(_: Parameters, p: Parameters) -> Parameters:
     return {"l3": p["xH"] - p["w"], "l4": p["zH"] + p["rF"]}
 
 
-_AXES = "the axes in which your program takes inertia: global ones, or along the steer axis"
+_WHICH_AXES = "the axes in which your program takes inertia: global ones, or along the steer axis"
 _OFFSETS = "the lengths from hub to steer axis: each with the radius of its own wheel"
 _CENTRES = "the axes in which your program takes the centres of mass"
-_HEIGHT = "the height from which centres of mass are measured"
+_HEIGHTS = "the height from which centres of mass are measured"
 
 
 def _of_inertia(
@@ -117,7 +117,7 @@ def _of_inertia(
         def change(p: Parameters) -> None:
             _turn(p, bodies, lambda entries: _turned(given(entries, p["lam"]), -p["lam"]))
 
-        return model_mistake(code.format(bodies), says.format(name), _AXES, change)
+        return model_mistake(code.format(bodies), says.format(name), _WHICH_AXES, change)
 
     names = {"B": "rear frame", "H": "fork", "BH": "rear frame and of the fork"}
     return tuple(made(bodies, name) for bodies, name in names.items())
@@ -160,8 +160,8 @@ AXES_MISTAKES: tuple[Mistake, ...] = (
                   "along the steer axis", _CENTRES,
                   lambda p: _stand(p, _rear_not_tilted, _front_not_tilted)),
     model_mistake("centre_B_from_hub", "the height of the centre of mass of the rear frame is "
-                  "taken from the rear hub", _HEIGHT, lambda p: p.update(zB=p["zB"] - p["rR"])),
+                  "taken from the rear hub", _HEIGHTS, lambda p: p.update(zB=p["zB"] - p["rR"])),
     model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is taken from "
-                  "the front hub", _HEIGHT, lambda p: p.update(zH=p["zH"] - p["rF"])),
+                  "the front hub", _HEIGHTS, lambda p: p.update(zH=p["zH"] - p["rF"])),
 )  # fmt: skip
 """In no particular order."""

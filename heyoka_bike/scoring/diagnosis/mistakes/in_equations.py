@@ -4,16 +4,16 @@ from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNIN
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, changed
 
 _EULER = "Euler's equations of each body: I w' + w x (I w)"
-_SPIN = "the moment equation: the spin's angular momentum I_yy w turns with the frame"
+_WHICH_SPIN_TERM = "the moment equation: the spin's angular momentum I_yy w turns with the frame"
 _MISSING = {
     "no_gyroscopic": ("gyroscopic", _EULER),
     "no_gyroscopic_wheels": ("wheels_gyroscopic", _EULER),
     "no_gyroscopic_frames": ("frames_gyroscopic", _EULER),
     "no_gyroscopic_R": ("gyroscopic_R", _EULER),
     "no_gyroscopic_F": ("gyroscopic_F", _EULER),
-    "no_spin_moment": ("no_spin_moment", _SPIN),
-    "no_spin_moment_R": ("no_spin_moment_R", _SPIN),
-    "no_spin_moment_F": ("no_spin_moment_F", _SPIN),
+    "no_spin_moment": ("no_spin_moment", _WHICH_SPIN_TERM),
+    "no_spin_moment_R": ("no_spin_moment_R", _WHICH_SPIN_TERM),
+    "no_spin_moment_F": ("no_spin_moment_F", _WHICH_SPIN_TERM),
     "wheels_weightless": ("wheels_weight", "gravity on every body"),
 }
 

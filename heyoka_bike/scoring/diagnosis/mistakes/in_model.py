@@ -77,18 +77,18 @@ def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
     return change
 
 
-_SAME = "the same for all bodies: the benchmark gives matrix elements"
-_POINT = "the point that your program takes inertias about"
+_SAME_AXES = "the same for all bodies: the benchmark gives matrix elements"
+_ABOUT = "the point that your program takes inertias about"
 _ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
 _WHEEL = "the inertia tensor of the wheel: Iyy is about its axle, Ixx = Izz about a diameter"
 _WHICH = "which wheel is the rear one"
-_RADII = "the radii of the wheels: rear 0.3 m, front 0.35 m"
+_RADIUS_OF = "the radii of the wheels: rear 0.3 m, front 0.35 m"
 _GRAVITY = "gravity: the benchmark has 9.81 m/s^2, down"
-_GROUND = "where the steer axis meets the ground: ahead of the front contact point"
+_AT_GROUND = "where the steer axis meets the ground: ahead of the front contact point"
 
-_PRODUCTS = "the products of inertia"
-_FRAMES = (("B", "rear frame", "rear hub"), ("H", "fork", "front hub"))
-_WHEELS = (("R", "rear"), ("F", "front"))
+_OFF_DIAGONAL = "the products of inertia"
+_FRAMES_AND_HUBS = (("B", "rear frame", "rear hub"), ("H", "fork", "front hub"))
+_WHEEL_NAMES = (("R", "rear"), ("F", "front"))
 
 
 def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
@@ -96,14 +96,14 @@ def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
     inertia = f"the inertia of the {name}"
     return (
         _model(f"sign_I{body}xz", f"I_{body}xz of the {name} has the opposite sign",
-               f"the sign convention of products of inertia, {_SAME}", _negate(f"I{body}xz")),
-        _model(f"no_I{body}xz", f"I_{body}xz of the {name} is missing", _PRODUCTS,
+               f"the sign convention of products of inertia, {_SAME_AXES}", _negate(f"I{body}xz")),
+        _model(f"no_I{body}xz", f"I_{body}xz of the {name} is missing", _OFF_DIAGONAL,
                _zero(f"I{body}xz")),
-        *(_model(f"inertia_{body}_about_{place}", f"{inertia} is taken about the {point}", _POINT,
+        *(_model(f"inertia_{body}_about_{place}", f"{inertia} is taken about the {point}", _ABOUT,
                  _moved(body, place, 1))
           for place, point in (("origin", "origin of the frame"), ("hub", hub))),
         *(_model(f"inertia_{body}_from_{place}", f"{inertia} is moved from the {point} to its "
-                 "centre of mass, about which it is given", _POINT, _moved(body, place, -1))
+                 "centre of mass, about which it is given", _ABOUT, _moved(body, place, -1))
           for place, point in (("origin", "origin of the frame"), ("hub", hub))),
         *(_model(f"inertia_{body}_{ij}_zz", f"I{ij} and Izz of the {name} are exchanged", _ORDER,
                  _exchange((f"I{body}{ij}", f"I{body}zz")))
@@ -112,11 +112,11 @@ def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
 
 
 MODEL_MISTAKES: tuple[Mistake, ...] = (
-    *(mistake for frame in _FRAMES for mistake in _of_frame(*frame)),
+    *(mistake for frame in _FRAMES_AND_HUBS for mistake in _of_frame(*frame)),
     _model("products_of_inertia", "both products of inertia have the opposite sign",
            "whether your program wants -integral(x z dm) or the matrix element",
            _negate("IBxz", "IHxz")),
-    _model("no_products", "both products of inertia are missing", _PRODUCTS,
+    _model("no_products", "both products of inertia are missing", _OFF_DIAGONAL,
            _zero("IBxz", "IHxz")),
     _model("inertia_B_missing", "the rear frame with rider is a point mass", "the inertia of the "
            "body B", _zero("IBxx", "IByy", "IBzz", "IBxz")),
@@ -124,14 +124,14 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
            _zero("IHxx", "IHyy", "IHzz", "IHxz")),
     *(_model(f"spin_{wheel}_missing", f"the {name} wheel has no inertia about its axle", _WHEEL,
              _zero(f"I{wheel}yy"))
-      for wheel, name in _WHEELS),
+      for wheel, name in _WHEEL_NAMES),
     _model("spin_missing", "the wheels have no inertia about their axles", _WHEEL,
            _zero("IRyy", "IFyy")),
     _model("diametral_missing", "the wheels have no inertia about their diameters", _WHEEL,
            _zero("IRxx", "IFxx")),
     *(_model(f"exchanged_{wheel}", f"Ixx and Iyy of the {name} wheel are exchanged", _WHEEL,
              _exchange((f"I{wheel}xx", f"I{wheel}yy")))
-      for wheel, name in _WHEELS),
+      for wheel, name in _WHEEL_NAMES),
     _model("exchanged_RF", "Ixx and Iyy of both wheels are exchanged", _WHEEL,
            _exchange(("IRxx", "IRyy"), ("IFxx", "IFyy"))),
     _tilt("tilt_sign", "the steer axis is tilted forward instead of backward",
@@ -143,22 +143,22 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
           "radians", degrees),
     _tilt("tilt_radians_as_degrees", "the tilt of the steer axis in radians is taken as "
           "degrees", radians),
-    _model("trail_sign", "the trail is negative", _GROUND, _negate("c")),
-    _model("trail_zero", "the trail is zero", _GROUND, _zero("c")),
+    _model("trail_sign", "the trail is negative", _AT_GROUND, _negate("c")),
+    _model("trail_zero", "the trail is zero", _AT_GROUND, _zero("c")),
     _model("trail_normal", "the trail is taken as the distance of the front contact point from the "
            "steer axis", "the trail: it is measured along the ground", _trail_by_cosine(-1)),
     _model("trail_shortened", "the trail is shortened by the cosine of the tilt",
            "the trail: it is measured along the ground", _trail_by_cosine(1)),
     _model("printed_p2", "the steer axis goes through the printed point P2",
            "how the steer axis is built: from wheel base, trail and tilt", _through_p2),
-    _model("radii_exchanged", "the wheel radii are exchanged", _RADII, _exchange(("rR", "rF"))),
-    _model("radii_doubled", "the wheel radii are twice too large", _RADII,
+    _model("radii_exchanged", "the wheel radii are exchanged", _RADIUS_OF, _exchange(("rR", "rF"))),
+    _model("radii_doubled", "the wheel radii are twice too large", _RADIUS_OF,
            _times(2.0, "rR", "rF")),
-    _model("radii_halved", "the wheel radii are taken as diameters", _RADII,
+    _model("radii_halved", "the wheel radii are taken as diameters", _RADIUS_OF,
            _times(0.5, "rR", "rF")),
-    *(_model(f"radius_{wheel}_everywhere", f"both wheels have the radius of the {name} one", _RADII,
-             _same_radius(wheel))
-      for wheel, name in _WHEELS),
+    *(_model(f"radius_{wheel}_everywhere", f"both wheels have the radius of the {name} one",
+             _RADIUS_OF, _same_radius(wheel))
+      for wheel, name in _WHEEL_NAMES),
     _model("wheels_exchanged", "the wheels are exchanged", _WHICH,
            _exchange(("rR", "rF"), ("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
     _model("wheel_masses_exchanged", "the masses of the wheels are exchanged", _WHICH,

@@ -111,8 +111,10 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
 # Of the polynomials between rows.
 DEGREE = 5
 
-_WHEN = "when a row is written: before or after the step"
-_SUM = "the sum of the energies: every body has a potential, a translational and a rotational one"
+_MOMENT = "when a row is written: before or after the step"
+_SUMMED = (
+    "the sum of the energies: every body has a potential, a translational and a rotational one"
+)
 
 
 @cache
@@ -142,35 +144,36 @@ def misspaced(rows: int, duration: float) -> tuple[Mistake, ...]:
 
 
 OUTPUT_MISTAKES: tuple[Mistake, ...] = (
-    clock_mistake("one_step_late", "each row is written one step late", _WHEN, shift=-1.0),
+    clock_mistake("one_step_late", "each row is written one step late", _MOMENT, shift=-1.0),
     clock_mistake("one_step_early", "each row is written one step early, or the first one at "
-                  "t = h", _WHEN, shift=1.0),
-    clock_mistake("half_step_late", "each row is written half a step late", _WHEN, shift=-0.5),
-    clock_mistake("half_step_early", "each row is written half a step early", _WHEN, shift=0.5),
+                  "t = h", _MOMENT, shift=1.0),
+    clock_mistake("half_step_late", "each row is written half a step late", _MOMENT, shift=-0.5),
+    clock_mistake("half_step_early", "each row is written half a step early", _MOMENT, shift=0.5),
     *(output_mistake(f"{which}_differences", f"the rates are {which} differences of the angles",
                      "where the rates come from", _differences(which))
       for which in ("forward", "backward", "central")),
-    *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _WHEN,
+    *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _MOMENT,
                      _rates_shifted(rows))
       for code, says, rows in (
           ("one_row_late", "one row before", -1.0), ("one_row_early", "one row after", 1.0),
           ("half_row_late", "half a row before", -0.5),
           ("half_row_early", "half a row after", 0.5))),
     output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
-                   "their axles", _SUM, _energies(without="spin_energy")),
+                   "their axles", _SUMMED, _energies(without="spin_energy")),
     *(output_mistake(f"energy_without_spin_{wheel}", f"the kinetic energy is without the {name} "
-                     "wheel's spin about its axle", _SUM, _energies(without=f"spin_energy_{wheel}"))
+                     "wheel's spin about its axle", _SUMMED,
+                     _energies(without=f"spin_energy_{wheel}"))
       for wheel, name in (("R", "rear"), ("F", "front"))),
     output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
-                   _SUM, _energies(without="rotation_energy")),
-    output_mistake("kinetic_doubled", "the kinetic energy is twice too large", _SUM,
+                   _SUMMED, _energies(without="rotation_energy")),
+    output_mistake("kinetic_doubled", "the kinetic energy is twice too large", _SUMMED,
                    _energies(kinetic=2.0)),
-    output_mistake("potential_sign", "the potential energy falls with the height", _SUM,
+    output_mistake("potential_sign", "the potential energy falls with the height", _SUMMED,
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
-                   "one", _SUM, lambda c, _: _difference(c, 1)),
+                   "one", _SUMMED, lambda c, _: _difference(c, 1)),
     output_mistake("energy_difference_reversed", "the mechanical energy is the potential minus the "
-                   "kinetic one", _SUM, lambda c, _: _difference(c, -1)),
+                   "kinetic one", _SUMMED, lambda c, _: _difference(c, -1)),
     output_mistake("speed_of_start", "the forward speed written is that of the start in every row",
                    "where the forward speed comes from: it varies", _first_speed),
     _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "

@@ -9,7 +9,7 @@ from math import pi
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, start_mistake
 
-_DEGREE = pi / 180
+_ONE_DEGREE = pi / 180
 
 
 def _place(sources: Mapping[int, int]) -> Mistake:
@@ -87,7 +87,7 @@ START_MISTAKES: tuple[Mistake, ...] = (
                   lambda s: replace(s, falling=False)),
     start_mistake("roll_rate_in_degrees", "the initial roll rate is taken as degrees per second",
                   "the unit of the initial roll rate",
-                  lambda s: replace(s, roll_rate=s.roll_rate * _DEGREE)),
+                  lambda s: replace(s, roll_rate=s.roll_rate * _ONE_DEGREE)),
     start_mistake("no_roll_rate", "the initial roll rate is zero", "the initial roll rate",
                   lambda s: replace(s, roll_rate=0.0)),
     start_mistake("roll_rate_sign", "the initial roll rate is to the left",

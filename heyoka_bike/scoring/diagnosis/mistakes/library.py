@@ -38,9 +38,11 @@ def _of_the_benchmark() -> tuple[Mistake, ...]:
 MISTAKES: tuple[Mistake, ...] = _of_the_benchmark()
 """The library for the maneuvers of the benchmark, in no particular order."""
 
-_PLACE = {m.code: i for i, m in enumerate(MISTAKES)}
+_PLACE_IN_LIBRARY = {m.code: i for i, m in enumerate(MISTAKES)}
 
 
 def in_order(mistakes: Sequence[Mistake]) -> tuple[Mistake, ...]:
     """Mistakes that are made together: of the model, of the start, of what is written."""
-    return tuple(sorted(mistakes, key=lambda m: (KINDS.index(m.kind), _PLACE.get(m.code, 0))))
+    return tuple(
+        sorted(mistakes, key=lambda m: (KINDS.index(m.kind), _PLACE_IN_LIBRARY.get(m.code, 0)))
+    )

@@ -42,7 +42,7 @@ LINEAR_PROGRAMS = (
 """The right one, and usual slips in these equations, in no particular order."""
 
 # Of a speed that a program only repeats, or computes again.
-_CONSTANT = 1e-14
+_PART_OF_CONSTANT_SPEED = 1e-14
 
 
 def has_constant_speed(parts: Sequence[Part]) -> bool:
@@ -50,6 +50,6 @@ def has_constant_speed(parts: Sequence[Part]) -> bool:
     for part in parts:
         speed = part.values.get("forward_speed", np.array([]))
         speed = speed[np.isfinite(speed)]
-        if len(speed) and np.ptp(speed) > _CONSTANT * np.max(np.abs(speed)):
+        if len(speed) and np.ptp(speed) > _PART_OF_CONSTANT_SPEED * np.max(np.abs(speed)):
             return False
     return True

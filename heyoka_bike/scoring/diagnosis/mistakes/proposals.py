@@ -20,10 +20,10 @@ from heyoka_bike.scoring.units import UNITS, factor
 # Angles and rates have either sign; a moved column is as near to its quantity as an oscillation
 # has to be, or a speed or energy that hardly varies.
 _OSCILLATING = ("rad", "rad s-1")
-_NEAR = {"rad": HALF, "rad s-1": HALF, "m s-1": 0.02, "J": 0.02}
+_PART_OF_NEAR_COLUMN = {"rad": HALF, "rad s-1": HALF, "m s-1": 0.02, "J": 0.02}
 
 # What may stand in the place of a column: the others, and what programs have beside them.
-_QUANTITIES = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
+_COLUMNS_PROPOSED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +47,13 @@ def columns_in_another_order(
         Of each maneuver: columns by key, and every definition of them by name, at the same rows.
     """
     keys = [key for key in BENCHMARK_COLUMNS if any(key in w for w in written)]
-    fits = [[_best_fit(key, quantity, written, expected) for quantity in _QUANTITIES]
+    fits = [[_best_fit(key, quantity, written, expected) for quantity in _COLUMNS_PROPOSED]
             for key in keys]  # fmt: skip
     order = _assign([[fit.cost for fit in row] for row in fits])
     moved = {
-        key: row[j] for key, row, j in zip(keys, fits, order, strict=True) if _QUANTITIES[j] != key
+        key: row[j]
+        for key, row, j in zip(keys, fits, order, strict=True)
+        if _COLUMNS_PROPOSED[j] != key
     }
     if not moved:
         return None
@@ -104,7 +106,7 @@ def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Ar
     typical = np.take_along_axis(np.sort(errors, axis=2), middle, axis=2)[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.maximum(typical / size, np.finfo(np.float64).eps))
-    is_near = is_own | (typical < _NEAR[unit] * size)
+    is_near = is_own | (typical < _PART_OF_NEAR_COLUMN[unit] * size)
     return np.where(is_near, np.where(size > 0.0, logs, 0.0), inf)
 
 

@@ -23,7 +23,7 @@ from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.vectors import Vector, cross, from_turned, minus, plus, scaled
 
 INDEPENDENT = range(3)
-_FRAME = {"R": "B", "B": "B", "H": "H", "F": "H"}
+_FRAME_OF_BODY = {"R": "B", "B": "B", "H": "H", "F": "H"}
 _SIDE: Vector = (0.0, 1.0, 0.0)
 
 Linear = Mapping[str, Vector]
@@ -138,7 +138,7 @@ class Moving:
         for body, mass in self.masses.items():
             v, w = f"v_{body}", f"w_{body}"
             pull = scaled(mass, minus((0.0, 0.0, self.b.g), self.bias[v]))
-            momentum = cross(self.now[f"w_{_FRAME[body]}"], self.inertia(body, self.now[w]))
+            momentum = cross(self.now[f"w_{_FRAME_OF_BODY[body]}"], self.inertia(body, self.now[w]))
             turn = plus(self.inertia(body, self.bias[w]), momentum)
             for i, unit in enumerate(self.units):
                 found[i] = found[i] + dot(pull, unit[v]) - dot(turn, unit[w])
@@ -244,7 +244,7 @@ class Force:
     is_fitted: bool = True
 
 
-_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
+_PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
 """Places in the state of what terms are powers of."""
 
 
@@ -256,7 +256,7 @@ def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 
 
     def law(m: Moving) -> Linear:
         x = sign * m.now["rates"][2] ** power + 0.0 * m.state[0]
-        variables = [m.state[_STATE[name]] for name in names]
+        variables = [m.state[_PLACE_IN_STATE[name]] for name in names]
         if speed < 2 and len(names) == 2:
             variables[1] = np.abs(variables[1])
         for variable in variables:
@@ -294,19 +294,19 @@ def _forward_drag(law: Law) -> Law:
     }
 
 
-_AHEAD: Vector = (1.0, 0.0, 0.0)
+_AHEAD_AXIS: Vector = (1.0, 0.0, 0.0)
 
 
 def _on_all(m: Moving) -> Linear:
     """Forward at the centre of mass of the whole."""
     whole = sum(m.masses.values())
-    return {f"v_{b}": scaled(mass / whole, _AHEAD) for b, mass in m.masses.items()}
+    return {f"v_{b}": scaled(mass / whole, _AHEAD_AXIS) for b, mass in m.masses.items()}
 
 
 def _on_ground(m: Moving) -> Linear:
     """Forward at the point of the rear frame that is below the hub, on the ground when upright."""
     below: Vector = (0.0, 0.0, m.b.rear.wheel_r)
-    return {"v_R": _AHEAD, "w_B": cross(below, m.axes.to_rear(_AHEAD))}
+    return {"v_R": _AHEAD_AXIS, "w_B": cross(below, m.axes.to_rear(_AHEAD_AXIS))}
 
 
 def _decay(m: Moving) -> Linear:
@@ -369,7 +369,7 @@ def _without_spin_moment(wheels: str) -> Law:
         found = {}
         for w in wheels:
             momentum = (0.0, m.inertia(w, m.now[f"w_{w}"])[1], 0.0)
-            found[f"w_{w}"] = cross(m.now[f"w_{_FRAME[w]}"], momentum)
+            found[f"w_{w}"] = cross(m.now[f"w_{_FRAME_OF_BODY[w]}"], momentum)
         return found
 
     return law
@@ -411,16 +411,16 @@ def _held_speed(m: Moving) -> Linear:
     return {"rates": (0.0, 0.0, -m.rates[5] / unit / length)}
 
 
-_WHEELS = (
+_BRAKED_WHEELS = (
     ("", "RF", "each wheel", "the wheels'"),
     ("_R", "R", "the rear wheel", "the rear wheel's"),
     ("_F", "F", "the front wheel", "the front wheel's"),
 )
 """The end of a name, wheels, and what they are called."""
 _BODIES = {"R": "rear wheel", "B": "rear frame", "H": "fork", "F": "front wheel"}
-_POINTS: tuple[tuple[str, str, Law], ...] = (
-    ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD}),
-    ("hub", "rear hub", lambda _: {"v_R": _AHEAD}),
+_POINTS_OF_FORCES: tuple[tuple[str, str, Law], ...] = (
+    ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD_AXIS}),
+    ("hub", "rear hub", lambda _: {"v_R": _AHEAD_AXIS}),
     ("whole", "centre of mass of the whole", _on_all),
     ("ground", "rear contact", _on_ground),
 )
@@ -438,7 +438,7 @@ _ALONG = (
     ("speed", "force forward at the rear hub"),
 )
 """Equations of motion, and what acts in them."""
-_SPEEDS = ("", " the speed", " the speed squared")
+_POWERS_OF_SPEED = ("", " the speed", " the speed squared")
 
 
 _NAMED_OTHERWISE = (
@@ -451,16 +451,16 @@ def _of_the_state() -> dict[str, Force]:
     """Forces over simple terms of the state: odd ones where left and right differ, or even ones."""
     odd: list[tuple[tuple[str, ...], str]] = [((), "")]
     even = [*odd]
-    for x in _STATE:
+    for x in _PLACE_IN_STATE:
         odd += [((x,), f" the {x}"), ((x, x), f" the {x} times its size")]
         odd += [((x, x, x), f" the cube of the {x}")]
-    for x, y in combinations_with_replacement(_STATE, 2):
+    for x, y in combinations_with_replacement(_PLACE_IN_STATE, 2):
         even.append(((x, y), f" the square of the {x}" if x == y else f" the {x} times the {y}"))
     found = {}
     for i, (where, what) in enumerate(_ALONG):
         for (names, term), power in product(even if i == 2 else odd, range(3)):
             times = " times" if term and power else ""
-            says = f"{what} over{term}{times}{_SPEEDS[power]}"
+            says = f"{what} over{term}{times}{_POWERS_OF_SPEED[power]}"
             powers = {"m": int(i < 2) - power, "s": power + sum("rate" in x for x in names)}
             unit = " ".join(["N", *(u if n == 1 else f"{u}{n}" for u, n in powers.items() if n)])
             name = "_".join([where, "by", *names, *["speed"] * power]).replace(" ", "_")
@@ -474,21 +474,21 @@ OF_THE_STATE = _of_the_state()
 FORWARD: Mapping[str, Force] = {
     "air_drag": Force("drag over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
                       _drag("v_B")),
-    **{name: force for where, point, law in _POINTS for name, force in (
+    **{name: force for where, point, law in _POINTS_OF_FORCES for name, force in (
         (f"{where}_drag", Force(f"drag over the forward speed squared at the {point}", "kg m-1",
                                 0.1, _forward_drag(law))),
         (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law)))},
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
-                         _slope_of_ground(_AHEAD)),
+                         _slope_of_ground(_AHEAD_AXIS)),
     **{f"wheel_friction{end}": Force(f"viscous friction of {each}'s axle", "N m s", 0.01,
                                      _on_axles(wheels, lambda rate: -rate))
-       for end, wheels, each, _ in _WHEELS},
+       for end, wheels, each, _ in _BRAKED_WHEELS},
     **{f"brake{end}": Force(f"constant torque that brakes {each} against its frame", "N m", 0.1,
                             _on_axles(wheels, lambda rate: 1.0 + 0.0 * rate))
-       for end, wheels, each, _ in _WHEELS},
+       for end, wheels, each, _ in _BRAKED_WHEELS},
     **{f"rolling_resistance{end}": Force(f"constant torque of the ground that brakes {each}",
                                          "N m", 0.1, _from_ground(wheels))
-       for end, wheels, each, _ in _WHEELS},
+       for end, wheels, each, _ in _BRAKED_WHEELS},
     "velocity_damping": Force("rate at which all velocities are damped, those of turning too",
                               "s-1", 0.01, lambda m: {**_decay(m), **_spin_down(m)}),
     "linear_damping": Force("rate at which the velocities of all bodies' centres are damped",
@@ -532,7 +532,7 @@ FORCES: Mapping[str, Force] = {
                           _to_the_side(b)) for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
-       for end, wheels, _, whose in _WHEELS},
+       for end, wheels, _, whose in _BRAKED_WHEELS},
     **{name: _part(f"gyroscopic torque w x (I w) of {whose}", _without_euler(bodies),
                    is_fitted=False)
        for name, whose, bodies in (("gyroscopic", "all bodies", "RBHF"),

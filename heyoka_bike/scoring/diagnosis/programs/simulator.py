@@ -32,18 +32,18 @@ from heyoka_bike.system.resources import benchmark_bicycle
 # So many points in intervals so long [s] leave 1e-13 of the benchmark's motions; 12 points in half
 # as long ones leave as much in twice the time. The shorter ones are for motions that these lose: a
 # steer axis may swing round within some hundredths of a second.
-_POINTS, _INTERVALS = 16, (0.2, 0.1)
+_POINTS_OF_VECTOR, _INTERVALS = 16, (0.2, 0.1)
 # Newton's iterations on an interval, and the last change, in parts of the state: the next one would
 # be a millionth of it.
-_MOST, _SETTLED = 7, 1e-9
+_MOST_PROCESSES_STEPS, _SETTLED = 7, 1e-9
 # Motions that do not converge to this have met a singularity.
-_LOST = 1e-6
+_PART_LOST = 1e-6
 # An interval may go so many times as far as the one before.
 _FARTHER = 3.0
-_SHIFT = 1e-7
-_STATES = 7
+_SHIFT_OF_SLOPE = 1e-7
+_STATE_LENGTH = 7
 # Motions that are stepped together: more no longer fit into the processor's cache.
-_TOGETHER = 48
+_MOTIONS_AT_ONCE = 48
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -109,8 +109,8 @@ class Simulator:
         kinds = {k: bool(m.amounts) + (TENSORS_TURNING in m.amounts) for k, (m, _) in new.items()}
         for kind in range(3):
             chosen = [k for k in new if kinds[k] == kind]
-            for i in range(0, len(chosen), _TOGETHER):
-                lost = chosen[i : i + _TOGETHER]
+            for i in range(0, len(chosen), _MOTIONS_AT_ONCE):
+                lost = chosen[i : i + _MOTIONS_AT_ONCE]
                 for length in _INTERVALS:
                     if not lost:
                         break
@@ -208,11 +208,11 @@ def _constants(values: Values) -> _Constants | None:
 @cache
 def _points() -> tuple[Array, ...]:
     """Gauss's points in 0 to 1, integrals of their Lagrange polynomials to them, and to 1."""
-    x = np.asarray(leggauss(_POINTS)[0], np.float64)
-    basis = np.linalg.inv(chebvander(x, _POINTS - 1))
-    integrals = chebint(np.eye(_POINTS), lbnd=-1, scl=0.5)
-    within = chebvander(x, _POINTS) @ integrals @ basis
-    whole = np.ones(_POINTS + 1) @ integrals @ basis
+    x = np.asarray(leggauss(_POINTS_OF_VECTOR)[0], np.float64)
+    basis = np.linalg.inv(chebvander(x, _POINTS_OF_VECTOR - 1))
+    integrals = chebint(np.eye(_POINTS_OF_VECTOR), lbnd=-1, scl=0.5)
+    within = chebvander(x, _POINTS_OF_VECTOR) @ integrals @ basis
+    whole = np.ones(_POINTS_OF_VECTOR + 1) @ integrals @ basis
     return tuple(np.asarray(m, np.float64) for m in ((x + 1) / 2, within, whole))
 
 
@@ -225,7 +225,7 @@ def _through() -> Array:
 
 def _basis(place: Array) -> Array:
     """Chebyshev's polynomials at places of an interval, 0 to 1."""
-    return np.asarray(chebvander(2 * place - 1, _POINTS), np.float64)
+    return np.asarray(chebvander(2 * place - 1, _POINTS_OF_VECTOR), np.float64)
 
 
 def _intervals(motion: AskedMotion) -> int:
@@ -239,13 +239,13 @@ def _nodal_states(
     """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
     x, integral, whole = _points()
     n = start.shape[1]
-    found = np.full((count, _POINTS + 1, _STATES, n), np.nan)
+    found = np.full((count, _POINTS_OF_VECTOR + 1, _STATE_LENGTH, n), np.nan)
     ahead = _basis(1.0 + x) @ _through()
-    identity = np.eye(_POINTS * _STATES)
-    y, guess = start, np.repeat(start[None], _POINTS, axis=0)
+    identity = np.eye(_POINTS_OF_VECTOR * _STATE_LENGTH)
+    y, guess = start, np.repeat(start[None], _POINTS_OF_VECTOR, axis=0)
     with np.errstate(all="ignore"):
         for i in range(count):
-            for _ in range(_MOST):
+            for _ in range(_MOST_PROCESSES_STEPS):
                 f, slopes = _rates(equations, amounts, guess)
                 left = guess - y - h * np.tensordot(integral, f, 1)
                 matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
@@ -260,7 +260,7 @@ def _nodal_states(
                 error = np.where(good, np.max(np.abs(change) / (1 + np.abs(guess)), (0, 1)), 0.0)
                 if np.max(error) < _SETTLED:
                     break
-            is_lost = ~good | ~(error < _LOST)
+            is_lost = ~good | ~(error < _PART_LOST)
             guess[..., is_lost] = np.nan
             if is_lost.all():
                 break
@@ -286,21 +286,23 @@ def _nodes_nearby(
     _, integral, whole = _points()
     count, h = len(nodes), duration / len(nodes)
     found = np.full((*nodes.shape, starts.shape[1]), np.nan)
-    y = list(nodes[:, 1:].reshape(-1, _STATES).T[..., None])
+    y = list(nodes[:, 1:].reshape(-1, _STATE_LENGTH).T[..., None])
     with np.errstate(all="ignore"):
         made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
-        rates = np.array(np.broadcast_arrays(*made)).reshape(_STATES, count, _POINTS, -1)
+        rates = np.array(np.broadcast_arrays(*made)).reshape(
+            _STATE_LENGTH, count, _POINTS_OF_VECTOR, -1
+        )
         off = np.moveaxis(rates[..., 1:] - rates[..., :1], 0, 2)
         one = equations.convert(lambda x: x[:1] if np.ndim(x) else x, equations.a)
         first = {name: x[:1] for name, x in amounts.items()}
-        slopes = _rates(one, first, nodes[:, 1:].reshape(-1, _STATES, 1))[1][..., 0]
-    slopes = slopes.reshape(count, _POINTS, _STATES, _STATES)
+        slopes = _rates(one, first, nodes[:, 1:].reshape(-1, _STATE_LENGTH, 1))[1][..., 0]
+    slopes = slopes.reshape(count, _POINTS_OF_VECTOR, _STATE_LENGTH, _STATE_LENGTH)
     for i in range(count):
         if not (np.isfinite(slopes[i]).all() and np.isfinite(off[i]).all()):
             break
-        matrix = np.eye(_POINTS * _STATES) - h * np.einsum(
+        matrix = np.eye(_POINTS_OF_VECTOR * _STATE_LENGTH) - h * np.einsum(
             "ij,jab->iajb", integral, slopes[i]
-        ).reshape(_POINTS * _STATES, -1)
+        ).reshape(_POINTS_OF_VECTOR * _STATE_LENGTH, -1)
         right = starts + h * np.tensordot(integral, off[i], 1)
         apart = np.linalg.solve(matrix, right.reshape(len(matrix), -1)).reshape(right.shape)
         found[i] = nodes[i][..., None] + np.concatenate([starts[None], apart])
@@ -327,12 +329,14 @@ def _rates(
 ) -> tuple[Array, Array]:
     """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
     # The yaw drives nothing but what stays as it was at the start.
-    shifts = _SHIFT * np.concatenate([np.zeros((_STATES, 1)), np.eye(_STATES)], axis=1)
+    shifts = _SHIFT_OF_SLOPE * np.concatenate(
+        [np.zeros((_STATE_LENGTH, 1)), np.eye(_STATE_LENGTH)], axis=1
+    )
     y = list(np.moveaxis(states, 1, 0)[:, None] + shifts[:, :, None, None])
     made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
     f = np.array([np.broadcast_to(r, y[0].shape) for r in made])
     # (points, of, by, motions)
-    slopes = ((f[:, 1:] - f[:, :1]) / _SHIFT).transpose(2, 0, 1, 3)
+    slopes = ((f[:, 1:] - f[:, :1]) / _SHIFT_OF_SLOPE).transpose(2, 0, 1, 3)
     return np.moveaxis(f[:, 0], 0, 1), slopes
 
 

@@ -27,10 +27,10 @@ _CANCEL = 5.0
 # Of a direction that is all but fixed by the others, this part of its size is added: Levenberg.
 _DAMPING = 1e-12
 # Of an unknown's size, for derivatives by differences.
-_SHIFT = 1e-6
+_SHIFT_OF_SLOPE = 1e-6
 # An inertia of zero in the place of the largest is found in six steps, the first of which is halved
 # twice. A step that promises less than this factor is not taken.
-_STEPS, _HALVINGS, _PROMISED = 6, 5, 1.01
+_STEPS, _HALVINGS_OF_STEP, _PROMISED = 6, 5, 1.01
 
 Errors = Callable[[Sequence[Array]], Sequence[Sequence[Array]]]
 """From several sets of values to the blocks of the error that each set leaves."""
@@ -173,7 +173,7 @@ def uncertain(b: Blocks) -> list[float]:
 
 def linearised(errors: Errors, x: Array, sizes: Array, floors: Array) -> Blocks:
     """Normal equations of an error at some values, by differences over a part of their sizes."""
-    shifts = _SHIFT * sizes
+    shifts = _SHIFT_OF_SLOPE * sizes
     here, *moved = errors([x, *(x + np.diag(shifts))])
     slopes = [
         np.nan_to_num((block[:, None] - np.stack(others, axis=-1)) / shifts)
@@ -193,7 +193,7 @@ def gauss_newton(errors: Errors, x: Array, sizes: Array, floors: Array) -> tuple
         steps, gains = solve(b, np.arange(len(x))[None])
         if gains[0] < _PROMISED:
             break
-        for half in range(_HALVINGS):
+        for half in range(_HALVINGS_OF_STEP):
             ahead = x + steps[0] / 2.0**half
             if left(errors([ahead])[0], floors) < b.left:
                 break

@@ -25,11 +25,11 @@ from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vect
 
 # For derivatives by central differences over the time that a step takes [s]: their error is its
 # square, and that of rounding is 1e-16 over it.
-_SHIFT = 1e-4
+_SHIFT_OF_SLOPE = 1e-4
 # Places of the angles whose rates are in the file, and of their accelerations and the rolling rate.
-_ANGLES, _SPEEDS = [0, 2], [3, 4, 5]
+_ANGLES, _PLACES_OF_SPEEDS = [0, 2], [3, 4, 5]
 # A step is so near to rows, or rows to steps, that it is said to be that.
-_NEAR = 0.03
+_PART_OF_SAME_ERROR = 0.03
 
 
 CLOCK = "times on another scale"
@@ -109,11 +109,13 @@ def _derivatives(equations: Equations, y: Array) -> Array:
         return np.array(equations.rates(list(y)))
 
     def along(v: Array) -> Array:
-        return (f(y + _SHIFT * v) - f(y - _SHIFT * v)) / (2 * _SHIFT)
+        return (f(y + _SHIFT_OF_SLOPE * v) - f(y - _SHIFT_OF_SLOPE * v)) / (2 * _SHIFT_OF_SLOPE)
 
     first = f(y)
     second, of_angles = along(first), along(np.concatenate([first[:3], 0 * first[3:]]))
-    bend = (f(y + _SHIFT * first) - 2 * first + f(y - _SHIFT * first)) / _SHIFT**2
+    bend = (
+        f(y + _SHIFT_OF_SLOPE * first) - 2 * first + f(y - _SHIFT_OF_SLOPE * first)
+    ) / _SHIFT_OF_SLOPE**2
     return np.array([first, second, of_angles, bend, along(second)])
 
 
@@ -126,7 +128,7 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
         y = np.array(state_vector(equations, m.state.__getitem__)[:6])
         parts = _derivatives(equations, y)
         parts[:, 5] *= equations.k.length
-        speeds = _SPEEDS[: len(m.accelerations)]
+        speeds = _PLACES_OF_SPEEDS[: len(m.accelerations)]
         rest += [*m.kinematic, *(m.accelerations - parts[0, speeds] @ m.windows.T)]
         floors += [*m.kinematic_uncertain, *m.uncertain]
         for rows, factors in zip((_ANGLES, speeds), table, strict=True):
@@ -143,7 +145,7 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
         # A force, or constraints that drift, leave nothing of an integrator in these.
         of_angles = float(np.exp(np.mean(falls[:, : len(_ANGLES)])))
         # As much as an equation of motion tells, each rate of an angle does, too.
-        seen = WEIGHTS.values / len(_SPEEDS) * len(rest) * float(np.log(gain))
+        seen = WEIGHTS.values / len(_PLACES_OF_SPEEDS) * len(rest) * float(np.log(gain))
         odds = seen - WEIGHTS.fitted - float(np.log(len(SCHEMES)))
         scheme, is_clock = SCHEMES[i], SCHEMES[i].says == CLOCK
         if of_angles > WEIGHTS.explains and (is_clock or size > 0.0):
@@ -162,4 +164,4 @@ def _usual(step: float, time: Array) -> float:
     spacing = float(np.median(np.diff(time)))
     near = spacing / round(spacing / step) if step < spacing else spacing * round(step / spacing)
     # Times are sums of steps, or their binary64 numbers.
-    return float(f"{near:.9g}") if abs(step - near) < _NEAR * near else step
+    return float(f"{near:.9g}") if abs(step - near) < _PART_OF_SAME_ERROR * near else step

@@ -33,22 +33,22 @@ _SLOPES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # Of the last digit in a slope, times the distance of the rows: central differences of order 10.
 _IN_SLOPE = 1.23
 
-_DEGREE, _LOWER = 9, 7
-_MOST_ROWS = 1001
-_FEWEST_ROWS = 12
+_DEGREE_OF_WINDOW, _LOWER_DEGREE = 9, 7
+_MOST_ROWS_OF_WINDOWS = 1001
+_FEWEST_ROWS_OF_WINDOWS = 12
 # Half the width of a window: [s], and in rows.
-_WIDTH, _IN_ROWS = 0.15, 4.0
-_ROUNDS = 30
+_HALF_WIDTH, _IN_ROWS = 0.15, 4.0
+_MOST_ROUNDS = 30
 # A lean from which there is no way back [rad].
-_LYING = 1.2
+_LARGEST_LEAN = 1.2
 # ... and how much is then left of the potential energy at the start.
 _LOW = 0.5
 # Nothing of a bicycle is so large, but what has blown up [SI].
-_LARGEST = 1e6
+_LARGEST_CONDITION = 1e6
 # Rows of the beginning, from which the right equations lead back to t = 0, in so many steps.
-_BEGINNING, _BACK = slice(1, 5), 20
+_BEGINNING, _STEPS_BACK = slice(1, 5), 20
 # [SI]
-_CONVERGED, _LOST = 1e-15, 1e-10
+_CONVERGED, _PART_LOST = 1e-15, 1e-10
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,12 +148,12 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
     if "roll_angle" not in part.values or "roll_angle" not in understood:
         return part
-    is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LYING
+    is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LARGEST_LEAN
     height = part.values.get("potential_energy", np.zeros_like(part.time))
     lies = ~is_up & (height < _LOW * height[0])
     # Without a height: angles in degrees come back.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
-    if row == len(is_up) or row < _FEWEST_ROWS:
+    if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:
         return part
     return part.at(slice(row))
 
@@ -208,9 +208,9 @@ def _rows_that_move(
     if not {"roll_angle", "steer_angle"} <= columns.keys():
         return None
     rows = np.flatnonzero(np.all([np.isfinite(x) for x in columns.values()], axis=0))
-    if len(rows) < _FEWEST_ROWS:
+    if len(rows) < _FEWEST_ROWS_OF_WINDOWS:
         return None
-    rows = rows[spread(len(rows), _MOST_ROWS)]
+    rows = rows[spread(len(rows), _MOST_ROWS_OF_WINDOWS)]
     time, columns = part.time[rows], {k: x[rows] for k, x in columns.items()}
     if not np.all(np.diff(time) > 0.0):
         return None
@@ -218,11 +218,11 @@ def _rows_that_move(
         if rate not in columns and names[angle] != angle:
             return None
         if rate not in columns:
-            columns[rate] = local_polynomials(time, columns[angle], _DEGREE)[:, 1]
+            columns[rate] = local_polynomials(time, columns[angle], _DEGREE_OF_WINDOW)[:, 1]
             names[rate] = rate
     columns = {k: columns[k] for k in STATE if k in columns}
     moves = all(np.ptp(x) for key, x in columns.items() if key != "forward_speed")
-    is_bounded = np.max(np.abs([*columns.values()])) < _LARGEST
+    is_bounded = np.max(np.abs([*columns.values()])) < _LARGEST_CONDITION
     return (time, columns, names) if moves and is_bounded else None
 
 
@@ -232,8 +232,8 @@ def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> 
     def slope(y: Array) -> Array:
         return np.array(equations.rates(list(y)))
 
-    y, h = np.array(state_vector(equations, state.__getitem__)[:6]), -time / _BACK
-    for _ in range(_BACK):
+    y, h = np.array(state_vector(equations, state.__getitem__)[:6]), -time / _STEPS_BACK
+    for _ in range(_STEPS_BACK):
         k1 = slope(y)
         k2 = slope(y + h / 2 * k1)
         k3 = slope(y + h / 2 * k2)
@@ -270,7 +270,7 @@ def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> fl
 def _windows(time: Array) -> Array | None:
     """Bumps over the run; None where there is no room for some."""
     spacing = float(np.max(np.diff(time))) if len(time) > 1 else np.inf
-    half = max(_WIDTH, _IN_ROWS * spacing)
+    half = max(_HALF_WIDTH, _IN_ROWS * spacing)
     count = int((time[-1] - time[0]) / half) - 1
     if count < 1:
         return None
@@ -289,7 +289,8 @@ def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tup
     """
     middle = (rows - np.mean(rows, axis=1, keepdims=True)).T
     slope, lower = (
-        (windows @ local_polynomials(time, middle, degree)[:, 1]).T for degree in (_DEGREE, _LOWER)
+        (windows @ local_polynomials(time, middle, degree)[:, 1]).T
+        for degree in (_DEGREE_OF_WINDOW, _LOWER_DEGREE)
     )
     # The mean of a derivative is minus that over the slope of the bump.
     per_row = np.gradient(windows, time, axis=1)
@@ -299,8 +300,8 @@ def _mean_slopes(time: Array, rows: Array, windows: Array, digits: Array) -> tup
 
 def _integral(time: Array, x: Array) -> Array:
     """Return the integral from the first row to each row."""
-    powers = np.arange(1, _LOWER + 2)
-    local = local_polynomials(time, x, _LOWER)[:-1] / powers
+    powers = np.arange(1, _LOWER_DEGREE + 2)
+    local = local_polynomials(time, x, _LOWER_DEGREE)[:-1] / powers
     steps = (local * np.diff(time)[:, None] ** powers).sum(axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -321,7 +322,7 @@ def _default_definitions(
     """
     state = {"forward_speed": np.full_like(time, speed), **columns, "yaw": np.zeros_like(time)}
     is_default = all(names.get(k) == k for k in STATE)
-    for _ in range(_ROUNDS):
+    for _ in range(_MOST_ROUNDS):
         with np.errstate(all="ignore"):
             y = state_vector(equations, state.__getitem__)
             own = equations.columns(y)
@@ -339,7 +340,7 @@ def _default_definitions(
         if apart < _CONVERGED:
             break
     else:
-        if not apart < _LOST:
+        if not apart < _PART_LOST:
             state["yaw"] = np.full_like(time, np.nan)
     return state
 

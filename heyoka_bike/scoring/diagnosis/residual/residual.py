@@ -45,7 +45,7 @@ UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fi
 """Whose coefficients can be found."""
 
 # Left by equations that have no solution, in parts of the accelerations.
-_ALL = 1e9
+_NO_LIMIT = 1e9
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -118,7 +118,7 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _ALL)
+        self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _NO_LIMIT)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not self.is_blown_up
         is_near = is_resolved or bool(np.median(rest / resolved) < share)
@@ -239,8 +239,8 @@ class Residual:
         with np.errstate(all="ignore"):
             rows = self.blocks(self._weights * (self.observed - accelerations))
             squares = np.array([np.mean(x**2) for x in rows]) + self._floors**2
-            left = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_ALL, posinf=_ALL)
-            found: Array = np.minimum(left, _ALL)
+            left = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_NO_LIMIT, posinf=_NO_LIMIT)
+            found: Array = np.minimum(left, _NO_LIMIT)
         return found
 
     def _relief(self, accelerations: Array) -> float:

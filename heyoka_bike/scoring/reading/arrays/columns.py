@@ -33,7 +33,7 @@ _REFUSED = {
     "b": "truth values", "c": "complex numbers", "m": "time differences", "M": "dates",
     "O": "Python objects", "S": "text", "U": "text", "T": "text", "V": "records",
 }  # fmt: skip
-_POINT = Dialect("", ".")
+_WITH_POINT = Dialect("", ".")
 # Numbers of a column of which digits are counted.
 _NUMBERS_COUNTED = 2000
 # Of these the digits beyond binary64 are looked at.
@@ -105,7 +105,7 @@ def read_maneuvers(source: Any, request: Request) -> Array:
     for x in np.asarray(source[()]).ravel().tolist():
         text = x.decode("latin-1") if isinstance(x, bytes) else str(x)
         number = group_number(text)
-        found.append(float(_POINT.number(text) or "nan") if number is None else number)
+        found.append(float(_WITH_POINT.number(text) or "nan") if number is None else number)
     return np.array(found, dtype=np.float64)
 
 
@@ -115,7 +115,7 @@ def _decimals(array: NDArray[Any], request: Request) -> list[str]:
     for x in items:
         if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):
             raise refused(np.dtype(bool) if isinstance(x, bool) else array.dtype, request)
-    numbers = _POINT.numbers(["nan" if x is None else str(x).strip().lower() for x in items])
+    numbers = _WITH_POINT.numbers(["nan" if x is None else str(x).strip().lower() for x in items])
     found = [number for number in numbers if number is not None]
     if len(found) < len(items):
         i = numbers.index(None)

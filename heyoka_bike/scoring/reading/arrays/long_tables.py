@@ -16,9 +16,9 @@ from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup
 from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, is_time
 
 # As pandas, R and others call the column of names and that of values.
-_VARIABLE = ("variable", "name", "quantity", "signal", "column", "key", "measure")
-_KINDS = {
-    **dict.fromkeys(_VARIABLE, "variable"),
+_NAMES_OF_VARIABLE = ("variable", "name", "quantity", "signal", "column", "key", "measure")
+_KINDS_OF_COLUMNS = {
+    **dict.fromkeys(_NAMES_OF_VARIABLE, "variable"),
     **dict.fromkeys(("value", "values", "val"), "value"),
 }
 
@@ -27,7 +27,7 @@ def long_columns(names: Iterable[str]) -> dict[str, str]:
     """Names of the columns of a long table by what they have; nothing for another table."""
     found = {}
     for name in names:
-        kind = "maneuver" if is_maneuver(name) else _KINDS.get(name.strip().lower())
+        kind = "maneuver" if is_maneuver(name) else _KINDS_OF_COLUMNS.get(name.strip().lower())
         if kind := "time" if is_time(name) else kind:
             found[kind] = name
     return found if found.keys() >= {"time", "variable", "value"} else {}

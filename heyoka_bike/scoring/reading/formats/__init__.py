@@ -16,7 +16,7 @@ from heyoka_bike.scoring.reading.encodings import encoding_of
 
 # MATLAB puts a text of this length before HDF5.
 _MATLAB_TEXT = 512
-_HDF5 = b"\x89HDF\r\n\x1a\n"
+_SIGNATURE_OF_HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
 _SPREADSHEET = "a spreadsheet"
@@ -80,7 +80,7 @@ def _begins(*starts: bytes) -> Callable[[bytes, str], bool]:
 
 def is_hdf5_of_matlab(head: bytes) -> bool:
     """True if a file that begins like this is MATLAB's from version 7.3."""
-    return head[_MATLAB_TEXT:].startswith(_HDF5)
+    return head[_MATLAB_TEXT:].startswith(_SIGNATURE_OF_HDF5)
 
 
 def _is_matlab(head: bytes, suffix: str) -> bool:
@@ -119,7 +119,7 @@ FORMATS = (
         "hdf5", "HDF5 (netCDF 4)",
         "arrays and groups, packed or not; columns over `maneuver` and `time` as xarray writes "
         "them",
-        _begins(_HDF5), "hdf5.read", expected="HDF5", is_ordered=False,
+        _begins(_SIGNATURE_OF_HDF5), "hdf5.read", expected="HDF5", is_ordered=False,
     ),
     Format(
         "netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "libraries.read_netcdf",

@@ -24,8 +24,8 @@ from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 from heyoka_bike.scoring.reading.text.rows import read_text
 
 # Names of the columns of rows, and of the rows.
-_NAMES = ("columns", "names", "header", "headers", "fields")
-_ROWS = ("data", "rows", "values")
+_WORDS_FOR_NAMES = ("columns", "names", "header", "headers", "fields")
+_WORDS_FOR_ROWS = ("data", "rows", "values")
 # Arrays in arrays: of programs, maneuvers, columns and what a format puts around them.
 _DEEPEST = 30
 _TOO_DEEP = "found arrays in too many others, expected rows"
@@ -136,8 +136,8 @@ def _known(members: Iterable[tuple[str, Any]]) -> dict[str, Any] | None:
 
 def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
     """Names beside rows, or objects of which the members are rows or columns; None if neither."""
-    names = next((x[k] for k in _NAMES if _is_list_of(x.get(k), str, list)), None)
-    rows = next((x[k] for k in _ROWS if _is_list_of(x.get(k), list)), None)
+    names = next((x[k] for k in _WORDS_FOR_NAMES if _is_list_of(x.get(k), str, list)), None)
+    rows = next((x[k] for k in _WORDS_FOR_ROWS if _is_list_of(x.get(k), list)), None)
     if names and rows and len(names) == len(rows[0]):
         words = ["_".join(map(str, n)) if isinstance(n, list) else n for n in names]
         return _rows([words, *rows], request)

@@ -34,12 +34,12 @@ _NUMBERS = {
 }  # fmt: skip
 _MATRIX, _COMPRESSED, _UTF8 = 14, 15, 16
 # Classes of arrays, and a bit of their flags.
-_CELL, _STRUCTURE, _OBJECT, _TEXT, _OF_CLASS = 1, 2, 3, 4, 17
+_CELL, _STRUCTURE, _OBJECT, _CLASS_OF_TEXT, _OF_CLASS = 1, 2, 3, 4, 17
 _CLASSES = dict(enumerate(("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"), 6))
 _COMPLEX = 0x800
-_HEADER = 128
+_BYTES_OF_HEADER = 128
 # Memory that an array takes at least, and a character at most.
-_LEAST, _WIDEST = 200, 8
+_LEAST_BYTES, _WIDEST = 200, 8
 # Of version 4.
 _NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
 _FULL_4, _TEXT_4 = 0, 1
@@ -61,10 +61,12 @@ def matlab_variables(data: bytes, most: int) -> dict[str, Any]:
     ValueError
         Damaged, or larger than that; other errors of Python's, too, for damaged bytes.
     """
-    end = data[126:_HEADER]
+    end = data[126:_BYTES_OF_HEADER]
     if end not in (b"IM", b"MI"):
         return dict(_version_4(memoryview(data)))
-    return _Version5("<" if end == b"IM" else ">", most).variables(memoryview(data)[_HEADER:])
+    return _Version5("<" if end == b"IM" else ">", most).variables(
+        memoryview(data)[_BYTES_OF_HEADER:]
+    )
 
 
 class _Version5:
@@ -116,7 +118,7 @@ class _Version5:
 
     def _matrix(self, data: memoryview) -> tuple[str, Any]:
         """Name and value of an array; None for what is left out."""
-        self._claim(_LEAST)
+        self._claim(_LEAST_BYTES)
         if not data:
             return "", np.empty((0, 0))
         parts = self._elements(data)
@@ -125,7 +127,7 @@ class _Version5:
         if kind == _OF_CLASS:
             name, _, of = (bytes(_next(parts)[1]).decode("latin-1") for _ in range(3))
             return name, OfClass(of)
-        if kind not in (_CELL, _STRUCTURE, _OBJECT, _TEXT, *_CLASSES):
+        if kind not in (_CELL, _STRUCTURE, _OBJECT, _CLASS_OF_TEXT, *_CLASSES):
             return "", None
         shape = [int(n) for n in self._numbers(_next(parts))]
         if min(shape, default=0) < 0:
@@ -142,7 +144,7 @@ class _Version5:
             if flags & _COMPLEX:
                 values = values + 1j * self._numbers(_next(parts))
             return name, values.reshape(shape, order="F")
-        if kind == _TEXT:
+        if kind == _CLASS_OF_TEXT:
             return name, self._text(_next(parts), shape)
         if kind == _CELL:
             found = _together([self._value(parts) for _ in range(prod(shape))])
@@ -228,7 +230,7 @@ def _together(values: list[Any]) -> Any:
 
 
 # What writes an object of a class so that it is read.
-_WRITTEN = {
+_TYPES_WRITTEN = {
     "table": "writetable({0}, 'results.csv')",
     "timetable": "writetimetable({0}, 'results.csv')",
     "timeseries": "results = [{0}.Time {0}.Data]; save results.mat results",
@@ -259,7 +261,7 @@ def read(file: ResultFile) -> list[ReadTable]:
         name, kind = objects[0]
         raise request.error(
             f"found {quoted(name)}, a {kind}, which MATLAB saves in a form of its own, expected "
-            f"arrays; in MATLAB: {_WRITTEN.get(kind, _SAVED).format(name)}"
+            f"arrays; in MATLAB: {_TYPES_WRITTEN.get(kind, _SAVED).format(name)}"
         ) from None
 
 

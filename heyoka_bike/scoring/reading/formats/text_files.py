@@ -20,7 +20,7 @@ from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, wi
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 
 # One matrix alone is rows of numbers, and these begin early.
-_OCTAVE, _VARIABLE, _SHORT = b"# Created by Octave", b"\n# name:", 400
+_OCTAVE, _VARIABLE_OF_OCTAVE, _BYTES_OF_BEGINNING = b"# Created by Octave", b"\n# name:", 400
 
 _LONGEST_WITH_WORDS = 1 << 21
 """Characters of a text in which words may stand among the numbers of a column."""
@@ -34,8 +34,10 @@ def read(file: ResultFile) -> list[ReadTable]:
     InputError
         No rows of numbers, or the variables that Octave writes with ``save -text``.
     """
-    is_column = any(mark in file.head[:_SHORT] for mark in (b"_range\n", b"# columns: 1\n"))
-    if file.head.startswith(_OCTAVE) and (is_column or file.head.count(_VARIABLE) > 1):
+    is_column = any(
+        mark in file.head[:_BYTES_OF_BEGINNING] for mark in (b"_range\n", b"# columns: 1\n")
+    )
+    if file.head.startswith(_OCTAVE) and (is_column or file.head.count(_VARIABLE_OF_OCTAVE) > 1):
         raise file.request.error(
             "found variables of Octave's save -text, expected rows of numbers; save -v7 writes "
             "variables that are read"

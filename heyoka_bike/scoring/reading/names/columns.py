@@ -14,8 +14,8 @@ from heyoka_bike.scoring.reading.request import Request
 # time_s, steer_rate_deg_s, speed_m_per_s
 _ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
 TIME = "time"
-_TIMES = ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout")
-KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_TIMES), TIME), **KEYS_BY_WORD}
+_NAMES_OF_TIME = ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout")
+KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **KEYS_BY_WORD}
 # What a name means in another unit than that of its usual meaning.
 _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",
@@ -38,13 +38,13 @@ _ALSO: Mapping[str, tuple[str, ...]] = {
 _MANEUVERS = frozenset(
     {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
 )
-_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
-_ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
-_NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
+_PATTERN_OF_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
+_ONE_IN_BRACKETS = re.compile(r"[\[({]\s*1\s*[\])}]")
+_NUMBERED = re.compile(rf"[\s_-]*{_PATTERN_OF_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
 WORD_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
-_PREFIXED = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
-_SUFFIXED = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
-_GROUP_NAME = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")
+_MANEUVER_BEFORE = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})_(.+)")
+_MANEUVER_BEHIND = re.compile(rf"(.+?)_?(?:{_PATTERN_OF_MANEUVER}_?)?([0-9]{{1,3}})")
+_GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 
 # The names of a file are asked for many times.
@@ -56,8 +56,8 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     where a name alone would mean another column (``V [J]``); there 1 is that of a column without
     dimension, or the first maneuver.
     """
-    if one_is_a_unit and _ONE.search(name):
-        found = recognise(_ONE.sub("", name))
+    if one_is_a_unit and _ONE_IN_BRACKETS.search(name):
+        found = recognise(_ONE_IN_BRACKETS.sub("", name))
         if found and found[0] != TIME and COMPARED[found[0]][0].unit == "1":
             return found
     stem, unit, is_ending = unit_in(name)
@@ -103,9 +103,9 @@ def by_words(name: str) -> tuple[str, str | None, int | None]:
     """The word for the column, its key if it is known, and the number of the maneuver."""
     plain = WORD_BREAKS.sub("_", BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
     number = None
-    if match := _PREFIXED.fullmatch(plain):
+    if match := _MANEUVER_BEFORE.fullmatch(plain):
         number, plain = int(match[1]), match[2]
-    elif plain.replace("_", "") not in KEYS and (match := _SUFFIXED.fullmatch(plain)):
+    elif plain.replace("_", "") not in KEYS and (match := _MANEUVER_BEHIND.fullmatch(plain)):
         plain, number = match[1], int(match[2])
     word = plain.replace("_", "")
     return word, KEYS.get(word), number

@@ -18,14 +18,14 @@ from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_
 Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""
 
-_ENERGY = "J"
+_UNIT_OF_ENERGY = "J"
 # The small letters, what the capital means alone, and what beside one of these.
 _CAPITALS: Mapping[str, tuple[str, str, str]] = {
     "V": ("vu", "forward_speed", "potential_energy"),
     "T": ("t", TIME, "kinetic_energy"),
 }
 _ENERGY_NAMES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
-_COORDINATE = "q"
+_LETTER_OF_COORDINATES = "q"
 # One letter, and perhaps a number.
 _LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
 IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,3})")
@@ -63,7 +63,7 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
 
 def is_coordinate(name: str) -> bool:
     """True if a column of this name is a coordinate, so that the u beside it is its speed."""
-    return letter_of(split_unit(name)[0]) == _COORDINATE
+    return letter_of(split_unit(name)[0]) == _LETTER_OF_COORDINATES
 
 
 def letter_of(stem: str) -> str:
@@ -118,7 +118,9 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
     if not any(map(is_coordinate, names)):
         return found
     units = [split_unit(name) for name in names]
-    are_speeds = [letter_of(x) == "u" and not (u and _ENERGY in quantities(u)) for x, u in units]
+    are_speeds = [
+        letter_of(x) == "u" and not (u and _UNIT_OF_ENERGY in quantities(u)) for x, u in units
+    ]
     return [None if is_speed else f for f, is_speed in zip(found, are_speeds, strict=True)]
 
 

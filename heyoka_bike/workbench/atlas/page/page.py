@@ -46,7 +46,7 @@ from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.workbench.replay.page import drawing, stage
 
-_LAST, _NONE = 65534, 65535
+_LAST_VALUE, _NO_VALUE = 65534, 65535
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,15 +78,15 @@ class Packed:
         kept = is_there & (flat > 0) if is_log else is_there
         scaled = np.log10(flat[kept]) if is_log else flat[kept]
         low, high = (float(scaled.min()), float(scaled.max())) if len(scaled) else (0.0, 0.0)
-        codes = np.where(is_there, 0, _NONE).astype(np.uint16)
-        places = (scaled - low) / ((high - low) or 1.0) * _LAST
+        codes = np.where(is_there, 0, _NO_VALUE).astype(np.uint16)
+        places = (scaled - low) / ((high - low) or 1.0) * _LAST_VALUE
         codes[kept] = np.maximum(np.rint(places), 1 if is_log else 0)
         return cls(low, high, is_log, codes)
 
     @property
     def precision(self) -> float:
         """The largest error of a number: absolute, or relative for powers."""
-        half = (self.high - self.low) / _LAST / 2
+        half = (self.high - self.low) / _LAST_VALUE / 2
         # The lowest power has the code of the one above it.
         return float(10 ** (2 * half) - 1) if self.is_log else half
 
@@ -191,11 +191,11 @@ def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 _HERE = Path(__file__).parent
 _BODY = Template((_HERE / "page.html").read_text(encoding="utf-8"))
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
-_LONGEST = 200  # letters said of where it comes from: the inputs are more
+_LETTERS_OF_SOURCE = 200  # letters said of where it comes from: the inputs are more
 _SHAPES = 9  # along an axis that changes the bicycle
 _CURVE = 25  # points of a curve of speeds
-_DIGITS = 15  # of the speeds between which it is stable
-_SAID = {
+_DIGITS_OF_RANGE = 15  # of the speeds between which it is stable
+_SAID_OF_FATES = {
     "undecided": "not decided",
     "upright": "converges to steady running",
     "cycle": "approaches a limit cycle",
@@ -203,12 +203,12 @@ _SAID = {
     "weaves": "weaves irregularly",
 }
 # Words before the time of a fate.
-_WHEN = {
+_WHEN_OF_FATES = {
     "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
     "falls": " after",
 }  # fmt: skip
 # Title in the menu, and whether the scale is logarithmic.
-_SHOWN = {
+_SHOWN_OF_LAYERS = {
     "fate_time": ("time until decided", True),
     "final_speed": ("final speed", False),
     "largest_lean": ("largest lean", True),
@@ -216,7 +216,7 @@ _SHOWN = {
     "condition": ("growth of a small error within 10 s", True),
     "lift_time": ("time until a wheel lifts", True),
 }
-_UNITS = {"s": "s", "m s-1": "m/s", "rad": "rad", "1": ""}
+_UNIT_TEXTS = {"s": "s", "m s-1": "m/s", "rad": "rad", "1": ""}
 
 
 def atlas_page(folder: str | Path) -> str:
@@ -228,7 +228,7 @@ def render(atlas: Atlas) -> str:
     """The atlas as an HTML page."""
     packed = {
         name: Packed.of(atlas.variables[name], is_log=is_log)
-        for name, (_, is_log) in _SHOWN.items()
+        for name, (_, is_log) in _SHOWN_OF_LAYERS.items()
         if name in atlas.variables
     }
     free = [axis.name for axis in atlas.axes if axis.name not in START]
@@ -247,7 +247,7 @@ def render(atlas: Atlas) -> str:
         [
             (key.replace("_", " "), printable(said))
             for key, said in atlas.provenance.items()
-            if len(said) <= _LONGEST
+            if len(said) <= _LETTERS_OF_SOURCE
         ],
         styles=(PAGE_STYLE, REPLAY_STYLE, _HERE / "atlas.css"),
         script='"use strict";\n' + "".join(scripts),
@@ -258,7 +258,7 @@ def render(atlas: Atlas) -> str:
 def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
     """Controls of the map."""
     options = "".join(
-        f'<option value="{name}">{escape(_SHOWN[name][0])}</option>' for name in packed
+        f'<option value="{name}">{escape(_SHOWN_OF_LAYERS[name][0])}</option>' for name in packed
     )
     boxes = "".join(
         f'<label>{escape(_title(axis))} <input type="number" step="any" name="{place}" '
@@ -278,12 +278,12 @@ def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
 def _of_words(packed: dict[str, Packed]) -> dict[str, str]:
     """Meanings of the words, and the precision of the numbers."""
     fates = "".join(
-        f"<dt>{escape(_SAID.get(name, name))}</dt><dd>{escape(meaning)}</dd>"
+        f"<dt>{escape(_SAID_OF_FATES.get(name, name))}</dt><dd>{escape(meaning)}</dd>"
         for name, meaning in FATES.items()
     )
     kept = "; ".join(
-        f"{_SHOWN[name][0]} to {p.precision:.1g} "
-        f"{'of itself' if p.is_log else _UNITS[VARIABLES[name].unit]}"
+        f"{_SHOWN_OF_LAYERS[name][0]} to {p.precision:.1g} "
+        f"{'of itself' if p.is_log else _UNIT_TEXTS[VARIABLES[name].unit]}"
         for name, p in packed.items()
     )
     return {"fates": fates, "kept": kept}
@@ -342,7 +342,7 @@ def _energy(atlas: Atlas) -> list[list[list[float]]]:
 
 
 def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
-    found = linearise(bicycle, _DIGITS).stable_ranges
+    found = linearise(bicycle, _DIGITS_OF_RANGE).stable_ranges
     return [(float(low), None if high is None else float(high)) for low, high in found]
 
 
@@ -365,7 +365,7 @@ def _shapes(atlas: Atlas) -> list[Any]:
 def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
     quantities = {
         name: {
-            "title": _SHOWN[name][0], "unit": _UNITS[VARIABLES[name].unit],
+            "title": _SHOWN_OF_LAYERS[name][0], "unit": _UNIT_TEXTS[VARIABLES[name].unit],
             "low": p.low, "high": p.high, "isLog": p.is_log, "codes": p.text(),
         }
         for name, p in packed.items()
@@ -378,9 +378,9 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
     edge = (atlas.edge.at, atlas.edge.stays, atlas.edge.falls)
     data = {
         "axes": axes, "start": dict(atlas.start),
-        "fates": [_SAID.get(name, name) for name in FATES],
+        "fates": [_SAID_OF_FATES.get(name, name) for name in FATES],
         "fate": _bytes(atlas.variables["fate"]), "wheel": _bytes(atlas.variables["lift_wheel"]),
-        "falls": FALLS, "when": [_WHEN.get(name, ", settled after") for name in FATES],
+        "falls": FALLS, "when": [_WHEN_OF_FATES.get(name, ", settled after") for name in FATES],
         "quantities": quantities, "edge": [x[order].tolist() for x in edge],
         "marks": _marks(atlas), "stable": _stable(atlas), "energy": _energy(atlas),
         "shapes": _shapes(atlas),
