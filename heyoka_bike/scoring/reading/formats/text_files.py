@@ -11,19 +11,16 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.cells import read_words
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
+from heyoka_bike.scoring.reading.words import read_words
 
 # One matrix alone is rows of numbers, and these begin early.
 _OCTAVE, _VARIABLE_OF_OCTAVE, _BYTES_OF_BEGINNING = b"# Created by Octave", b"\n# name:", 400
-
-_LONGEST_WITH_WORDS = 1 << 21
-"""Characters of a text in which words may stand among the numbers of a column."""
 
 
 def read(file: ResultFile) -> list[ReadTable]:
@@ -59,31 +56,26 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         None of that: what `text.rows.read_rows` says.
     """
     blocks = whole_lines(chunks, encoding, request)
-    kept = [first_block(blocks)]
+    first, is_beyond_it = first_block(blocks), False
 
-    def others() -> Iterator[str]:
+    def rest() -> Iterator[str]:
+        nonlocal is_beyond_it
         for block in blocks:
-            # Of a long text no more is kept than shows that it is one.
-            if length() <= _LONGEST_WITH_WORDS:
-                kept.append(block)
+            is_beyond_it = True
             yield block
 
-    def length() -> int:
-        return sum(map(len, kept))
-
-    rest = others()
     try:
-        return [read_rows(kept[0], rest, request)]
+        return [read_rows(first, rest(), request)]
     except InputError as error:
-        while length() <= _LONGEST_WITH_WORDS and next(rest, ""):
-            pass
-        if length() > _LONGEST_WITH_WORDS:
+        # Words stand in the first lines if they stand anywhere: a long text of numbers is not kept.
+        if is_beyond_it:
             raise
-        lines = [x for line in "".join(kept).split("\n") if (x := without_comment(line))]
-        with suppress(InputError):
-            for dialect in DIALECTS:
-                rows = map(dialect.split, lines)
-                if found := read_words(rows, request, dialect.number):
+        lines = [
+            x for line in "".join((first, *blocks)).split("\n") if (x := without_comment(line))
+        ]
+        for dialect in DIALECTS:
+            with suppress(InputError):
+                if found := read_words(map(dialect.split, lines), request, dialect):
                     return found
         with suppress(InputError):
             if found := _read_upright(lines, request):

@@ -11,17 +11,18 @@ import numpy as np
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.cells import read_cells, read_words
+from heyoka_bike.scoring.reading.cells import before_comment, read_cells
+from heyoka_bike.scoring.reading.formats.text_files import read_table
 from heyoka_bike.scoring.reading.names.columns import group_number
 from heyoka_bike.scoring.reading.names.words import listed
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
-from heyoka_bike.scoring.reading.text.dialects import Dialect
+from heyoka_bike.scoring.reading.text.dialects import DIALECTS_OF_CELLS
+from heyoka_bike.scoring.reading.words import read_words
 
 # Rows that a sheet of Excel may have, and more columns than a table of results has.
 _ROWS_OF_A_SHEET, _COLUMNS_OF_A_TABLE = 2**20, 1000
-_OF_WORDS = Dialect("", ".")
 
 
 def read(file: ResultFile) -> list[ReadTable]:
@@ -84,14 +85,20 @@ def _tables(rows: list[list[Any]], request: Request) -> list[ReadTable]:
     """The tables of a sheet: rows of numbers, columns with words, or columns in its rows."""
     if not rows or not rows[0]:
         raise request.error("found an empty sheet, expected rows of numbers")
+    if len(rows[0]) == 1:
+        # The lines of a text that was pasted into one column.
+        text = "".join(f"{'' if row[0] is None else row[0]}\n" for row in rows)
+        return read_table((text.encode(),), "utf-8", request)
     try:
         return [read_cells(rows, request)]
     except InputError as error:
-        with suppress(InputError):
-            held = [[x for x in row if x is not None] or row[:1] for row in rows]
-            lines = [a if len(a) == 1 else b for a, b in zip(held, rows, strict=True)]
-            if found := read_words([x for x in lines if x != [None]], request, _OF_WORDS.number):
-                return found
+        plain = [before_comment(row) for row in rows]
+        held = [[x for x in row if x not in (None, "")] for row in plain]
+        lines = [a if len(a) == 1 else b for a, b in zip(held, plain, strict=True) if a]
+        for dialect in DIALECTS_OF_CELLS:
+            with suppress(InputError):
+                if found := read_words(lines, request, dialect):
+                    return found
         with suppress(InputError, TypeError):
             if len(rows) in request.widths and all(a < b for a, b in pairwise(rows[0])):
                 return tables(np.array(rows, object), request)

@@ -1,8 +1,11 @@
-"""Dialects: how a text separates and writes numbers.
+"""Dialects: how a text separates and writes numbers, and how the cells of a sheet hold them.
 
 Separators are commas, semicolons, tabs or blanks; the decimal sign is a point or a comma. Exponents
 may be written with the letters E, D or Q, or none, as Fortran writes three digits (ISO/IEC 1539-1,
 section 13.7.2.3.3). Of all dialects that is taken under which most lines are rows of numbers.
+
+A row of a sheet is a line whose fields are apart already: a number is one, and a word may be one
+with a decimal point or comma.
 """
 
 from __future__ import annotations
@@ -11,6 +14,8 @@ import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any, ClassVar
 
 _DECIMAL_NUMBER = re.compile(
     r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eEdDqQ]([+-]?[0-9]+)|([+-][0-9]{3}))?"
@@ -39,12 +44,20 @@ class Dialect:
         A comma, a semicolon or a tab, with any blanks around it; nothing if blanks separate.
     decimal
         The decimal point or comma.
+    empty : str
+        What an empty field is called.
     """
 
     separator: str
     decimal: str
+    empty: ClassVar[str] = "no value between two separators"
 
-    def split(self, line: str) -> list[str]:
+    def may_read(self, lines: Sequence[Any]) -> bool:
+        """True if the signs of this dialect are in the lines, which is quickly seen."""
+        text = "".join(lines)
+        return self.separator in text and (self.decimal == "." or "," in text)
+
+    def split(self, line: Any) -> list[Any]:
         """Fields of a line, without blanks around them; a separator at the end adds none."""
         held = _QUOTED.findall(line) if '"' in line or "'" in line else []
         if held:
@@ -61,7 +74,7 @@ class Dialect:
         back = iter(held)
         return [re.sub("\0", lambda _: next(back, "\0"), field) for field in fields]
 
-    def number(self, field: str) -> str | None:
+    def number(self, field: Any) -> str | None:
         """The number in the form that `float` reads, ``nan`` if it is not finite; None if none."""
         if len(field) > 1 and field[0] == field[-1] and field[0] in "\"'":
             field = field[1:-1].strip(" \t")
@@ -74,24 +87,24 @@ class Dialect:
             return "nan" if _NOT_FINITE.fullmatch(field) else None
         sign, mantissa, power, bare = match.groups()
         if power is None and bare is None:
-            return field
+            return match[0]
         # Fortran leaves the letter out where three digits need its place.
         if bare is not None and "." not in mantissa:
             return None
         return f"{sign}{mantissa}e{power or bare}"
 
-    def numbers(self, fields: Sequence[str]) -> list[str | None]:
+    def numbers(self, fields: Sequence[Any]) -> list[str | None]:
         """`number` of each of the fields."""
         if self.decimal == "." and _MANY_NUMBERS.fullmatch("\n".join(fields)):
             return list(fields)
         return [self.number(field) for field in fields]
 
-    def count(self, line: str) -> int | None:
+    def count(self, line: Any) -> int | None:
         """Count the numbers in the line; None if it has anything else or nothing."""
         fields = self.split(line)
         return len(fields) if fields and None not in self.numbers(fields) else None
 
-    def is_cut(self, fields: Sequence[str], columns: int, at_end: bool) -> bool:
+    def is_cut(self, fields: Sequence[Any], columns: int, at_end: bool) -> bool:
         """True if a row may have been cut while it was being written.
 
         That is, numbers, then one that may be unfinished, fewer than the columns; as many if the
@@ -103,10 +116,41 @@ class Dialect:
         return complete and bool(self.number(fields[-1]) or _CUT_NUMBER.fullmatch(fields[-1]))
 
 
+class DialectOfCells(Dialect):
+    """How words stand for numbers in a sheet, whose cells are the fields of its rows."""
+
+    empty: ClassVar[str] = "an empty cell"
+
+    def may_read(self, lines: Sequence[Any]) -> bool:
+        """True unless decimal commas are looked for where no word has one."""
+        words = (x for row in lines for x in row if isinstance(x, str))
+        return self.decimal == "." or any("," in word for word in words)
+
+    def split(self, line: Any) -> list[Any]:
+        """The cells of a row; an empty one is an empty word."""
+        return ["" if x is None else x if is_number(x) else str(x).strip() for x in line]
+
+    def number(self, field: Any) -> str | None:
+        """A number as it is, whatever the decimal sign of words."""
+        return repr(field) if is_number(field) else super().number(field)
+
+    def numbers(self, fields: Sequence[Any]) -> list[str | None]:
+        """`number` of each of the fields."""
+        return [self.number(field) for field in fields]
+
+
+def is_number(cell: Any) -> bool:
+    """True if a cell holds a number: no word, no truth value, and not nothing."""
+    return isinstance(cell, Real) and not isinstance(cell, bool)
+
+
 DIALECTS = tuple(
     Dialect(separator, decimal) for separator in ("\t", ";", ",", "") for decimal in (".", ",")
 )
-"""All dialects; of two that read a text alike the first one is meant."""
+"""All dialects of texts; of two that read a text alike the first one is meant."""
+
+DIALECTS_OF_CELLS = (DialectOfCells("", "."), DialectOfCells("", ","))
+"""Those of the words in sheets."""
 
 
 def without_comment(line: str) -> str:
@@ -117,7 +161,7 @@ def without_comment(line: str) -> str:
 
 
 def best_dialect(
-    lines: Sequence[str], fitting: Collection[int]
+    lines: Sequence[Any], fitting: Collection[int], dialects: Sequence[Dialect] = DIALECTS
 ) -> tuple[Dialect, int, list[int]] | None:
     """The dialect under which most lines are rows of numbers.
 
@@ -127,6 +171,8 @@ def best_dialect(
         Without comments, none of them empty.
     fitting
         Numbers of columns that are expected; another one is taken if twice as many rows have it.
+    dialects
+        Those that are possible.
 
     Returns
     -------
@@ -134,11 +180,10 @@ def best_dialect(
         With the numbers in a row, and the indices of the lines that are rows; None if no line is
         a row of at least two numbers.
     """
-    text = "".join(lines)
     best: tuple[int, bool] = (0, False)
     found = None
-    for dialect in DIALECTS:
-        if dialect.separator not in text or (dialect.decimal == "," and "," not in text):
+    for dialect in dialects:
+        if not dialect.may_read(lines):
             continue
         counts = [dialect.count(line) for line in lines]
         for count, times in Counter(counts).items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from heyoka_bike.scoring.reading.names.columns import are_names
 from heyoka_bike.scoring.reading.names.units import quantities
@@ -14,7 +15,7 @@ from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 _AROUND_UNITS = "[](){}<>\"' "
 # What stands before a line of units, in the place of that of the time.
 _CALLED_UNITS = ("unit", "units", "unit:", "units:")
-COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
+COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
 _BRACKETED = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
@@ -35,12 +36,10 @@ def headings_in(line: str) -> Iterator[list[str]]:
     yield _BRACKETED.sub("", text).split()
 
 
-def heading_above(
-    lines: Sequence[str], width: int, request: Request
-) -> tuple[list[str] | None, int | None]:
-    """The last heading of so many names above the rows, and the number of its line."""
-    names, at = heading_among([[*headings_in(line)] for line in lines], width, request)
-    return names, None if at is None else at + 1
+def headings_of_cells(row: Sequence[Any]) -> list[list[str]]:
+    """The names in a row of a sheet, which are its cells; nothing if it has none."""
+    words = ["" if x is None else " ".join(str(x).split()) for x in row]
+    return [[COMMENT_SIGNS.sub("", words[0], count=1), *words[1:]]] if words else []
 
 
 def heading_among(

@@ -1,11 +1,15 @@
-"""The opening of a text: the dialect of its first lines, its heading, and where its rows begin."""
+"""The opening of a table: the dialect of its first lines, its heading, and where its rows begin.
+
+The lines are those of a text, or the rows of a sheet.
+"""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain, dropwhile, islice
+from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
@@ -20,7 +24,7 @@ from heyoka_bike.scoring.reading.text.dialects import (
 )
 from heyoka_bike.scoring.reading.text.headings import (
     are_units,
-    heading_above,
+    heading_among,
     headings_in,
     of_width,
 )
@@ -31,10 +35,39 @@ _SAMPLE_LINES = 300
 # Of these the digits beyond binary64 are looked at.
 _SAMPLE_ROWS = 40
 # A heading stands near the top.
-HEADING_LINES = 100
+_HEADING_LINES = 100
+# A row that counts the columns: of fewer, 0 1 may well be the first of rows that have names.
 _FEWEST_COUNTED = 9
-Line = tuple[int, str]
+# A row above the others that has so many numbers, more than half of its fields, is a damaged one.
+_FEWEST_OF_A_ROW = 3
+Line = tuple[int, Any]
 """Index and content of a line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """How the lines of a table are taken apart.
+
+    Attributes
+    ----------
+    dialects : tuple of Dialect
+        Those that are possible.
+    without_comment : callable
+        A line up to its comment; nothing if there is nothing else.
+    headings_in : callable
+        All names that a line may have, see `headings`.
+    is_blank : callable
+        True if there is nothing in a line.
+    """
+
+    dialects: tuple[Dialect, ...]
+    without_comment: Callable[[Any], Any]
+    headings_in: Callable[[Any], Iterable[list[str]]]
+    is_blank: Callable[[Any], bool]
+
+
+TEXT = Notation(DIALECTS, without_comment, headings_in, lambda line: not line.strip())
+"""The lines of a text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +76,7 @@ class Opening:
 
     Attributes
     ----------
+    notation : Notation
     dialect : Dialect
     width
         Numbers in a row.
@@ -58,6 +92,7 @@ class Opening:
         Columns with more digits than binary64 has.
     """
 
+    notation: Notation
     dialect: Dialect
     width: int
     line: int
@@ -67,38 +102,42 @@ class Opening:
     exact: tuple[int, ...]
 
 
-def open_text(text: str, request: Request) -> Opening:
+def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Opening:
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
     ----------
-    text
-        The first lines.
+    lines
+        The first ones.
+    notation
+        How they are taken apart.
     request
-        The request to read it.
+        The request to read them.
 
     Raises
     ------
     InputError
         No rows, rows of another number of columns, or a damaged first row.
     """
-    lines = text.split("\n")
-    written = dropwhile(lambda line: not line.strip(), lines)
-    headings = chain.from_iterable(map(headings_in, islice(written, HEADING_LINES)))
-    widths = {len(names) for names in headings if are_names(names, request)} | {*request.widths}
+    widths = {*request.widths}
+    if request.names is None:
+        written = dropwhile(notation.is_blank, lines)
+        headings = chain.from_iterable(map(notation.headings_in, islice(written, _HEADING_LINES)))
+        widths |= {len(names) for names in headings if are_names(names, request)}
     if not widths:
         raise request.not_columns("no line of column names that are known")
-    sample, dialect, width, rows = _first_rows(lines, widths)
-    if not rows and not text.strip():
+    sample, dialect, width, rows = _first_rows(lines, notation, widths)
+    if not rows and all(map(notation.is_blank, lines)):
         raise request.error("found an empty file, expected rows of numbers")
     if not rows:
         raise request.not_columns("no row of numbers")
     first = rows[0][0]
+    above = [[*notation.headings_in(line)] for line in lines[:first]]
     if width not in widths:
-        above = [[*headings_in(line)] for line in lines[:first]]
-        raise wrong_width(above, width, len(rows), first + 1, request)
+        raise _wrong_width(above, width, len(rows), first + 1, request)
     _refuse_damaged_row(sample, first, dialect, width, request)
-    names, heading = heading_above(lines[:first], width, request)
+    names, at = heading_among(above, width, request)
+    heading = None if at is None else at + 1
     if request.names:
         names, heading = [*request.names], None
     time = time_among(names or ())
@@ -112,37 +151,40 @@ def open_text(text: str, request: Request) -> Opening:
     exact = tuple(
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
-    return Opening(dialect, width, first, names, heading, time, exact)
+    return Opening(notation, dialect, width, first, names, heading, time, exact)
 
 
 def _first_rows(
-    lines: Sequence[str], widths: Collection[int]
+    lines: Sequence[Any], notation: Notation, widths: Collection[int]
 ) -> tuple[list[Line], Dialect, int, list[Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
-    contents = ((i, x) for i, line in enumerate(lines) if (x := without_comment(line)))
+    contents = ((i, x) for i, line in enumerate(lines) if (x := notation.without_comment(line)))
     while sample := list(islice(contents, _SAMPLE_LINES)):
-        if found := best_dialect([content for _, content in sample], widths):
+        found = best_dialect([content for _, content in sample], widths, notation.dialects)
+        if found:
             dialect, width, at = found
-            is_count = counts_columns(sample[at[0]][1], dialect, width)
+            is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
-    return [], DIALECTS[0], 0, []
+    return [], notation.dialects[0], 0, []
 
 
 def row_error(
-    fields: Sequence[str], row: Sequence[str | None], width: int, request: Request, line: int
+    content: Any, dialect: Dialect, width: int, request: Request, number: int
 ) -> InputError:
-    """Return the error of the first bad field of a row; the column counts the fields from 1."""
+    """Return the error of the first bad field of a line; the column counts the fields from 1."""
+    fields = dialect.split(content)
+    row = dialect.numbers(fields)
     if None in row[:width]:
         at = row.index(None)
-        found = quoted(fields[at]) if fields[at] else "no value between two separators"
+        found = dialect.empty if fields[at] == "" else quoted(fields[at])
         message = f"found {found} as value {at + 1}, expected a number"
     else:
         at = min(len(fields), width)
         message = f"found {len(fields)} values, expected {width}"
-    return request.error(message, line, at + 1)
+    return request.error(message, number, at + 1)
 
 
-def wrong_width(
+def _wrong_width(
     above: Sequence[Sequence[list[str]]], width: int, rows: int, line: int, request: Request
 ) -> InputError:
     """Return the error for rows of so many columns, with the heading above them if there is one.
@@ -164,13 +206,12 @@ def wrong_width(
     return request.wrong_width(width, rows, line)
 
 
-def counts_columns(content: str, dialect: Dialect, width: int) -> bool:
+def _counts_columns(content: Any, dialect: Dialect, width: int) -> bool:
     """True if the row is 1 2 3 ... or 0 1 2 ..., which counts the columns."""
-    # 0 1 may well be the first of rows that have names.
     if width < _FEWEST_COUNTED:
         return False
-    fields = dialect.split(content)
-    return fields in ([str(i + start) for i in range(width)] for start in (0, 1))
+    numbers = dialect.numbers(dialect.split(content))
+    return any(numbers == [str(i + start) for i in range(width)] for start in (0, 1))
 
 
 def _refuse_damaged_row(
@@ -180,9 +221,13 @@ def _refuse_damaged_row(
     for i, content in sample:
         if i >= first:
             return
-        fields = dialect.split(content)
-        row = dialect.numbers(fields)
+        row = dialect.numbers(dialect.split(content))
         numbers = len(row) - row.count(None)
-        is_row = bool(row) and row[0] is not None and numbers >= 3 and 2 * numbers > len(row)
-        if is_row and not counts_columns(content, dialect, width):
-            raise row_error(fields, row, width, request, i + 1)
+        is_row = (
+            bool(row)
+            and row[0] is not None
+            and numbers >= _FEWEST_OF_A_ROW
+            and 2 * numbers > len(row)
+        )
+        if is_row and not _counts_columns(content, dialect, width):
+            raise row_error(content, dialect, width, request, i + 1)

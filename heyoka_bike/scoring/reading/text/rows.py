@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import Evidence, LastRowIncomplete
+from heyoka_bike.scoring.evidence import LastRowIncomplete
 from heyoka_bike.scoring.reading.digits import evened, written_column
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, read_lines
-from heyoka_bike.scoring.reading.text.dialects import without_comment
-from heyoka_bike.scoring.reading.text.opening import Opening, open_text, row_error
+from heyoka_bike.scoring.reading.text.opening import TEXT, Opening, opened, row_error
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
@@ -65,7 +65,7 @@ def read_rows(first: str, blocks: Iterable[str], request: Request) -> ReadTable:
     InputError
         As of `read_text`.
     """
-    opening = open_text(first, request)
+    opening = opened(first.split("\n"), TEXT, request)
     reader = RowReader(request, opening, opening.line)
     for block in chain([first.split("\n", opening.line)[-1]], blocks):
         reader.read(block)
@@ -96,66 +96,101 @@ class RowReader:
 
     def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
+        opening = self.opening
         samples = _ROWS_COUNTED_LATER if self.blocks else _ROWS_COUNTED
-        plain = (
-            text.rstrip("\n").encode().translate(_PLAIN_LETTERS[self.opening.dialect.decimal])
-            + b"\n"
-        )
-        separator, exact = (
-            self.opening.dialect.separator.encode(),
-            {self.opening.time, *self.opening.exact},
-        )
-        block = (
-            None if self.cut else parse_block(plain, self.opening.width, separator, exact, samples)
-        )
+        letters, separator = _PLAIN_LETTERS[opening.dialect.decimal], opening.dialect.separator
+        plain = _unquoted(text.rstrip("\n"), separator).encode().translate(letters) + b"\n"
+        exact, block = {opening.time, *opening.exact}, None
+        if self.cut is None:
+            block = parse_block(plain, opening.width, separator.encode(), exact, samples)
         if block is None:
-            block = read_lines(self._line_by_line(text), self.opening.width, "", exact, samples)
+            block = read_lines(self._line_by_line(text), opening.width, "", exact, samples)
         if block is not None:
             self.blocks.append(replace(block, lines=block.lines + self.line + 1))
         self.line += text.count("\n")
 
     def finish(self) -> ReadTable:
         """The table, when all blocks have been read."""
-        seen: tuple[Evidence, ...] = ()
-        if self.cut is not None:
-            seen = (LastRowIncomplete(self.cut.line),)
+        opening = self.opening
+        seen = () if self.cut is None else (LastRowIncomplete(self.cut.line),)
         blocks, columns = self.blocks, []
-        for j in range(self.opening.width):
+        for j in range(opening.width):
             has_rest = j in blocks[0].lo
             lo = np.concatenate([block.lo.pop(j) for block in blocks]) if has_rest else None
             values = _together([block.values for block in blocks], j)
             written = chain.from_iterable(block.written[j] for block in blocks)
-            columns.append(written_column(values, lo, written, j == self.opening.time))
-        columns = evened(columns, self.opening.time)
-        if self.opening.time in self.opening.exact:
-            columns[self.opening.time] = replace(columns[self.opening.time], significant=None)
+            columns.append(written_column(values, lo, written, j == opening.time))
+        columns = evened(columns, opening.time)
+        if opening.time in opening.exact:
+            columns[opening.time] = replace(columns[opening.time], significant=None)
         lines = np.concatenate([block.lines for block in blocks])
-        return ReadTable(columns, self.opening.names, lines, self.opening.heading, seen=seen)
+        return ReadTable(columns, opening.names, lines, opening.heading, seen=seen)
 
     def _line_by_line(self, text: str) -> list[str]:
-        """The lines as plain decimals, or blank; only the last row may be incomplete.
+        """The lines as plain decimals, or blank; what is not finite is too large."""
+        rows, self.cut = decimals_of(
+            text.split("\n"), self.opening, self.line + 1, self.request, self.cut
+        )
+        return [" ".join(row).lower().replace("nan", "8e888") for row in rows]
 
-        What is not finite is too large.
-        """
-        dialect, width = self.opening.dialect, self.opening.width
-        lines = text.split("\n")
-        for i, line in enumerate(lines):
-            fields = dialect.split(without_comment(line))
-            lines[i] = ""
-            if not any(fields):
-                continue
-            if self.cut is not None:
-                raise self.cut
-            row = dialect.numbers(fields)
-            numbers = [x for x in row if x is not None]
-            if len(numbers) == len(fields) == width:
-                lines[i] = " ".join(numbers).lower().replace("nan", "8e888")
-                continue
-            error = row_error(fields, row, width, self.request, self.line + i + 1)
-            if not dialect.is_cut(fields, width, at_end=i == len(lines) - 1):
-                raise error
-            self.cut = error
-        return lines
+
+def decimals_of(
+    lines: Sequence[Any], opening: Opening, number: int, request: Request,
+    cut: InputError | None = None,
+) -> tuple[list[list[str]], InputError | None]:  # fmt: skip
+    """The numbers in each line, none in a blank one; only the last row may be incomplete.
+
+    Parameters
+    ----------
+    lines
+        Those after the heading, or some of them.
+    opening
+        How they are written.
+    number
+        Of the first line, from 1.
+    request
+        The request to read them.
+    cut
+        The error of an incomplete row before these lines.
+
+    Returns
+    -------
+    (list of list of str, InputError or None)
+        With the error of a row that may be the last one, and incomplete.
+
+    Raises
+    ------
+    InputError
+        A line that is no row.
+    """
+    dialect, width = opening.dialect, opening.width
+    found: list[list[str]] = []
+    for i, line in enumerate(lines):
+        content = opening.notation.without_comment(line)
+        fields = dialect.split(content)
+        found.append([])
+        if fields.count("") == len(fields):
+            continue
+        if cut is not None:
+            raise cut
+        row = dialect.numbers(fields)
+        numbers = [x for x in row if x is not None]
+        if len(numbers) == len(fields) == width:
+            found[-1] = numbers
+            continue
+        cut = row_error(content, dialect, width, request, number + i)
+        if not dialect.is_cut(fields, width, at_end=i == len(lines) - 1):
+            raise cut
+    return found, cut
+
+
+def _unquoted(text: str, separator: str) -> str:
+    """The lines without the quotes around their fields, if all of these have them."""
+    for quote in "\"'":
+        if separator and len(text) > 1 and text[0] == text[-1] == quote:
+            plain = text.replace(f"{quote}\n{quote}", "\n")[1:-1]
+            return plain.replace(f"{quote}{separator}{quote}", separator)
+    return text
 
 
 def _together(blocks: Sequence[list[Array]], j: int) -> Array:

@@ -1,0 +1,86 @@
+"""Tables with words in some columns, with names of maneuvers between their rows.
+
+They are the lines of a text once these are split, or the rows of a sheet.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.reading.arrays.long_tables import long_columns
+from heyoka_bike.scoring.reading.arrays.tables import tables
+from heyoka_bike.scoring.reading.names.columns import TIME, are_names, group_number, recognise
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.table import ReadTable
+from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
+from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS
+
+_MANEUVER = "maneuver"
+_AROUND_LABELS = "[]():;,=-\"' "
+# A duration of MATLAB, of less than a minute.
+_PATTERN_OF_DURATION = re.compile(
+    r"(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?"
+)
+
+
+def read_words(
+    rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
+) -> list[ReadTable] | None:
+    """The tables in columns of words and numbers below a line of their names; None without one.
+
+    Parameters
+    ----------
+    rows
+        Of the table: numbers, words, and None for what is empty. A row of one cell may name the
+        maneuver of those below it.
+    request
+        The request to read them.
+    dialect
+        How a word stands for a number.
+    """
+    columns = _columns(rows, request, dialect)
+    return tables(columns, request) if columns else None
+
+
+def _columns(
+    rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
+) -> dict[str, NDArray[np.object_]] | None:
+    """Cells by the names of their columns; None if rows have not all as many."""
+    names, maneuver = [TIME, *BENCHMARK_COLUMNS], None
+    found: list[list[Any]] = []
+    for row in rows:
+        words = [_word(x) for x in row]
+        if not found and (are_names(words, request) or long_columns(words)):
+            names = words
+        elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:
+            maneuver = label
+        elif words == names:
+            continue
+        elif len(words) == len(names):
+            cells = zip(names, row, words, strict=True)
+            found.append([*(_plain(*cell, dialect) for cell in cells), maneuver])
+        else:
+            return None
+    columns = zip([*names, _MANEUVER], zip(*found, strict=True), strict=False)
+    held = {name: np.array(x, object) for name, x in columns if name != _MANEUVER or x[0]}
+    return held if len({*names}) == len(names) else None
+
+
+def _plain(name: str, cell: Any, word: str, dialect: Dialect) -> Any:
+    """A number as it is or as its decimal, a time without its unit; a word as it is."""
+    if is_number(cell):
+        return cell
+    found = recognise(name)
+    match = _PATTERN_OF_DURATION.fullmatch(word) if found and found[0] == TIME else None
+    return dialect.number(match[1] if match else word) or word
+
+
+def _word(cell: Any) -> str:
+    text = "" if cell is None else " ".join(str(cell).split())
+    return COMMENT_SIGNS.sub("", text, count=1).strip("\"'") if text[:1] in "#%\"'" else text
