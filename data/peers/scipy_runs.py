@@ -22,11 +22,13 @@ from scipy.integrate import solve_ivp
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.outputs import columns
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
-from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import Compiled
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
@@ -71,21 +73,20 @@ class Arrays:
 def slope(bicycle: Bicycle) -> Slope:
     """The right-hand side as solve_ivp calls it, compiled; state without the yaw."""
     equations = right_hand_side(bicycle, Precision.of("binary64"), with_yaw=False)
-    compiled = require_heyoka().cfunc([rate for _, rate in equations], [x for x, _ in equations])
+    compiled = Compiled([rate for _, rate in equations], [x for x, _ in equations])
 
     def call(_: float, state: Array) -> Array:
-        return compiled(np.ascontiguousarray(state))
+        return compiled(state)
 
     return call
 
 
 def start(bicycle: Bicycle, maneuver: Maneuver) -> Array:
     """Initial state, without the yaw."""
-    balls = Balls(_BITS)
-    with balls.precision():
-        k = constants(bicycle, balls)
-        state = few_product_state(k, balls, initial_state(bicycle, maneuver, k, balls))
-        return np.array([float(x.mid()) for x in state[:6]])
+    equations = Equations.of(bicycle, Balls(_BITS), is_regular=False)
+    state = initial_state(equations, maneuver)[:6]
+    with equations.precision():
+        return np.array([float(x.mid()) for x in state])
 
 
 def benchmark_columns(bicycle: Bicycle, state: Array) -> Array:

@@ -18,11 +18,11 @@ FILE = str(data_folder() / "peers" / "exudyn-h0.01.txt")
     ("options", "variable", "told"),
     [
         ([], "", ()),
-        (["-v"], "", ("load", "source")),
-        (["-vv"], "", ("load", "source", "text")),
-        ([], "info", ("load", "source")),
-        (["--verbose"], "debug", ("load", "source")),
-        ([], "debug", ("load", "source", "text")),
+        (["-v"], "", ("load", "assembly")),
+        (["-vv"], "", ("load", "assembly", "opening")),
+        ([], "info", ("load", "assembly")),
+        (["--verbose"], "debug", ("load", "assembly")),
+        ([], "debug", ("load", "assembly", "opening")),
     ],
 )
 def test_a_score_tells_how_the_file_was_read(options, variable, told, capsys, monkeypatch):

@@ -9,7 +9,8 @@ import time
 import numpy as np
 from own import bicycle_of, maneuver_of
 
-from heyoka_bike.motion.integrate import require_heyoka, right_hand_side
+from heyoka_bike.motion.heyoka_adapter import TaylorIntegrator
+from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 
@@ -19,11 +20,11 @@ def simulate(p, speed, roll_rate, tolerance, compact=True, rate=100):
     # It knows the start and the columns; a reference is not needed for them.
     problem = ReferenceProblem(bicycle_of(p), maneuver_of(speed, roll_rate, rate), None)
     equations = right_hand_side(problem.bicycle, Precision.of("binary64"), with_yaw=False)
-    integrator = require_heyoka().taylor_adaptive(
-        equations, problem.start(float), tol=tolerance, compact_mode=compact
+    integrator = TaylorIntegrator(
+        equations, problem.start(float), float, tolerance=tolerance, is_compact=compact
     )
     columns, times = problem.columns(), problem.times
     begin = time.process_time()
-    *_, steps, _, states = integrator.propagate_grid(times)
+    states, steps = integrator.over(times)
     rows = np.array(columns(states)).T
     return rows, time.process_time() - begin, {"steps": steps}
