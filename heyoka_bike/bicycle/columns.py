@@ -176,10 +176,10 @@ _STEER_AXES = "z down the steer axis, y right along the front axle, x forward ac
 _ON_FRONT = "of the rear frame on the front frame"
 
 # Name, definition, unit, what it is, meaning, and the axes of a vector or which way is positive.
-_Row = tuple[str, str, str, str, str, str]
+_DefinitionText = tuple[str, str, str, str, str, str]
 
 # What is said of each end stands in one group, all of the rear before all of the front.
-_GROUPS: tuple[tuple[_Row, ...], ...] = (
+_GROUPS: tuple[tuple[_DefinitionText, ...], ...] = (
     (("{end}_contact", "ground_axes", "m", "{end} contact point",
       "lowest point of the {end} wheel; ground frame", "xy"),),
     (("{end}_hub", "ground_axes", "m", "{end} hub",

@@ -40,7 +40,7 @@ LEAST_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes
 
 _log = logging.getLogger(__name__)
 
-Progress = Callable[[float], None]
+TellTime = Callable[[float], None]
 """Called with the time reached [s]."""
 
 
@@ -70,7 +70,7 @@ def integrate(
     *,
     tolerance: float | None = None,
     is_regular: bool | None = None,
-    progress: Progress | None = None,
+    progress: TellTime | None = None,
 ) -> Trajectory:
     """Integrate a maneuver from 0 to its duration.
 
@@ -118,7 +118,7 @@ class TrailTooSmallError(Exception):
 
 def _integrate(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
-    is_regular: bool, progress: Progress | None,
+    is_regular: bool, progress: TellTime | None,
 ) -> Trajectory:  # fmt: skip
     native = NativeNumbers(precision)
     grid = precision.bits + GUARD_BITS

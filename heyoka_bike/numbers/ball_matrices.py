@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import flint
 import numpy as np
 
-Vector = list[flint.arb]
+BallVector = list[flint.arb]
 Polynomial = Sequence[flint.arb_mat]
 """Matrix coefficients by power."""
 
@@ -28,24 +28,24 @@ def identity(n: int) -> flint.arb_mat:
     return flint.arb_mat([[1 if i == j else 0 for j in range(n)] for i in range(n)])
 
 
-def abs_times(m: flint.arb_mat, radii: Vector) -> Vector:
+def abs_times(m: flint.arb_mat, radii: BallVector) -> BallVector:
     """Upper bound of abs(m) radii."""
     return [
         total(abs(m[i, j]) * radii[j] for j in range(m.ncols())).upper() for i in range(m.nrows())
     ]
 
 
-def norm(m: flint.arb_mat, weights: Vector) -> flint.arb:
+def norm(m: flint.arb_mat, weights: BallVector) -> flint.arb:
     """Matrix norm that goes with the weighted maximum norm max abs(x_i) / w_i."""
     return largest(x / w for x, w in zip(abs_times(m, weights), weights, strict=True))
 
 
-def weighted(x: Vector, weights: Vector) -> flint.arb:
+def weighted(x: BallVector, weights: BallVector) -> flint.arb:
     """Weighted maximum norm of a vector of bounds."""
     return largest(abs(a) / w for a, w in zip(x, weights, strict=True))
 
 
-def perron(coefficients: Polynomial) -> Vector:
+def perron(coefficients: Polynomial) -> BallVector:
     """Positive weights that make the norms small: nearly the Perron vector of sum abs(m).
 
     Any positive weights are valid; these are only good.
@@ -83,7 +83,7 @@ def solution(
 
 
 def fundamental(
-    a: Polynomial, tail: flint.arb_mat, weights: Vector
+    a: Polynomial, tail: flint.arb_mat, weights: BallVector
 ) -> tuple[list[flint.arb_mat], flint.arb, list[flint.arb_mat], flint.arb]:
     """Coefficients of Y near that of Y' = A Y and of V near that of V' = -V A, both 1 at s = 0.
 
@@ -127,7 +127,9 @@ def supremum(
     return flint.arb_mat([[entry(i, j) for j in range(columns)] for i in range(rows)])
 
 
-def turned(end: flint.arb_mat, radii: Vector, added: Vector) -> tuple[flint.arb_mat, Vector]:
+def turned(
+    end: flint.arb_mat, radii: BallVector, added: BallVector
+) -> tuple[flint.arb_mat, BallVector]:
     """A frame and radii that hold ``end box(radii) + box(added)`` (Lohner's QR method).
 
     The frame is the orthogonal factor of the columns in order of length, as floats made exact; any

@@ -53,7 +53,7 @@ from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
 from heyoka_bike.reference.structure import COLUMNS_OF, of_file
 from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
-from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.jobs import Job, Outcome, TellStage
 from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.parallel import Progress, carry_out
 from heyoka_bike.system.resources import reference_folder
@@ -263,12 +263,12 @@ def _endings(
 
 
 def _end_of_each(
-    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: Report
+    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: TellStage
 ) -> tuple[Ending, ...]:
     return tuple(ending(bicycle, m, until) for m in maneuvers)
 
 
-def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Trajectory:
+def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: TellStage) -> Trajectory:
     try:
         return integrate(
             bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)

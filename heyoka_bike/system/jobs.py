@@ -29,10 +29,10 @@ from weakref import WeakSet
 from heyoka_bike.system.log import VARIABLE, fault, shown
 from heyoka_bike.system.unfinished import KeptResult
 
-Report = Callable[[str, float], None]
+TellStage = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
 
-reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t: None)
+reporting: ContextVar[TellStage] = ContextVar("reporting", default=lambda stage, t: None)
 """Receiver of a job's progress; an executor that can pass it on sets it in its workers."""
 
 _INTERVAL = 0.1  # [s]
@@ -54,7 +54,7 @@ class Job:
     Attributes
     ----------
     work
-        A function of a module. It gets a `Report` after its own arguments.
+        A function of a module. It gets a `TellStage` after its own arguments.
     arguments
         Another job among them stands for its result.
     name
@@ -116,7 +116,7 @@ class Outcome:
         return self.value
 
 
-def throttled(report: Report) -> Report:
+def throttled(report: TellStage) -> TellStage:
     """A report that passes on each new stage, and ten times a second at most how far it is."""
     last, at = "", 0.0
 

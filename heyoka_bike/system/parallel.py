@@ -139,7 +139,7 @@ def side_by_side(
     Parameters
     ----------
     work
-        Gets a `Report` after its own arguments.
+        Gets a `TellStage` after its own arguments.
     motions
         Name and duration [s] of the motion of each job, if its progress is asked for.
     done

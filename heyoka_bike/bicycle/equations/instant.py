@@ -25,7 +25,7 @@ from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
 
-Values = Mapping[str, Number]
+Quantities = Mapping[str, Number]
 
 _ROOTS = 1e-50  # width of the eigenvalues
 
@@ -51,7 +51,7 @@ class Instant:
         """Return the instant of a state that moves by the equations."""
         return cls(equations, state, whole_rates(equations, state))
 
-    def columns(self) -> Values:
+    def columns(self) -> Quantities:
         """Return the columns of the benchmark and of the whole motion, by name."""
         return {
             **self.equations.columns(self.state[:7]),
@@ -85,7 +85,7 @@ def quantities(instant: Instant) -> dict[str, Number]:
     return {c.name: found[c.name] for level in LEVELS[:-1] for c in level.columns}
 
 
-def _geometry(equations: Equations) -> Values:
+def _geometry(equations: Equations) -> Quantities:
     k, b = equations.k, equations.b
     return {
         "steer_axis_down_x": b.sin_tilt,
@@ -104,7 +104,7 @@ def _mass(equations: Equations) -> Number:
     )
 
 
-def _velocities(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
+def _velocities(instant: Instant, velocities: Mapping[str, Vector]) -> Quantities:
     found = {
         "pitch_rate": instant.rates[1],
         "rear_wheel_rate": instant.rates[9],
@@ -126,7 +126,7 @@ def _slope(x: Number) -> Number:
     return x.slopes[0] if isinstance(x, Dual) else 0
 
 
-def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
+def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Quantities:
     equations, state = instant.equations, instant.state
     b = equations.b
     momentum = scaled(_mass(equations), velocities["com"])
@@ -146,7 +146,7 @@ def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
     return {**named("momentum", momentum), **named("angular_momentum", total)}
 
 
-def _accelerations(instant: Instant) -> Values:
+def _accelerations(instant: Instant) -> Quantities:
     equations, state = instant.moving()
     o, u = equations.unfold(state)
     rear, front = wheel_rates(equations.k, u)

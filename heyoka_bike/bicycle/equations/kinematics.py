@@ -36,7 +36,7 @@ from collections.abc import Sequence
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
-Row = tuple[Number, Number, Number]
+MatrixRow = tuple[Number, Number, Number]
 """Coefficients of a dependent speed in the three independent ones."""
 
 
@@ -151,7 +151,7 @@ def speeds(
     )  # fmt: skip
 
 
-def lateral_condition(o: Posture) -> Row:
+def lateral_condition(o: Posture) -> MatrixRow:
     """(C2) as ``row . (v, w1, w3) = trail steer_rate``."""
     return (
         o.y_f[0] - o.g1 * (o.s * o.q[0]),
@@ -170,7 +170,7 @@ def turn_divisor(o: Posture) -> Number:
     return c3 * o.cb - c1 * o.sb
 
 
-def turn_row(o: Posture) -> Row:
+def turn_row(o: Posture) -> MatrixRow:
     """Turn rate n per (v, roll_rate, steer_rate)."""
     cv, c1, c3 = lateral_condition(o)
     divisor = turn_divisor(o)

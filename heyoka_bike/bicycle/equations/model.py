@@ -19,8 +19,8 @@ from collections.abc import Callable, Sequence
 
 from heyoka_bike.bicycle.equations.constants import Assembly, Constants
 from heyoka_bike.bicycle.equations.kinematics import (
+    MatrixRow,
     Posture,
-    Row,
     Speeds,
     lateral_condition,
     turn_divisor,
@@ -159,10 +159,10 @@ def _accelerations(
     rear, front = k.rear, k.front
     w1, w3, w3_f = basis.w1, basis.w3, basis.w3_f
 
-    def dependent(row: Row) -> Row:
+    def dependent(row: MatrixRow) -> MatrixRow:
         return _row(lambda i: row[0] * (1 if i == 0 else 0) + row[1] * w1[i] + row[2] * w3[i])
 
-    def extra(row: Row) -> Number:
+    def extra(row: MatrixRow) -> Number:
         return row[1] * basis.w1_rate + row[2] * basis.w3_rate
 
     # Rows: each dependent speed per independent speed.
@@ -258,15 +258,15 @@ def _accelerations(
     return _solve(a, mass, force)
 
 
-def _row(entry: Callable[[int], Number]) -> Row:
+def _row(entry: Callable[[int], Number]) -> MatrixRow:
     return entry(0), entry(1), entry(2)
 
 
-def _scaled(weight: Number, row: Row) -> Row:
+def _scaled(weight: Number, row: MatrixRow) -> MatrixRow:
     return weight * row[0], weight * row[1], weight * row[2]
 
 
-def _solve(a: Arithmetic, m: Callable[[int, int], Number], force: Row) -> Row:
+def _solve(a: Arithmetic, m: Callable[[int, int], Number], force: MatrixRow) -> MatrixRow:
     """The x with ``m x + force = 0``, m symmetric and positive definite, by LDL^T."""
     m00, m01, m02 = m(0, 0), m(0, 1), m(0, 2)
     l10, l20 = m01 / m00, m02 / m00

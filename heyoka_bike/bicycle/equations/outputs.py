@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from heyoka_bike.bicycle.equations.constants import Assembly, Constants
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
-
-_Vector = tuple[Number, Number, Number]
+from heyoka_bike.numbers.vectors import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +47,7 @@ def energies(k: Constants, o: Posture, u: Speeds) -> Energies:
 
 
 def _kinetic2(
-    b: Assembly, velocity: _Vector, w1: Number, q: Number, w3: Number, v: Number
+    b: Assembly, velocity: Vector, w1: Number, q: Number, w3: Number, v: Number
 ) -> Number:
     """Twice the kinetic energy of one assembly."""
     x, y, z = velocity
@@ -56,7 +55,7 @@ def _kinetic2(
     return b.m * (x * x + y * y + z * z) + turning + b.spin / b.r * (v * v)
 
 
-def _centre_velocity(k: Constants, o: Posture, u: Speeds) -> tuple[_Vector, _Vector]:
+def _centre_velocity(k: Constants, o: Posture, u: Speeds) -> tuple[Vector, Vector]:
     """Velocities of the two centres of mass, each in its own assembly frame."""
     rear, front = k.rear, k.front
     p_f = o.cb_f * u.w1_f + o.sb_f * u.w3_f
@@ -114,7 +113,7 @@ def columns(
         aside = y * cp - (z * o.cb - x * o.sb) * sp
         return heading(x, z) * c_yaw - aside * s_yaw
 
-    def from_the_front(x: Number, y: Number, z: Number) -> _Vector:
+    def from_the_front(x: Number, y: Number, z: Number) -> Vector:
         return (o.c * x - o.s * y, o.s * x + o.c * y, z)
 
     contact = u.v + k.rear.r * u.nu

@@ -34,7 +34,7 @@ from heyoka_bike.version import __version__
 _BITS_OF_CONSTANTS = 200
 _DIGITS_OF_COMMENTS = 17  # of parameters in comments that no decimal equals
 
-_Vector = Sequence[Number]
+_Numbers = Sequence[Number]
 # Name, what is said of it, and the arguments of `Language.function`.
 _Function = tuple[Any, ...]
 
@@ -182,15 +182,15 @@ def _functions(
     state = (*rounded.states, *INTEGRALS)
     y = {"y": len(state)}
 
-    def rates(code: StraightLine, y: _Vector) -> _Vector:
+    def rates(code: StraightLine, y: _Numbers) -> _Numbers:
         return whole_rates(rounded.convert(code.literal, code), y)
 
-    def jacobian(code: StraightLine, y: _Vector) -> Sequence[_Vector]:
+    def jacobian(code: StraightLine, y: _Numbers) -> Sequence[_Numbers]:
         duals = Duals(code)
         found = whole_rates(rounded.convert(code.literal, duals), duals.variables(y))
         return [x.slopes for x in found]
 
-    def columns(code: StraightLine, y: _Vector) -> _Vector:
+    def columns(code: StraightLine, y: _Numbers) -> _Numbers:
         found = rounded.convert(code.literal, code).columns(y)
         return [found[name] for name in BENCHMARK_COLUMNS]
 
@@ -224,7 +224,7 @@ def _descriptor_functions(rounded: Equations) -> Iterator[_Function]:
     def form(code: StraightLine) -> Descriptor:
         return Descriptor(rounded.b.convert(code.literal), code)
 
-    def force(code: StraightLine, z: _Vector) -> _Vector:
+    def force(code: StraightLine, z: _Numbers) -> _Numbers:
         return [-x for x in form(code).inertia_forces(z[:n], z[n : 2 * n], [code.number(0)] * n)]
 
     says = (
@@ -240,7 +240,7 @@ def _descriptor_functions(rounded: Equations) -> Iterator[_Function]:
     for index, what in ((2, "g v = 0"), (3, "heights = 0 and the other rows of g v = 0")):
         says = f"Of index {index}, {what}: vanishes for z and its time derivative zp."
 
-        def residual(code: StraightLine, z: _Vector, zp: _Vector, index: int = index) -> _Vector:
+        def residual(code: StraightLine, z: _Numbers, zp: _Numbers, index: int = index) -> _Numbers:
             return form(code).residual(z, zp, index=index)
 
         yield f"residual_{index}", says, both, "r", residual, True
@@ -248,7 +248,7 @@ def _descriptor_functions(rounded: Equations) -> Iterator[_Function]:
     yield "reduced", says, z, "y", lambda code, z: to_reduced(form(code).b, code, z)
 
 
-def _given(values: Sequence[float]) -> Callable[[StraightLine], _Vector]:
+def _given(values: Sequence[float]) -> Callable[[StraightLine], _Numbers]:
     return lambda code: [code.literal(x) for x in values]
 
 

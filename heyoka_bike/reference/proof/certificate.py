@@ -42,7 +42,7 @@ from heyoka_bike.reference.proof.rows import (
 )
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
-from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.jobs import Job, Outcome, TellStage
 from heyoka_bike.system.parallel import Progress, all_of
 from heyoka_bike.system.resources import reference_folder
 
@@ -140,7 +140,10 @@ def tabulated(run: Trajectory, outcomes: Mapping[str, Outcome]) -> Table:
 
 
 def rounded(
-    run: Trajectory, certificate: Certificate, published: ReferenceManeuver | None, report: Report
+    run: Trajectory,
+    certificate: Certificate,
+    published: ReferenceManeuver | None,
+    report: TellStage,
 ) -> tuple[RoundedRows, Dense, Drift]:
     """Every number of the columns, and what the run itself keeps."""
     rows = round_rows(run, certificate, partial(report, "rows"))
@@ -164,7 +167,10 @@ def rounded(
 
 
 def moved(
-    run: Trajectory, certificate: Certificate, published: ReferenceManeuver | None, report: Report
+    run: Trajectory,
+    certificate: Certificate,
+    published: ReferenceManeuver | None,
+    report: TellStage,
 ) -> tuple[Values, Dense]:
     """Every number of the whole motion."""
     dense = None if published is None else published.dense
@@ -174,7 +180,7 @@ def moved(
 
 
 def varied(
-    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: Report
+    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: TellStage
 ) -> Sensitivity:
     """Every number of the derivatives."""
     found = differentiate(run, certificate, partial(report, "vary"))

@@ -56,7 +56,7 @@ from heyoka_bike.numbers.ball_matrices import largest
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upward, upward_ball
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
-from heyoka_bike.reference.proof.enclose import Progress
+from heyoka_bike.reference.proof.enclose import TellTime
 from heyoka_bike.reference.proof.rows import distance, round_columns
 from heyoka_bike.reference.values import Dense, Values
 
@@ -70,7 +70,7 @@ Near = Callable[[flint.arb, Fraction], Mapping[str, flint.arb]]
 
 def interpolate(
     near: Near, end: Fraction, balls: Balls, scales: Mapping[str, float],
-    constant: Mapping[str, Value], progress: Progress = lambda _: None,
+    constant: Mapping[str, Value], progress: TellTime = lambda _: None,
 ) -> Dense:  # fmt: skip
     """Chebyshev pieces of some columns from 0 to the end.
 
@@ -361,7 +361,7 @@ inertia, say) has coefficients of zero: its grid of 2^-152 is far above the widt
 
 def tabulate_motion(
     run: Trajectory, certificate: Certificate, dense: Dense | None = None,
-    progress: Progress = lambda _: None,
+    progress: TellTime = lambda _: None,
 ) -> tuple[Values, Dense]:  # fmt: skip
     """The whole motion along a certified candidate: rows, and dense output where there is.
 
@@ -391,7 +391,7 @@ def tabulate_motion(
 
 
 def round_motion(
-    run: Trajectory, stretches: Sequence[Stretch], progress: Progress = lambda _: None
+    run: Trajectory, stretches: Sequence[Stretch], progress: TellTime = lambda _: None
 ) -> Values:
     """The rows of `MOTION_COLUMNS`, rounded.
 
@@ -404,7 +404,7 @@ def round_motion(
 
 
 def _enclosed(
-    run: Trajectory, stretches: Sequence[Stretch], progress: Progress
+    run: Trajectory, stretches: Sequence[Stretch], progress: TellTime
 ) -> Iterator[dict[str, flint.arb]]:
     """Enclosures of all columns at the rows."""
     balls = NonnegativeRoots(run.evaluation_bits)

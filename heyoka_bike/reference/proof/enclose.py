@@ -45,7 +45,7 @@ from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
-    Vector,
+    BallVector,
     abs_times,
     fundamental,
     identity,
@@ -61,7 +61,7 @@ from heyoka_bike.numbers.ball_matrices import (
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.cauchy import SIZE
-from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.jobs import TellStage
 
 MATRIX_BITS = 128
 
@@ -76,13 +76,13 @@ class Frame:
     """The error lies in ``matrix . box``, abs(box) <= radii."""
 
     matrix: flint.arb_mat
-    radii: Vector
+    radii: BallVector
 
     def bound(self) -> list[flint.arb]:
         """Componentwise bound."""
         return abs_times(self.matrix, self.radii)
 
-    def widened(self, by: Vector) -> Frame:
+    def widened(self, by: BallVector) -> Frame:
         """The frame with a box of the given radii added."""
         if all(x == 0 for x in by):
             return self
@@ -112,7 +112,7 @@ class Flow:
 
     y: list[flint.arb_mat]
     v: list[flint.arb_mat]
-    weights: Vector
+    weights: BallVector
     defect: flint.arb
     size_inverse: flint.arb
     eta: flint.arb
@@ -136,12 +136,12 @@ class Flow:
         return cls(y, v, weights, defect, size_inverse, eta, size_y * size_v)
 
 
-def size_about_middle(p: list[flint.arb_mat], weights: Vector) -> flint.arb:
+def size_about_middle(p: list[flint.arb_mat], weights: BallVector) -> flint.arb:
     """Bound on the norm of a polynomial for -1 <= s <= 1, by its coefficients."""
     return total(norm(m, weights) for m in p)
 
 
-def _size(p: list[flint.arb_mat], weights: Vector) -> flint.arb:
+def _size(p: list[flint.arb_mat], weights: BallVector) -> flint.arb:
     """Bound on the norm of a polynomial for 0 <= s <= 1."""
     return norm(supremum(p), weights)
 
@@ -172,7 +172,7 @@ class Carried:
             onward = supremum([m * v for m in flow.y], 1, low=low, high=high)
             self.push = _entrywise(self.push, onward * there)
 
-    def bounds(self, forces: Vector) -> tuple[Vector, Vector]:
+    def bounds(self, forces: BallVector) -> tuple[BallVector, BallVector]:
         """Bounds under forces added to e': on abs(e) over the piece, and on their part at its end.
 
         Every replacement of Y^-1 by V, and the defect D of Y, is charged in norm.
@@ -191,7 +191,7 @@ class Carried:
         at_end = abs_times(self.push_end, forces)
         return sup, [(x + y).upper() for x, y in zip(at_end, charges, strict=True)]
 
-    def end(self, added: Vector) -> Frame:
+    def end(self, added: BallVector) -> Frame:
         """The frame at the end."""
         return Frame(*turned(value(self.product, flint.arb(1)), self.frame.radii, added))
 
@@ -205,10 +205,10 @@ _TRIALS = 20
 _MATRIX_LENGTHS = (40, 64)
 """Orders tried for Y."""
 
-Progress = Callable[[float], None]
+TellTime = Callable[[float], None]
 
 
-def enclose(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
+def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certificate:
     """Prove how far the exact motion is from a candidate, over all of its time.
 
     Raises
@@ -232,7 +232,7 @@ def enclose(trajectory: Trajectory, progress: Progress | None = None) -> Certifi
     return Certificate(trajectory.states, tuple(bounds), end)
 
 
-def enclosed(trajectory: Trajectory, report: Report) -> Certificate:
+def enclosed(trajectory: Trajectory, report: TellStage) -> Certificate:
     """`enclose` as a job, whose stage is ``certify``."""
     return enclose(trajectory, lambda t: report("certify", t))
 
@@ -286,13 +286,13 @@ class Prover:
         with flint.ctx.workprec(MATRIX_BITS):
             return Frame(identity(SIZE), [x.upper() for x in distance])
 
-    def piece(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
+    def piece(self, piece: Piece, frame: Frame) -> tuple[BallVector, Frame]:
         """Bound over a piece, and the frame at its end; the piece is halved where that helps."""
         self.frame = frame
         parts = zip(*cauchy.in_parts(piece, self._part), strict=True)
         return [reduce(flint.arb.max, bounds) for bounds in parts], self.frame
 
-    def _part(self, piece: Piece, depth: int) -> Vector:
+    def _part(self, piece: Piece, depth: int) -> BallVector:
         # What was too long a moment ago is not tried again.
         if depth < cauchy.DEPTH and piece.h >= self.too_long:
             raise cauchy.TooLongError
@@ -307,7 +307,7 @@ class Prover:
 
     def whole(
         self, piece: Piece, frame: Frame, rim: cauchy.Circle, near: cauchy.Circle
-    ) -> tuple[Vector, Frame]:
+    ) -> tuple[BallVector, Frame]:
         """Bound over an undivided piece, and the frame at its end, by two circles around it."""
         with flint.ctx.workprec(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
@@ -344,7 +344,7 @@ class Prover:
                 return flow
         raise cauchy.TooLongError(f"Y is not resolved at order {tried[-1]}")
 
-    def jump(self, i: int) -> Vector:
+    def jump(self, i: int) -> BallVector:
         """Distance from the end of piece i to the start of the next."""
         run = self.run
         if i + 1 == run.steps:

@@ -28,7 +28,7 @@ from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, Value, decimal_digits, hi_lo, upward
 from heyoka_bike.reference.layout import text_files
-from heyoka_bike.reference.proof.enclose import Progress
+from heyoka_bike.reference.proof.enclose import TellTime
 from heyoka_bike.reference.proof.variation import COUNT, Varied, slope
 from heyoka_bike.reference.values import RoundedRows
 
@@ -256,7 +256,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
 
 
 def round_rows(
-    run: Trajectory, certificate: Certificate, progress: Progress = lambda _: None
+    run: Trajectory, certificate: Certificate, progress: TellTime = lambda _: None
 ) -> RoundedRows:
     """Round every entry of the rows.
 
@@ -326,7 +326,7 @@ def distance(x: Enclosure, hi: float, lo: float) -> float:
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
-    progress: Progress = lambda _: None, *, is_proof: bool = True,
+    progress: TellTime = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
     """Every column of every row as far as it is known: row 0 and constants, then the others.
 

@@ -32,7 +32,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.analytic import AtPoints, array
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
-from heyoka_bike.numbers.ball_matrices import Vector, largest, total
+from heyoka_bike.numbers.ball_matrices import BallVector, largest, total
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward_ball
 from heyoka_bike.reference.proof.cauchy import SIZE
@@ -107,7 +107,7 @@ class ColumnDerivatives:
             ]
 
     def __init__(
-        self, variation: Variation, unknowns: Unknowns, nodes: Nodes, slopes: Sequence[Vector]
+        self, variation: Variation, unknowns: Unknowns, nodes: Nodes, slopes: Sequence[BallVector]
     ) -> None:
         v = variation
         self.t0, self.h, self.nodes = v.piece.t0, v.piece.h, nodes
@@ -160,7 +160,7 @@ def _nodes(radius: int) -> Nodes:
         return Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(radius).mid()))))
 
 
-def _powers(x: flint.arb, count: int) -> Vector:
+def _powers(x: flint.arb, count: int) -> BallVector:
     powers = [flint.arb(1)]
     while len(powers) < count:
         powers.append(powers[-1] * x)
@@ -184,7 +184,7 @@ class Fitted:
     t0: Fraction
     t1: Fraction
     coefficients: flint.arb_mat
-    left_out: Vector
+    left_out: BallVector
 
     @classmethod
     def resolved(cls, parts: Sequence[ColumnDerivatives]) -> Iterator[Fitted]:
@@ -216,11 +216,11 @@ class Fitted:
         middle, half = exact_ball((t0 + t1) / 2), exact_ball((t1 - t0) / 2)
         nodes = Nodes(ORDERS)
         times = [middle + half * x for x in reversed(nodes.x)]
-        rows: list[Vector] = []
+        rows: list[BallVector] = []
         for part, inside in groupby(times, lambda t: _holding(parts, t)):
             rows += part.at(list(inside)).tolist()
         coefficients = nodes.transform * flint.arb_mat(rows[::-1])
-        found: Vector = [flint.arb(0)] * coefficients.ncols()
+        found: BallVector = [flint.arb(0)] * coefficients.ncols()
         for part in parts:
             there = [exact_ball(part.t0) + exact_ball(part.h) * u for u in part.nodes.x]
             x = [(t - middle) / half for t in there]

@@ -43,7 +43,7 @@ from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, value_of
 from heyoka_bike.numbers.ball_matrices import (
-    Vector,
+    BallVector,
     abs_times,
     identity,
     largest,
@@ -239,10 +239,10 @@ class Variation:
 
     piece: Piece
     q: list[flint.arb_mat]
-    bound: Vector
+    bound: BallVector
     radius: int
-    sizes: Vector
-    rho: Vector
+    sizes: BallVector
+    rho: BallVector
     pull: flint.arb
     off: flint.arb
 
@@ -325,7 +325,7 @@ class _Prover:
 
     def _carry(
         self, flow: Flow, p: list[flint.arb_mat], force: flint.arb
-    ) -> tuple[list[flint.arb_mat], Vector]:
+    ) -> tuple[list[flint.arb_mat], BallVector]:
         """The derivatives over a piece and the bound on their error; goes on to its end.
 
         `p` is one solution, which leaves over `force`.
@@ -387,8 +387,8 @@ def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Nu
 
 
 def _solution(
-    a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: Vector,
-    weights: Vector,
+    a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: BallVector,
+    weights: BallVector,
 ) -> tuple[list[flint.arb_mat], flint.arb]:  # fmt: skip
     """Coefficients of a polynomial p that nearly solves p' = a p + g, p(0) = 0; exact numbers.
 
@@ -406,16 +406,16 @@ def _solution(
     return p, defect
 
 
-def _size(m: flint.arb_mat, weights: Vector) -> flint.arb:
+def _size(m: flint.arb_mat, weights: BallVector) -> flint.arb:
     """Weighted maximum norm of the largest column."""
     return largest(x / w for x, w in zip(_rows(m), weights, strict=True))
 
 
-def _apart(x: flint.arb_mat, y: flint.arb_mat) -> Vector:
+def _apart(x: flint.arb_mat, y: flint.arb_mat) -> BallVector:
     """Bound on abs(x - y) by row, for every column."""
     return _rows(x - y)
 
 
-def _rows(m: flint.arb_mat) -> Vector:
+def _rows(m: flint.arb_mat) -> BallVector:
     """Largest absolute value of each row."""
     return [largest(abs(m[i, j]) for j in range(m.ncols())) for i in range(m.nrows())]

@@ -45,7 +45,7 @@ from heyoka_bike.reference.verification.outcome import (
     Tally,
     Verification,
 )
-from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.jobs import TellStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
@@ -321,7 +321,7 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     return Check("file_list", not problems, MANIFEST, message, evidence)
 
 
-def _look(part: StoredManeuver, _: Report) -> list[Tally]:
+def _look(part: StoredManeuver, _: TellStage) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
     found: list[Tally] = []
     for look, needed, made in CHECKS:

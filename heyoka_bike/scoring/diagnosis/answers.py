@@ -285,8 +285,8 @@ def _changed(found: Sequence[Found]) -> str:
 
 def _as_part(x: Found) -> str:
     says = FORCES[x.name].says
-    is_whole = abs(x.value - 1.0) < _WHOLE
-    times = "is missing" if is_whole else f"is {1.0 - x.value:.4g} times what it should be"
+    is_all_of_it = abs(x.value - 1.0) < _WHOLE
+    times = "is missing" if is_all_of_it else f"is {1.0 - x.value:.4g} times what it should be"
     return f"the {says} {times}"
 
 

@@ -113,7 +113,7 @@ def _right(report: Report, keys: Sequence[str]) -> Finding:
     return nothing_wrong(which)
 
 
-def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report) -> Report:
+def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.TellStage) -> Report:
     """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
     return diagnosed(report, reference, lambda share: told("diagnose", share))
 

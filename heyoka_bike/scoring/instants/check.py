@@ -242,7 +242,7 @@ _ON_THE_FLOOR = 1e-9
 _ROUNDS_OF_NEWTON = 5
 _SHIFT_OF_SLOPE = 1e-6
 
-_Values = Mapping[str, Array]
+_Quantities = Mapping[str, Array]
 
 
 def check(
@@ -391,8 +391,8 @@ def _compared(
 
 
 def _explanations(
-    bicycle: Bicycle, given: _Values, values: _Values, expected: _Values,
-    is_right: Callable[[_Values], bool],
+    bicycle: Bicycle, given: _Quantities, values: _Quantities, expected: _Quantities,
+    is_right: Callable[[_Quantities], bool],
 ) -> tuple[Explained, ...]:  # fmt: skip
     """Single parameters that explain columns.
 
@@ -408,14 +408,14 @@ def _explanations(
     """
     is_linear = any(c.name in values for c in LEVELS[-1].columns)
 
-    def made(symbol: str, change: float) -> _Values:
+    def made(symbol: str, change: float) -> _Quantities:
         x = bicycle[symbol]
         moved = replace(x, rational=x.rational + Fraction(change))
         # Not checked: what mistaken programs compute with need not make sense.
         mistaken = Bicycle(bicycle.name, {**bicycle.values, symbol: moved})
         return of_own(mistaken, given, is_linear=is_linear)
 
-    def apart(one: _Values, other: _Values) -> Array:
+    def apart(one: _Quantities, other: _Quantities) -> Array:
         # Where the table has no number, nothing is to be explained.
         return np.concatenate(
             [np.nan_to_num((one[k] - other[k]) / (1 + np.abs(expected[k]))) for k in values]

@@ -189,7 +189,7 @@ class TableBlock:
     """
 
     columns: Sequence[str | Cell | TableColumn]
-    rows: Sequence[Row]
+    rows: Sequence[TableRow]
     about: str = ""
     style: str = "scores"
     left: int = 1
@@ -255,7 +255,7 @@ class Chapter:
         return self.is_folded and not self.is_open
 
 
-Row = Sequence[str | Cell]
+TableRow = Sequence[str | Cell]
 """Cells of a table."""
 
 Block = Paragraph | Listing | Facts | TableBlock | Chart | Chapter

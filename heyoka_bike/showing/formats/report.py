@@ -279,7 +279,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
         for key, found in columns.items()
     }
     worst = sorted(columns, key=fewest.__getitem__)[:_MOST_COLUMNS_SHOWN]
-    rows: list[doc.Row] = [
+    rows: list[doc.TableRow] = [
         [
             doc.Words(words.label(key), printable(key)),
             *(_digits(m.columns, key) for m in report.maneuvers),
@@ -311,7 +311,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
 def _digits_of_runs(series: Series) -> doc.TableBlock:
     """The worst columns of runs or programs by maneuvers, with eq. (1) as a remark."""
     numbers = sorted({n for run in series.runs for n in run.report})
-    rows: list[doc.Row] = []
+    rows: list[doc.TableRow] = []
     for run in series.runs:
         held, name, worst = run.report, words.run_name(series, run), run.report.worst
         cells = (_digits(held[n].columns if n in held else ()) for n in numbers)

@@ -42,9 +42,8 @@ from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.proof.candidate import parse_candidate
-from heyoka_bike.reference.proof.enclose import Progress as TimeReached
-from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.system.jobs import Report
+from heyoka_bike.reference.proof.enclose import TellTime, enclose
+from heyoka_bike.system.jobs import TellStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import after_folder
 from heyoka_bike.workbench.after_ten_seconds.limit_cycle import Cycle, prove_cycle
@@ -95,7 +94,7 @@ def _steer_rate(equations: Equations, state: Sequence[Number]) -> Number:
     return equations.unfold(state)[1].steer_rate
 
 
-def cycle_fact(run: Trajectory, like: Maneuver, progress: TimeReached | None = None) -> Fact:
+def cycle_fact(run: Trajectory, like: Maneuver, progress: TellTime | None = None) -> Fact:
     """The cycle near a candidate that has the energy of a maneuver.
 
     Raises
@@ -138,7 +137,7 @@ def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
     return _fact(maneuver, SETTLING, {"final speed [m/s]": speed})
 
 
-def fall_fact(run: Trajectory, progress: TimeReached | None = None) -> Fact:
+def fall_fact(run: Trajectory, progress: TellTime | None = None) -> Fact:
     """When the rear wheel leaves the floor.
 
     Raises
@@ -249,7 +248,7 @@ def prove_facts(
     return weaving, settling_fact(bicycle, maneuvers[1]), falling
 
 
-def _prove(run: Trajectory, like: Maneuver | None, report: Report) -> Fact:
+def _prove(run: Trajectory, like: Maneuver | None, report: TellStage) -> Fact:
     def progress(t: float) -> None:
         report("certify", t)
 
@@ -388,7 +387,7 @@ class ProvedLift:
 
 
 def prove_lift(
-    bicycle: Bicycle, maneuver: Maneuver, time: float | None, progress: TimeReached | None = None
+    bicycle: Bicycle, maneuver: Maneuver, time: float | None, progress: TellTime | None = None
 ) -> ProvedLift:
     """Prove when a wheel leaves the floor first, or that none does within the maneuver.
 

@@ -44,7 +44,7 @@ from heyoka_bike.motion.events import UPRIGHT, events
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
-    Vector,
+    BallVector,
     abs_times,
     identity,
     largest,
@@ -54,7 +54,7 @@ from heyoka_bike.numbers.ball_matrices import (
 )
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.reference.proof.cauchy import SIZE, Circle, refused
-from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Progress, Prover, enclose
+from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Prover, TellTime, enclose
 
 _TERMS_OF_SERIES = 96
 """Order of Y, whose defect is then below the bits of the matrices."""
@@ -114,7 +114,7 @@ class _FlowPart:
         )
 
 
-def nearby(run: Trajectory, radii: Vector) -> Nearby:
+def nearby(run: Trajectory, radii: BallVector) -> Nearby:
     """The motions whose start is within `radii` of the candidate's, state by state.
 
     Raises
@@ -141,7 +141,9 @@ class _FlowKeeper(Prover):
         super().__init__(run)
         self.parts: list[_FlowPart] = []
 
-    def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
+    def whole(
+        self, piece: Piece, frame: Frame, rim: Circle, near: Circle
+    ) -> tuple[BallVector, Frame]:
         sup, end = super().whole(piece, frame, rim, near)
         with flint.ctx.workprec(_BITS_OF_CYCLE):
             flow = self.flow(piece, rim, (_TERMS_OF_SERIES,))
@@ -197,7 +199,7 @@ class Cycle:
         return all(abs(x) < 1 for x in self.multipliers)
 
 
-def prove_cycle(run: Trajectory, like: Maneuver, progress: Progress | None = None) -> Cycle:
+def prove_cycle(run: Trajectory, like: Maneuver, progress: TellTime | None = None) -> Cycle:
     """The cycle near a candidate, with the energy that a maneuver starts with.
 
     Parameters
@@ -308,7 +310,7 @@ def _derivative(
 
 
 def _check_krawczyk(
-    run: Trajectory, rest: Vector, derivative: flint.arb_mat, radius: flint.arb
+    run: Trajectory, rest: BallVector, derivative: flint.arb_mat, radius: flint.arb
 ) -> None:
     """That the box holds exactly one zero of G; `rest` is G in its middle."""
     inverse = derivative.mid().inv().mid()

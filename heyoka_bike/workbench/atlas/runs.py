@@ -171,14 +171,14 @@ class Runs:
                 # One that ends interrupts the others: they go again without it.
                 # A lane may reach its end in the very step that ends another.
                 is_there = times[: len(left)] == at[-1, 0]
-                is_whole = is_there & np.isfinite(grid[-1, 0, : len(left)])
-                is_ready = is_whole | (~is_there & ~np.array(found.are_interrupted[: len(left)]))
+                is_done = is_there & np.isfinite(grid[-1, 0, : len(left)])
+                is_ready = is_done | (~is_there & ~np.array(found.are_interrupted[: len(left)]))
                 if not is_ready.any():
                     is_ready[:] = True
                 ready = left[is_ready]
                 samples[ready] = grid[:, :, : len(left)].transpose(2, 0, 1)[is_ready]
                 steps[ready] = [n for n, x in zip(found.steps, is_ready, strict=False) if x]
-                ends[left[is_ready & ~is_whole]] = times[: len(left)][is_ready & ~is_whole]
+                ends[left[is_ready & ~is_done]] = times[: len(left)][is_ready & ~is_done]
                 left = left[~is_ready]
         return samples, ends, steps
 

@@ -40,15 +40,15 @@ from heyoka_bike.workbench.fast.vector_code import (
     function,
 )
 
-Row = Mapping[int, float]
+StageWeights = Mapping[int, float]
 
 
-def _weights(row: Sequence[float]) -> Row:
+def _weights(row: Sequence[float]) -> StageWeights:
     return {stage: weight for stage, weight in enumerate(row) if weight}
 
 
 _TABLE = tomllib.loads(Path(__file__).with_name("dop853.toml").read_text(encoding="utf-8"))
-STAGES: tuple[Row, ...] = tuple(map(_weights, _TABLE["stages"]))
+STAGES: tuple[StageWeights, ...] = tuple(map(_weights, _TABLE["stages"]))
 """Of the slopes of the stages before, those that each state of a stage is made of."""
 STEP, THIRD, FIFTH = (_weights(_TABLE[name]) for name in ("step", "third", "fifth"))
 
@@ -132,7 +132,7 @@ def ends_source(equations: Equations) -> str:
     return v.module(rates_code(equations), c)
 
 
-def _slopes(k: Sequence[v.Memory], row: Row) -> Any:
+def _slopes(k: Sequence[v.Memory], row: StageWeights) -> Any:
     """Those of each variable, weighted."""
     return v.weighted([k[stage].load() for stage in row], list(row.values()))
 

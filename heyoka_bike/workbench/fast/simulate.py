@@ -39,7 +39,7 @@ from heyoka_bike.workbench.fast.vector_code import (
 )
 
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
-_Values = tuple[tuple[str, Exact], ...]  # of a bicycle
+_Parameters = tuple[tuple[str, Exact], ...]  # of a bicycle
 
 ACCURACIES: Mapping[str | float, float] = {
     "eq1": 3e-5,
@@ -214,7 +214,7 @@ def simulate(
 
 @lru_cache(_RUNS_KEPT)
 def _prepared(
-    maneuvers: Maneuvers, values: _Values | None, accuracy: str | float, rows: int | None,
+    maneuvers: Maneuvers, values: _Parameters | None, accuracy: str | float, rows: int | None,
     spacing: Fraction | float | str | None,
 ) -> Prepared:  # fmt: skip
     bicycle = None if values is None else Bicycle("bicycle", dict(values))
@@ -310,7 +310,7 @@ def _singular(place: str, x: Solution) -> SingularMotionError:
 
 
 @lru_cache(_RUNS_KEPT)
-def _code(values: _Values, is_regular: bool) -> Any:
+def _code(values: _Parameters, is_regular: bool) -> Any:
     """Compiled code for motions of one bicycle, see `step_code`; any thread may call it."""
     equations = Equations.binary64(Bicycle("bicycle", dict(values)), is_regular=is_regular)
     return function(run_source(equations), RUN, *_ARGUMENTS_OF_RUN)

@@ -77,7 +77,7 @@ def render_json(board: Leaderboard) -> str:
 
 def _table(entries: Sequence[Entry]) -> doc.TableBlock:
     """A row for each entry; equal digits share their place."""
-    rows: list[doc.Row] = [
+    rows: list[doc.TableRow] = [
         [
             str(place),
             doc.Cell(entry.submission.name, facts=_facts(entry)),

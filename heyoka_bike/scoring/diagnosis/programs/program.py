@@ -244,12 +244,12 @@ def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
     return tuple(state)
 
 
-Values = tuple[tuple[str, Exact], ...]
+ParameterValues = tuple[tuple[str, Exact], ...]
 """Parameters of a bicycle."""
 
 
 @lru_cache(512)
-def equations_of(values: Values) -> Equations:
+def equations_of(values: ParameterValues) -> Equations:
     """The equations of a bicycle with any parameters, in binary64.
 
     Raises
@@ -261,7 +261,7 @@ def equations_of(values: Values) -> Equations:
 
 
 @lru_cache(256)
-def _upright(values: Values) -> tuple[Moving, float]:
+def _upright(values: ParameterValues) -> tuple[Moving, float]:
     """The bicycle upright and straight, and its unit of length [m]."""
     equations = equations_of(values)
     with np.errstate(all="ignore"):

@@ -26,7 +26,7 @@ from heyoka_bike.scoring.diagnosis.programs.forces import (
     dot,
     rates_altered,
 )
-from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Values, equations_of
+from heyoka_bike.scoring.diagnosis.programs.program import NAMES, ParameterValues, equations_of
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # So many points in intervals so long [s] leave 1e-13 of the benchmark's motions; 12 points in half
@@ -193,7 +193,7 @@ def _key(m: AskedMotion) -> object:
 
 
 @lru_cache(512)
-def _constants(values: Values) -> _Constants | None:
+def _constants(values: ParameterValues) -> _Constants | None:
     """Constants of the equations, and the unit of length [m]; None without a motion."""
     found: list[float] = []
     try:

@@ -80,7 +80,7 @@ class Observed:
         the file has no speed.
     scatter : ndarray, shape (5,)
         By how much these rows disagree about it.
-    is_whole
+    has_state
         True if the file has all columns of `STATE`.
     """
 
@@ -95,7 +95,7 @@ class Observed:
     definitions: Mapping[str, str]
     beginning: Array | None
     scatter: Array
-    is_whole: bool
+    has_state: bool
 
     def without_speed(self) -> Observed:
         """Return it without what is known of the speed only where that is in the file."""
@@ -190,7 +190,7 @@ def observe(
         definitions={k: name for k, name in names.items() if k in part.values},
         beginning=np.median(began, axis=1) if is_begun else None,
         scatter=np.ptp(began, axis=1),
-        is_whole={*STATE} <= part.values.keys(),
+        has_state={*STATE} <= part.values.keys(),
     )
     return found if "forward_speed" in columns else found.without_speed()
 

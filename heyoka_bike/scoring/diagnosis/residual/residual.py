@@ -27,8 +27,8 @@ from heyoka_bike.scoring.diagnosis.programs.forces import (
 )
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Mistake,
+    ParameterValues,
     Program,
-    Values,
     apply,
     beginning,
     equations_of,
@@ -78,7 +78,7 @@ class Residual:
         in parts of what they are: errors of integrators are in both.
     is_judged
         True if the rows are near enough and have digits enough to judge the equations.
-    is_whole
+    has_state
         True if the file has the speed and the rates; otherwise these may be others than were taken.
     is_resolved, is_shown
         True if both, and what remains is seen at all, or the equations are judged.
@@ -123,9 +123,9 @@ class Residual:
         is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not self.is_blown_up
         is_near = is_resolved or bool(np.median(rest / resolved) < share)
         self.is_judged = is_near and not self.is_blown_up
-        self.is_whole = all(m.is_whole for m in motions)
-        self.is_resolved = is_resolved and self.is_whole
-        self.is_shown = self.is_judged and self.is_whole
+        self.has_state = all(m.has_state for m in motions)
+        self.is_resolved = is_resolved and self.has_state
+        self.is_shown = self.is_judged and self.has_state
         self.known = self._known(library)
         self.fitted = self._fitted(UNKNOWNS)
         if self.is_open and self.is_shown:
@@ -157,7 +157,7 @@ class Residual:
 
         Where the speed or a rate is not in the file, it may be another one than was taken.
         """
-        return self.is_whole and self.above > WEIGHTS.above * relief
+        return self.has_state and self.above > WEIGHTS.above * relief
 
     @cached_property
     def acts_in(self) -> str:
@@ -222,7 +222,7 @@ class Residual:
             [(x @ m.windows.T).ravel() for x, m in zip(parts, self.motions, strict=True)]
         )
 
-    def _along_the_motions(self, values: Values, still: float) -> Moving:
+    def _along_the_motions(self, values: ParameterValues, still: float) -> Moving:
         equations = equations_of(values)
         k = equations.k
         key = k.tilt, k.d1, k.d2, k.d3, k.h0, k.h1, k.h2, k.h3

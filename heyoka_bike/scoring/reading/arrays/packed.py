@@ -68,8 +68,8 @@ def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
         if is_packed:
             # So 3 steps of 0.1 are 0.3, and not the next number above it.
             inverse = np.rint(1 / step) if step else 0.0
-            is_whole = inverse and 1 / inverse == step
-            values = ((values / inverse if is_whole else values * step) + offset).view(Steps)
+            is_reciprocal = inverse and 1 / inverse == step
+            values = ((values / inverse if is_reciprocal else values * step) + offset).view(Steps)
             values.step = step if packed.dtype.kind in "iu" else None
         values[np.isin(packed, missing)] = np.nan
         return values

@@ -44,12 +44,11 @@ class Dialect:
         A comma, a semicolon or a tab, with any blanks around it; nothing if blanks separate.
     decimal
         The decimal point or comma.
-    empty : str
-        What an empty field is called.
     """
 
     separator: str
     decimal: str
+    # What an empty field is called.
     empty: ClassVar[str] = "no value between two separators"
 
     def may_read(self, lines: Sequence[Any]) -> bool:
