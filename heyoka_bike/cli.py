@@ -53,9 +53,15 @@ class _CommandParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         said = message.removeprefix("argument ")
+        like_options = [x for x in self.given if x.startswith("-") and os.path.isfile(x)]
+        if like_options:
+            said += f"; {printable(like_options[0])} is a file: write -- before it"
         self.exit(Exit.INPUT, f"{self.prog}: {said} (see {self.prog} --help)\n")
 
+    given: Sequence[str] = ()
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self.given = sys.argv[1:] if args is None else args
         found, rest = super().parse_known_args(args, namespace)
         if rest:
             # Said by the command that does not know it, not by the program.

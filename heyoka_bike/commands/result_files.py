@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from contextlib import nullcontext
-from typing import TYPE_CHECKING
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import InputError
-from heyoka_bike.system.console import patience
+from heyoka_bike.errors import InputError, printable
+from heyoka_bike.system.console import patience, told_after
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -18,6 +18,8 @@ STANDARD_INPUT = "-"
 
 # A file of this many bytes takes longer to read than anyone likes to wait without a word.
 _BYTES_OF_LONG_FILE = 20_000_000
+# A pipe into which nobody writes looks like a program that hangs.
+_SECONDS_OF_SILENCE = 5.0
 
 
 def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
@@ -33,14 +35,24 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
 
 
+def _waiting(file: str) -> AbstractContextManager[Any]:
+    """A word while a long file is read, or what another program has not ended yet."""
+    if os.path.isfile(file):
+        is_long = os.path.getsize(file) > _BYTES_OF_LONG_FILE
+        return patience(f"reading {file}") if is_long else nullcontext()
+    what = "standard input" if file == STANDARD_INPUT else printable(file)
+    return told_after(
+        _SECONDS_OF_SILENCE, f"heyoka-bike: still reading {what}: waiting for the end of it"
+    )
+
+
 def read(
     file: str, maneuver: int | None, reference: Reference, columns: str | None = None
 ) -> Results:
     """Read a result file, with a word on the terminal if that takes long."""
     from heyoka_bike.scoring.reading.source import read_results
 
-    is_long = os.path.isfile(file) and os.path.getsize(file) > _BYTES_OF_LONG_FILE
-    with patience(f"reading {file}") if is_long else nullcontext():
+    with _waiting(file):
         names = None if columns is None else columns.split(",")
         results = read_results(file, maneuver=maneuver, count=len(reference), columns=names)
     held = [rows.maneuver for rows in results.maneuvers]

@@ -112,8 +112,9 @@ def run(args: argparse.Namespace) -> int:
         is_terminal = sys.stdout.isatty()
         width, colors = None if is_terminal else WIDTH, has_colors(is_terminal)
         shown = render(
-            scored, on_screen, made, width=width, has_colors=colors, has_details=args.details
-        )
+            scored, on_screen, made, width=width, has_colors=colors, has_details=args.details,
+            written=[str(path) for path, _ in written],
+        )  # fmt: skip
         print_text(shown)
     unmet = [(r, x) for r in reports(scored) for x in r.requirements if not x.met]
     for report, required in unmet:

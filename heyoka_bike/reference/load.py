@@ -97,6 +97,8 @@ def _plain(x: object) -> Array:
 
 _log = logging.getLogger(__name__)
 
+# The last polynomials are continued over this part of their piece.
+_PARTS_OF_PIECE = 100
 NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 """Columns without which a set is none."""
 
@@ -174,6 +176,15 @@ class ReferenceManeuver(Displayed):
         return self.dense.breaks
 
     @cached_property
+    def reach(self) -> float:
+        """The time [s] up to which the last polynomials tell the motion, a little beyond its end.
+
+        A hundredth of the last piece: there T_31 is below 250, so that errors of the coefficients
+        show by two digits more, of some thirty. Nothing is proved beyond the end.
+        """
+        return float(self.duration) + float(self.breaks[-1] - self.breaks[-2]) / _PARTS_OF_PIECE
+
+    @property
     def duration(self) -> Fraction:
         """End of the reference [s]."""
         return Fraction(self.inputs["duration"])

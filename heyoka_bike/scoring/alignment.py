@@ -32,8 +32,7 @@ from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
-"""Of the duration: how late a million steps summed in binary64 may be. The reference is continued
-over so short a time."""
+"""Of the duration: how late a million steps summed in binary64 may be."""
 
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
@@ -415,10 +414,10 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
 def _within(
     rows: Rows, number: int, reference: ReferenceManeuver
 ) -> tuple[Part, tuple[Evidence, ...]]:
-    """The rows within the run; nothing is extrapolated."""
+    """The rows within the run, and those that are just beyond its end: clocks are summed."""
     end, hi = float(reference.duration), rows.time
     is_early = (hi < 0) | ((hi == 0) & (rows.time_lo < 0))
-    keep = ~(is_early | (hi > end * (1 + SUMMED)))
+    keep = ~(is_early | (hi > reference.reach))
     seen: list[Evidence] = []
     if not keep.all():
         left_out = hi[~keep]

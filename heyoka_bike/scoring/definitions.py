@@ -403,8 +403,9 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
 def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
     """A zero of the energies elsewhere, the same for both.
 
-    It is looked for in the potential energy: an offset of the mechanical energy alone, which is
-    constant, could as well be a wrong initial state, unless the motion is right.
+    It is looked for in the potential energy, or in what the mechanical energy is more than the
+    kinetic one: an offset of the mechanical energy alone, which is constant, could as well be a
+    wrong initial state, unless the motion is right.
     """
     leader = next((key for key in ZEROED if key in found), None)
     if leader is None:
@@ -419,6 +420,12 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
             return
 
 
+def _have_the_same_rows(sample: Sample, key: str, other: str) -> bool:
+    """True if both columns have values, in the same rows."""
+    values = (sample.values.get(key), sample.values.get(other))
+    return values[0] is not None and values[1] is not None and len(values[0]) == len(values[1])
+
+
 def _with_offset(
     key: str,
     taken: Understandings,
@@ -429,6 +436,13 @@ def _with_offset(
     u = taken[key]
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]
+    shows_height = key == ZEROED[0]
+    if not shows_height and all(_have_the_same_rows(s, key, "kinetic_energy") for s in having):
+        shows_height = True
+        kinetic = replace(before["kinetic_energy"], unit=u.unit)
+        errors = [
+            e - s.error("kinetic_energy", kinetic) for e, s in zip(errors, having, strict=True)
+        ]
     # From the maneuver in which the error is the most constant, its least disturbed row: the first.
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
@@ -438,7 +452,7 @@ def _with_offset(
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(
         _TIMES_CLEARLY_LESS * off_by, _PART_OF_FAR_ZERO
     )
-    is_zero = is_far and (key == ZEROED[0] or off_by < TOLERANCE) and _is_shown(key, left, having)
+    is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
     is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip

@@ -223,6 +223,9 @@ def rounding(part: Part, key: str, unit: str) -> tuple[Array, float | None]:
     elif key in part.lo:
         # hi + lo, of twice as many bits.
         spacing = spacing * np.finfo(np.float64).eps
+    if key not in part.lo:
+        # A text may have more places than the binary64 numbers that it was written from.
+        spacing = np.maximum(spacing, np.spacing(np.abs(values if len(spacing) > 1 else largest)))
     common = _in_common(values[is_finite], float(largest[0]))
     spacing = np.where(spacing < common / 2, common, spacing)
     half = np.where(is_rounded, spacing, 0.0) / 2 * factor(unit)[0]

@@ -11,8 +11,8 @@ from heyoka_bike.numbers.unit import size
 
 UNITS: Mapping[str, tuple[str, ...]] = {
     "rad": ("rad", "degree"),
-    "rad s-1": ("rad s-1", "degree s-1"),
-    "m s-1": ("m s-1", "km h-1", "mm s-1"),
+    "rad s-1": ("rad s-1", "degree s-1", "revolution min-1"),
+    "m s-1": ("m s-1", "km h-1", "mm s-1", "mile h-1"),
     "J": ("J", "kJ", "mJ"),
     "m": ("m", "mm"),
     "N": ("N", "kN", "mN"),

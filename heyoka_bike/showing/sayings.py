@@ -30,11 +30,13 @@ from heyoka_bike.scoring.reading.names.words import ALMOST, listed
 from heyoka_bike.scoring.verdict import DoesNotCount
 from heyoka_bike.showing.wording import (
     DOES_NOT_COUNT,
+    counted,
     errors_words,
     odds_words,
     open_words,
     ratio_words,
     taken_words,
+    time_beside,
 )
 
 _KEYS_NAMED = 6
@@ -231,10 +233,11 @@ def _(e: seen.OtherManeuver) -> Finding:
 
 @_finding.register
 def _(e: seen.RowsOutside) -> Finding:
+    first, last = (time_beside(t, e.duration) for t in (e.t_first, e.t_last))
+    question = "; are they in milliseconds?" if e.may_be_milliseconds else ""
     said = (
-        f"{e.rows} row{'s' if e.rows > 1 else ''} with times from {e.t_first:.6g} to "
-        f"{e.t_last:.6g} s left out: the reference covers 0 to {e.duration:g} s and nothing is "
-        f"extrapolated{'; are they in milliseconds?' if e.may_be_milliseconds else ''}"
+        f"{counted(e.rows, 'row')} with times from {first} to {last} s left out: the reference "
+        f"covers 0 to {e.duration:g} s and nothing is extrapolated{question}"
     )
     return warning("time_outside", said, rows=e.rows, t_first=e.t_first, t_last=e.t_last)
 

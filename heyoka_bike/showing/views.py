@@ -19,7 +19,7 @@ from heyoka_bike.reference.values import Values
 from heyoka_bike.showing.document import Block, Chapter, Chart, Paragraph, TableBlock, head
 from heyoka_bike.showing.document import text as as_text
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.wording import number, plain, unit_text
+from heyoka_bike.showing.wording import counted, number, plain, unit_text
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.trajectory import Trajectory
@@ -150,7 +150,7 @@ def table(found: Values, most: int, about: str = "Values") -> TableBlock:
     half = _MOST_ROWS_SHOWN // 2
     is_cut = len(time) > _MOST_ROWS_SHOWN
     if is_cut:
-        said.append(f"{len(time)} rows")
+        said.append(counted(len(time), "row"))
         columns = [np.concatenate([x[:half], x[-half:]]) for x in columns]
     rows = [[f"{x:.{_DIGITS_SHOWN}g}" for x in row] for row in zip(*columns, strict=True)]
     if is_cut:

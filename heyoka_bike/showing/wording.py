@@ -56,6 +56,11 @@ PHRASES = {
     "no_digit": "worst column without a correct digit",
     "correct_digits": "correct digits",
     "maneuver": "maneuver",
+    "bad_time": "cannot be judged: a time is not finite",
+    "signs_of": ", for the signs of ",
+    "contradict": " contradict each other; apart from that",
+    "own_definition": ": a definition of its own? If not, ",
+    "own_definitions": ": definitions of their own? If not, ",
 }
 """Of the verdict, beside `WORDS`; the checker in C has both, see `workbench.checker.header`."""
 
@@ -134,7 +139,9 @@ def one_decimal(x: float | None) -> str:
 
 def unit_text(unit: str) -> str:
     """A unit as people write it: ``rad s-1`` is rad/s."""
-    return printable(unit.replace(" s-1", "/s").replace(" h-1", "/h"))
+    for per in ("s", "h", "min"):
+        unit = unit.replace(f" {per}-1", f"/{per}")
+    return printable(unit)
 
 
 def in_unit(said: str, unit: str) -> str:
@@ -206,6 +213,16 @@ def first_above(column: ColumnScore) -> str:
     return "never" if m.time_to_tolerance is None else plain(m.time_to_tolerance)
 
 
+def time_beside(t: float, end: float) -> str:
+    """A time to six digits, or to so many that it is not taken for the end of the run."""
+    return f"{t:.6g}" if t == end or f"{t:.6g}" != f"{end:.6g}" else f"{t:.15g}"
+
+
+def counted(count: int, what: str) -> str:
+    """A number of things: ``1 row``, ``2 rows``."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def by_severity(findings: Sequence[Finding]) -> list[Finding]:
     """The conventions, then warnings, otherwise in the order given."""
     return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
@@ -214,7 +231,7 @@ def by_severity(findings: Sequence[Finding]) -> list[Finding]:
 def warnings_words(report: Report) -> str:
     """Return the number of warnings in words; empty without any."""
     count = sum(f.severity == Severity.WARNING for f in report.said)
-    return f"{count} warning{'s' if count > 1 else ''}" if count else ""
+    return counted(count, "warning") if count else ""
 
 
 def worst_words(report: Report) -> str:
@@ -302,14 +319,22 @@ def graded(report: Report) -> str:
     word, worst = judgement(report), worst_words(report)
     every = [c for m in report.maneuvers for c in m.columns if c.values]
     odd = dict.fromkeys(c.key for c in every if c.is_contradicted)
-    own = dict.fromkeys(c.key for c in every if not c.is_known)
+    own = own_definitions(report)
     if odd:
-        word += f", for the signs of {named(list(odd))} contradict each other; apart from that"
-    others = max((c.grade for c in every if c.key not in own), default=Grade.UNKNOWN)
-    if own and others < Grade.WRONG == file_grade(report):
-        what = "a definition of its own" if len(own) == 1 else "definitions of their own"
-        word = f"{named(list(own))}: {what}? If not, {word}"
+        word += f"{PHRASES['signs_of']}{named(list(odd))}{PHRASES['contradict']}"
+    if own:
+        what = PHRASES["own_definition" if len(own) == 1 else "own_definitions"]
+        word = f"{named(own)}{what}{word}"
     return f"{word}, {worst}" if word else worst
+
+
+def own_definitions(report: Report) -> list[str]:
+    """Columns of definitions that are not known here, where without them the file is better."""
+    every = [c for m in report.maneuvers for c in m.columns if c.values]
+    own = list(dict.fromkeys(c.key for c in every if not c.is_known))
+    others = max((c.grade for c in every if c.key not in own), default=Grade.UNKNOWN)
+    found = file_grade(report)
+    return own if found in (Grade.CLOSE, Grade.WRONG) and others < found else []
 
 
 def verdict(scored: Report | Series) -> str:
@@ -326,7 +351,7 @@ def contents(report: Report) -> str:
     digits = f.significant_digits
     written = "unknown digits" if digits is None else f"{digits} digits written"
     times = f"{plain(f.t_start)} to {plain(f.t_end)} s"
-    return f"{f.rows} rows, {times}, {written}, {printable(f.format)} file"
+    return f"{counted(f.rows, 'row')}, {times}, {written}, {printable(f.format)} file"
 
 
 def worst_error_words(report: Report) -> str:

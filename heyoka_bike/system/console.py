@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -37,6 +38,18 @@ def patience(doing: str) -> AbstractContextManager[Any]:
     from rich.console import Console
 
     return Console(stderr=True).status(doing)
+
+
+@contextmanager
+def told_after(seconds: float, said: str) -> Iterator[None]:
+    """A line on standard error if something that others decide on takes so long."""
+    timer = Timer(seconds, lambda: print(said, file=sys.stderr, flush=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 @contextmanager

@@ -189,7 +189,21 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     for score in scores:
         if not score.is_checked and item.get_closest_marker(_MARKER):
             score.require()
+        elif not score.is_checked and not score.is_read:
+            _warn(item)
     return outcome
+
+
+def _warn(item: pytest.Item) -> None:
+    """Say that a score passes whatever it is; as a failure where warnings are errors."""
+    said = (
+        "bicycle_score: nothing is required of the results, which pass whatever they are; "
+        "bicycle_score(results).require(scd=6) asks for six correct digits"
+    )
+    try:
+        item.warn(pytest.PytestWarning(said))
+    except pytest.PytestWarning:
+        _fail(said)
 
 
 @pytest.fixture(scope="session")

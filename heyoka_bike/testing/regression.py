@@ -106,13 +106,13 @@ class Score:
 
     Attributes
     ----------
-    report : Report
-        All measures, definitions and findings, as from `scoring.score`.
     is_checked
         True if anything was required.
+    is_read
+        True if the test has asked for the report.
     """
 
-    report: Report
+    _report: Report
     _reference: Reference
     # Requirements of the test's markers, for a call that names none; the digits required where they
     # say no number, None if not said.
@@ -123,6 +123,13 @@ class Score:
     # Called with the message of a failure.
     _fail: Callable[[str], NoReturn]
     is_checked: bool = False
+    is_read: bool = False
+
+    @property
+    def report(self) -> Report:
+        """All measures, definitions and findings, as from `scoring.score`."""
+        self.is_read = True
+        return self._report
 
     def require(
         self, *requirements: str, maneuver: int | None = None, column: str | None = None,
@@ -147,11 +154,11 @@ class Score:
         self.is_checked = True
         try:
             texts = self._texts(requirements, asked(maneuver, column, **metrics))
-            checked = [check(text, self.report) for text in (*texts, *_whole(texts, self.report))]
+            checked = [check(text, self._report) for text in (*texts, *_whole(texts, self.report))]
         except BicycleError as e:
             self._fail(f"require: {_plain(e)}")
         if not all(r.met for r in checked):
-            self._fail(_failure(checked, self.report, self._diagnosis()))
+            self._fail(_failure(checked, self._report, self._diagnosis()))
         return self
 
     def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
@@ -185,7 +192,7 @@ class Score:
             with warnings.catch_warnings():
                 # The test is about wrong results, whatever becomes of their diagnosis.
                 warnings.simplefilter("ignore")
-                said = diagnosed(self.report, self._reference).diagnosis
+                said = diagnosed(self._report, self._reference).diagnosis
         except BicycleError as e:
             return (f"none: {e}",)
         except Exception as e:
@@ -193,7 +200,7 @@ class Score:
         return tuple(sayings.sentences(said[:_FINDINGS_SHOWN]))
 
     def __repr__(self) -> str:
-        return f"<score of {words.verdict(self.report)}>"
+        return f"<score of {words.verdict(self._report)}>"
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:

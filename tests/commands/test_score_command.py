@@ -3,13 +3,18 @@
 import csv
 import io
 import json
+import os
 import subprocess
 import sys
+import threading
+import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
 
@@ -286,3 +291,68 @@ def test_a_bad_list_of_runs_names_line_and_column(capsys, tmp_path, text, says):
     assert (code, out) == (1, "")
     assert err.count("\n") == 1
     assert says in err
+
+
+def test_a_page_that_was_written_is_named_and_not_advised(capsys, tmp_path):
+    _, out, _ = run(FINE, capsys=capsys)
+    assert "with charts: -o report.html" in out
+    page = tmp_path / "mine.html"
+    _, out, _ = run(FINE, "-o", str(page), capsys=capsys)
+    assert "-o report.html" not in out
+    assert f"written: {page}" in " ".join(out.split())
+
+
+def test_a_file_whose_name_looks_like_an_option_is_told_about(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("-x.txt").write_text("1 2\n")
+    with pytest.raises(SystemExit, match="1"):
+        main(["score", "-x.txt"])
+    assert "-x.txt is a file: write -- before it" in capsys.readouterr().err
+    code, _, err = run("--", "-x.txt", capsys=capsys)
+    assert "found 2 columns" in err
+
+
+def test_a_name_gets_no_guess_from_its_ending(capsys, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,handlebarAngle,REQ_ROLL.ANGVEL,Rollwinkel\n0,1,2,3\n1,2,3,4\n")
+    _, _, err = run(str(path), capsys=capsys)
+    assert "'handlebarAngle', 'REQ_ROLL.ANGVEL', 'Rollwinkel' (roll_angle?)" in err
+
+
+def test_what_is_to_be_copied_is_on_one_line(capsys, tmp_path):
+    rows = np.loadtxt(FINE)[:, :9]
+    order = [0, 3, 1, 2, 4, 5, 6, 7, 8]
+    path = tmp_path / "other.txt"
+    np.savetxt(path, rows[:, order], "%.17g")
+    _, out, _ = run(str(path), "--details", capsys=capsys)
+    told = {x.rstrip(".;") for x in out.split() if x.startswith("time,")}
+    assert {x.count(",") for x in told} == {len(BENCHMARK_COLUMNS)}
+    assert all(x.startswith("time,forward_speed,roll_angle,roll_rate,") for x in told)
+
+
+def test_one_row_is_one_row(capsys, tmp_path):
+    path = tmp_path / "one.txt"
+    np.savetxt(path, np.loadtxt(FINE)[:1, :9], "%.17g")
+    _, out, _ = run(str(path), "--maneuver", "1", "--details", capsys=capsys)
+    assert " 1 row, " in out
+    assert "1 rows" not in out
+
+
+def test_a_pipe_that_stays_silent_is_told_about(capsys, tmp_path, monkeypatch):
+    from heyoka_bike.commands import result_files
+
+    monkeypatch.setattr(result_files, "_SECONDS_OF_SILENCE", 0.05)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    text = Path(FINE).read_text()
+
+    def write():
+        time.sleep(0.5)
+        pipe.write_text(text)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    code, _, err = run(str(pipe), "--summary", capsys=capsys)
+    writer.join()
+    assert code == 0
+    assert err == f"heyoka-bike: still reading {pipe}: waiting for the end of it\n"

@@ -34,7 +34,7 @@ def test_the_end_is_inside_and_what_is_beyond_is_outside(reference):
     values = {k: v[-1:] for k, v in exact_columns(m).items()}
     inside = Rows(1, np.array([10.0]), np.array([0.0]), values)
     assert score(Results("x", "text", (inside,)), reference).maneuvers[0].rows == 1
-    beyond = Rows(1, np.array([10.0001]), np.array([0.0]), values)
+    beyond = Rows(1, np.array([10.002]), np.array([0.0]), values)
     with pytest.raises(NothingScoredError):
         score(Results("x", "text", (beyond,)), reference)
 

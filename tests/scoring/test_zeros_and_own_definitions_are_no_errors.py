@@ -134,3 +134,40 @@ def test_a_mistake_is_found_beside_a_definition_that_no_set_stores(reference):
     report = diagnose({"time": m.time, **written}, reference, maneuver=2)
     assert "the gravity (g) is 9.7 N/kg" in report.diagnosis[0].message
     assert report[2]["forward_speed"].definition == "rear_com_norm"
+
+
+@pytest.mark.parametrize("more", [(), ("forward_speed",), ("roll_angle", "roll_rate")])
+@pytest.mark.parametrize("zero", [-794.1195, 500.0])
+def test_what_the_energy_is_more_than_the_kinetic_one_shows_its_zero(reference, zero, more):
+    """Without a potential energy; nothing else tells that the motion is right."""
+    keys = ("kinetic_energy", "mechanical_energy", *more)
+    report = score(columns_of(reference, keys, zero), reference, maneuver=2)
+    assert report.is_right
+    assert report[2]["mechanical_energy"].as_understood.offset == pytest.approx(zero, rel=1e-9)
+
+
+def test_an_energy_that_grows_has_no_other_zero(reference):
+    given = columns_of(reference, ("kinetic_energy", "mechanical_energy"), 0.0)
+    given["mechanical_energy"] = given["mechanical_energy"] * (1 + 0.02 * given["time"]) - 500
+    report = score(given, reference, maneuver=2)
+    assert not report.is_right
+    assert ": wrong" in report.verdict
+
+
+def columns_of(reference, keys, zero):
+    m = reference[2]
+    return {"time": m.time, **{k: m[k] + zero * (k in ZEROED) for k in keys}}
+
+
+def test_the_question_of_the_definition_comes_first(reference):
+    """The speed of the hub along the ground is known by no name here, and is right to 5 digits."""
+    found = {}
+    for n in reference:
+        m = reference[n]
+        norm = m.evaluate(m.time, ["forward_speed_hub_norm"])["forward_speed_hub_norm"]
+        sinking = 0.3 * np.sin(m["roll_angle"]) * m["roll_rate"]
+        found[n] = columns(reference, n, forward_speed=np.sqrt(norm**2 - sinking**2))
+    report = score({1: found[1], 2: found[2], 3: found[3]}, reference)
+    assert ": forward_speed: a definition of its own? If not, close" in report.verdict
+    assert "a smaller step" not in str(report)
+    assert "say what forward_speed is" in repr(report)

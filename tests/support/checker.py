@@ -31,6 +31,7 @@ from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.score import scored
 from heyoka_bike.scoring.units import UNITS
+from heyoka_bike.showing.wording import PHRASES, graded
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.header import checker_header
 
@@ -178,7 +179,7 @@ def judged_by_score(name, results):
         return None
 
 
-def disagreements(judged, found):
+def disagreements(judged, found, line):
     """What the checker says otherwise than `score`: of each column, in words."""
     report = judged.report
     units = {(p.number, k): u for p in judged.parts for k, u in p.units.items()}
@@ -206,6 +207,20 @@ def disagreements(judged, found):
             yield f"{at}: grade {mine.grade}, score {c.grade:d}"
     for at in found.keys() - theirs.keys():
         yield f"{at}: too many"
+    # What goes before the verdict, and the reason of one that contradicts itself.
+    are_all_read = all(
+        units.get(at, "") in ("", *UNITS[DEFINITIONS[at[1]][0].unit]) for at in units
+    )
+    are_all_read &= all(c.key in BENCHMARK_COLUMNS for m in report.maneuvers for c in m.columns)
+    if are_all_read and (mine := _reasons(line)) != (others := _reasons(graded(report))):
+        yield f"{mine}, score {others}"
+
+
+def _reasons(line):
+    """The columns of which a verdict asks for the definition, and those of contradictory signs."""
+    asked = line.partition("? If not, ")[0].partition(": ")[0] if "? If not, " in line else ""
+    signs = line.partition(PHRASES["signs_of"])[2].partition(PHRASES["contradict"])[0]
+    return asked, signs
 
 
 def result_files():
@@ -261,7 +276,7 @@ def compare(checker, files, show=print):
     while batch := list(islice(files, _AT_ONCE)):
         outcomes = checker.judge([j.parts for j in batch])
         for j, (found, line) in zip(batch, outcomes, strict=True):
-            said = list(disagreements(j, found))
+            said = list(disagreements(j, found, line))
             counts.update(files=1, columns=len(found), apart=len(said), files_apart=bool(said))
             if said:
                 show(f"{j.name}, {line}: {'; '.join(said[:3])}")

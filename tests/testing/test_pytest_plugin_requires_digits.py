@@ -335,3 +335,27 @@ def test_bad_calls_are_told_in_one_line(pytester):
         ]
     )
     result.stdout.no_fnmatch_line("*regression.py*")
+
+
+def test_a_score_of_which_nothing_is_required_is_warned_of(pytester):
+    project(
+        pytester,
+        """
+        def test_good_nothing(table, bicycle_score):
+            bicycle_score(table(1))
+
+        def test_good_looked_at(table, bicycle_score):
+            assert bicycle_score(table(1)).report.maneuvers
+
+        def test_good_required(table, bicycle_score):
+            bicycle_score(table(9)).require(scd=8)
+        """,
+    )
+    result = run(pytester, "-W", "default")
+    assert len(check_names(result)) == 3
+    assert result.parseoutcomes()["warnings"] == 1
+    result.stdout.fnmatch_lines(["*bicycle_score: nothing is required of the results*"])
+    # Where warnings are errors it is a failure in one line.
+    result = run(pytester)
+    assert result.parseoutcomes() == {"failed": 1, "passed": 2}
+    result.stdout.no_fnmatch_line("*plugin.py*")

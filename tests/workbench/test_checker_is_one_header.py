@@ -244,3 +244,90 @@ int main(void)
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"]
     run([need("gcc"), "-std=c99", *checks, "table.c", "-o", "table", "-lm"], folder)
     assert subprocess.run([folder / "table"], cwd=folder).returncode == Grade.CLOSE
+
+
+EDGES = r"""
+#include "uncontrolled_bicycle.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+static bicycle_check c;
+static double t[1001], x[1001], rate[1001];
+
+static void say(const char *what)
+{
+    char line[300];
+    bicycle_judge(&c);
+    printf("%s: %d %d %s\n", what, c.is_whole, bicycle_is_right(&c),
+           bicycle_line(&c, line, sizeof line));
+}
+
+static void begin(void)
+{
+    int i;
+    for (i = 0; i < 1001; i++) {
+        t[i] = i / 100.0;
+        x[i] = bicycle_evaluate(2, BICYCLE_ROLL_ANGLE, t[i]);
+        rate[i] = bicycle_evaluate(2, BICYCLE_ROLL_RATE, t[i]);
+    }
+    bicycle_begin(&c);
+    bicycle_give(&c, 2, BICYCLE_ROLL_ANGLE, 1001, t, 1, x, 1);
+}
+
+int main(void)
+{
+    double nan_ = strtod("nan", NULL), inf_ = strtod("inf", NULL);
+    int i;
+    begin(); say("exact");
+    begin(); x[500] = nan_; say("a value");
+    begin(); for (i = 0; i < 1001; i++) x[i] = nan_; say("all values");
+    begin(); x[500] = inf_; say("an infinity");
+    begin(); t[500] = nan_; say("a time");
+    begin(); t[500] = inf_; say("an infinite time");
+    begin(); t[1000] = 10.0000001; x[1000] = 1; say("a late row");
+    begin(); bicycle_begin(&c); say("nothing");
+    begin();
+    for (i = 0; i < 1001; i++) rate[i] = -rate[i];
+    bicycle_give(&c, 2, BICYCLE_ROLL_RATE, 1001, t, 1, rate, 1);
+    say("signs");
+    return 0;
+}
+"""
+
+
+def test_what_is_not_finite_or_contradicts_itself_is_not_right(folder):
+    (folder / "edges.c").write_text(EDGES)
+    run([need("cc"), "-std=c99", "-O2", "edges.c", "-o", "edges", "-lm"], folder)
+    lines = run(["./edges"], folder).splitlines()
+    said = dict(line.split(": ", 1) for line in lines)
+    assert said.pop("exact").startswith("1 1 right, worst column 14.0")
+    assert {key: line.split(maxsplit=2)[:2] for key, line in said.items() if key != "signs"} == {
+        key: ["0", "0"] for key in said if key not in ("signs", "a late row")
+    } | {"a late row": ["1", "0"]}
+    assert said["a time"].endswith("cannot be judged: a time is not finite (roll_angle)")
+    assert said["an infinite time"].endswith("a time is not finite (roll_angle)")
+    assert said["a late row"].split(maxsplit=2)[2].startswith("wrong")
+    assert (
+        "wrong, for the signs of roll_angle, roll_rate contradict each other; apart from that, "
+        "worst column 14.0" in said["signs"]
+    )
+
+
+@pytest.mark.parametrize("option", ["-ffinite-math-only", "-ffast-math", "-Ofast"])
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_flags_that_take_nan_away_are_refused(compiler, option, folder):
+    (folder / "all.c").write_text(ALL)
+    found = subprocess.run(
+        [need(compiler), "-std=c99", "-O2", option, "-c", "all.c", "-o", "all.o"],
+        cwd=folder, capture_output=True, text=True,
+    )  # fmt: skip
+    assert found.returncode != 0
+    assert "error" in found.stderr
+    assert "expected" in found.stderr
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_conversions_are_said(compiler, folder):
+    (folder / "all.c").write_text(ALL)
+    strict = ["-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Werror"]
+    run([need(compiler), "-std=c99", "-O2", *strict, "-c", "all.c", "-o", "all.o"], folder)

@@ -153,6 +153,10 @@ def as_text(rows, separator=" ", heading=""):
     return "\n".join([heading, *lines] if heading else lines) + "\n"
 
 
+def quoted(text):
+    return "".join(",".join(f'"{x}"' for x in line.split(",")) + "\n" for line in text.splitlines())
+
+
 @pytest.mark.proof
 @browser
 def test_texts_of_many_kinds(page, tmp_path, reference):
@@ -168,6 +172,11 @@ def test_texts_of_many_kinds(page, tmp_path, reference):
         "fortran": (as_text(rows).replace("e", "D"), "right, worst column 1", 24),
         "one": (as_text(one), "right, worst column 1", 8),
         "named": (as_text(degrees, ",", heading), "right, worst column 1", 2),
+        "quoted": (quoted(as_text(degrees, ",", heading)), "right, worst column 1", 2),
+        "milliseconds": (as_text(degrees * [1e3, 1, 1], ",", heading.replace("time", "t [ms]")),
+                         "right, worst column 1", 2),
+        "decimal commas": (as_text(rows, ";").replace(".", ","), "right, worst column 1", 24),
+        "counted": (as_text(rows, " ", " ".join(map(str, range(1, 26)))), "right, worst", 24),
         "part": (as_text(rows[:80]), "right, as far as it goes, worst column 1", 24),
         "constant": (as_text(constant), "close, worst column 4.", 8),
     }  # fmt: skip
@@ -216,28 +225,103 @@ def test_a_file_is_dropped_and_its_result_is_linked(page, tmp_path):
     """
     dom, complaints = opened(page, tmp_path, more=drop)
     assert complaints == []
-    assert "dropped.txt: 1001 rows" in said(dom, "facts")
+    assert "dropped.txt: 1001 of 1001 rows compared, 0 to 10 s of 0 to 10 s" in said(dom, "facts")
     (address,) = re.findall("<title>(#result=[\\w-]+)</title>", dom)
     assert len(address) < 8000
     linked, complaints = opened(page, tmp_path, address)
     assert complaints == []
-    assert said(linked, "verdict") == said(dom, "verdict")
+    assert said(linked, "verdict") == f"shared, not checked here: {said(dom, 'verdict')}"
+    assert 'class="verdict shared"' in linked
     assert matrix(linked) == matrix(dom)
-    assert "from a link" in said(linked, "facts")
+    assert "drop the file to judge it" in said(linked, "facts")
+
+
+CELL = {
+    "maneuver": 1, "key": 0, "rows": 11, "digits": 14.0, "mescd": 14.0, "max_error": 0.0,
+    "time_of_max": 0.0, "rms_error": 0.0, "column": 0, "sign": 1, "factor": 1, "offset": 0,
+    "grade": 1, "never_filled": 0, "errors": [None] * 40,
+}  # fmt: skip
+"""A cell of a link as the page writes it."""
+
+
+def shared(*cells, **changes):
+    return packed("result", {"name": "x.csv", "whole": True, "cells": [*cells]} | changes)
+
+
+FORGED = {
+    "a verdict of its own": packed(
+        "result",
+        {
+            "name": "my-engine.csv",
+            "line": "right, worst column 14.0 correct digits",
+            "style": "right",
+            "remarks": ["1001 rows"],
+            "cells": [],
+        },
+    ),
+    "a verdict beside cells": shared(CELL, line="right, worst column 14.0 correct digits"),
+    "no cell": shared(),
+    "no cells": shared(cells=None),
+    "null": packed("result", None),
+    "null as text": packed("text", None),
+    "a number as text": packed("text", {"name": "x", "text": 1}),
+    "an object as name": packed("text", {"name": {}, "text": "0 1\n"}),
+    "cells of null": shared(None),
+    "twice": shared(CELL, CELL),
+    "another key": shared(CELL | {"more": 1}),
+    "a key less": shared({k: v for k, v in CELL.items() if k != "rms_error"}),
+    "a column that is a word": shared(CELL | {"key": "constructor"}),
+    "a column by inheritance": shared(CELL | {"key": "__proto__"}),
+    "another column": shared(CELL | {"column": 3}),
+    "no rows": shared(CELL | {"rows": 0}),
+    "digits in words": shared(CELL | {"digits": "14"}),
+    "damaged": "#result=AAAA",
+    "no code": "#text=!!",
+    "something else": "#x",
+    "cut": shared(CELL)[:-9],
+    "too much": packed("text", {"name": "x", "text": " " * 65_000_000}),
+}
 
 
 @pytest.mark.proof
 @browser
-@pytest.mark.parametrize(
-    "address",
-    [
-        "#result=AAAA", "#text=!!", packed("result", {"name": "x"}), packed("text", {}),
-        packed("result", {"name": "", "line": "", "style": "evil", "remarks": [], "cells": []}),
-    ],
-)  # fmt: skip
-def test_a_bad_link_shows_nothing(page, tmp_path, address):
-    dom, _ = opened(page, tmp_path, address)
+@pytest.mark.parametrize("kind", FORGED)
+def test_a_bad_link_is_one_line(page, tmp_path, kind):
+    dom, complaints = opened(page, tmp_path, FORGED[kind])
+    assert complaints == []
     assert 'id="result" aria-label="Result" hidden' in dom
+    assert said(dom, "verdict") == ""
+    assert said(dom, "problem").startswith("the link ") or kind == "a number as text"
+    assert said(dom, "problem")
+
+
+@pytest.mark.proof
+@browser
+def test_the_verdict_of_a_link_follows_from_its_cells(page, tmp_path):
+    wrong = CELL | {"key": 1, "column": 1, "grade": 4, "digits": 1.6, "max_error": 0.1}
+    for cells, whole, verdict in [
+        ((CELL,), True, "right, worst column 14.0 correct digits (maneuver 1 roll_angle)"),
+        ((CELL,), False, "right, as far as it goes, worst column 14.0 correct digits (maneuver 1 "
+         "roll_angle)"),
+        ((CELL, wrong), True, "wrong, worst column 1.6 correct digits (maneuver 1 roll_rate)"),
+    ]:  # fmt: skip
+        dom, complaints = opened(page, tmp_path, shared(*cells, whole=whole))
+        assert complaints == []
+        assert said(dom, "verdict") == f"shared, not checked here: {verdict}"
+        assert 'class="verdict shared"' in dom
+
+
+@pytest.mark.proof
+@browser
+def test_rows_outside_the_run_are_no_verdict(page, tmp_path, reference):
+    """Of negative times one row was left, and was right."""
+    rows = table(reference, (2,))
+    rows[:, 0] *= -1
+    dom, complaints = opened(
+        page, tmp_path, packed("text", {"name": "x", "text": as_text(rows[::-1])})
+    )
+    assert complaints == []
+    assert "found 1 of 101 rows within the run" in said(dom, "problem")
     assert said(dom, "verdict") == ""
 
 

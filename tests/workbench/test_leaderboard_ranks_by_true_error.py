@@ -117,6 +117,8 @@ def turned(row):
          "a number in every row"),
         (lambda rows: [turned(row) for row in rows], "signs that contradict"),
         (lambda rows: [*rows[:5], "0.051 " + rows[5].split(" ", 1)[1], *rows[6:]], "row 5"),
+        (lambda rows: [*rows, *(f"{10 + i} " + rows[i].split(" ", 1)[1] for i in range(1, 100))],
+         "99 rows outside the run"),
     ],
 )  # fmt: skip
 def test_every_row_and_value_is_asked_for(folder, capsys, change, word):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from numbers import Integral
@@ -11,7 +11,7 @@ from typing import Any
 from warnings import catch_warnings, simplefilter
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.errors import BicycleError, InputError, printable
+from heyoka_bike.errors import BicycleError, InputError, printable, quoted
 
 LEFT_OUT = ("-", "skip")
 """Words of `--columns` for a column that is not used."""
@@ -100,7 +100,24 @@ class Request:
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
         return f"{self.option}{said} tells what they are"
 
-    def not_columns(self, found: str, line: int | None = None) -> InputError:
+    def by_name(self, members: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+        """Members by their names, of which each is there once.
+
+        Raises
+        ------
+        InputError
+            A name is there twice: no one of them is meant more than the other.
+        """
+        found: dict[str, Any] = {}
+        for name, x in members:
+            if name in found:
+                raise self.error(f"found {quoted(name)} twice, expected each name once")
+            found[name] = x
+        return found
+
+    def not_columns(
+        self, found: str, line: int | None = None, column: int | None = None
+    ) -> InputError:
         """The error that says what there is in the place of columns, and which were expected."""
         widths = " or ".join(map(str, self.widths))
         said = f"{widths} columns, or columns named {NAMES}; {self.how_to_tell}"
@@ -108,7 +125,7 @@ class Request:
             said = "columns by name"
         elif self.names is not None:
             said = f'{len(self.names)} as {self.option} tells; there "-" stands for one left out'
-        return self.error(f"found {found}, expected {said}", line)
+        return self.error(f"found {found}, expected {said}", line, column)
 
     def wrong_width(self, width: int, rows: int, line: int | None = None) -> InputError:
         """The error for columns without names of which there are too many or too few."""

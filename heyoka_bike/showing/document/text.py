@@ -221,9 +221,12 @@ def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -
 
 
 def wrap(text: str, width: int) -> list[str]:
-    """Lines of at most so many letters; a unit stays with its number."""
+    """Lines of at most so many letters; a unit stays with its number, and a word is one.
+
+    A word that is longer, such as what follows ``--columns``, is to be copied, and has a line.
+    """
     kept = re.sub(r"(?<=[0-9]) (?=(?:%|s|J|rad(?:/s)?|m/s)(?![a-z]))", _KEPT_BLANK, text)
-    lines = textwrap.wrap(kept, width, break_on_hyphens=False) or [""]
+    lines = textwrap.wrap(kept, width, break_on_hyphens=False, break_long_words=False) or [""]
     return [line.replace(_KEPT_BLANK, " ") for line in lines]
 
 

@@ -30,6 +30,7 @@ WIDTH = 100
 def render(
     scored: Report | Series, name: str, made: Sequence[tuple[str, str]] | None = None, *,
     width: int | None = WIDTH, has_colors: bool = False, has_details: bool = True,
+    written: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """The text of a score in a format, or its ``summary``.
 
@@ -41,6 +42,8 @@ def render(
         When and how; by default now, see `wording.origin`.
     width, has_colors, has_details
         Of text, see `document.text.render`.
+    written
+        Files that were written beside it, which a table without details names.
     """
     if name in ("html", "table"):
         from heyoka_bike.showing.document import html, text
@@ -55,7 +58,7 @@ def render(
     from heyoka_bike.showing.formats import summary
 
     if name == "table":
-        return shown + summary.closing(scored, width, has_colors)
+        return shown + summary.closing(scored, width, has_colors, written)
     if name == "summary":
         return summary.render(scored, width, has_colors)
     return str(import_module(f"heyoka_bike.showing.formats.{name}").render(scored))

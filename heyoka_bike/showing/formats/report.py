@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, also_open
@@ -205,7 +205,8 @@ def _covered(m: ManeuverScore) -> str:
     """Rows, time and step, and how much of the reference they cover."""
     step = "" if m.step is None else f", every {words.plain(m.step)} s"
     times = f"{words.plain(m.t_start)} to {words.plain(m.t_end)} s"
-    return f"{m.rows} rows, {times}{step}, {words.percent(m.coverage)} of the reference"
+    covered = words.percent(m.coverage)
+    return f"{words.counted(m.rows, 'row')}, {times}{step}, {covered} of the reference"
 
 
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:
@@ -290,6 +291,9 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     ]
     left_out = len(columns) - len(rows)
     more = f" {left_out} more columns have no fewer digits." if left_out else ""
+    odd = [key for key, found in columns.items() if any(c.is_contradicted for c in found)]
+    signs = f"{named(odd)}: wrong for their signs, whatever their digits" if odd else ""
+    said = [f"and {left_out} more columns, none with fewer digits" if left_out else "", signs]
     return doc.TableBlock(
         [
             doc.Words("Correct digits", "correct digits"),
@@ -302,8 +306,8 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
         note=doc.Words(
             "Correct digits of the worst value of a column, -log10 of its error relative to the "
             f"column's largest value.{more} Taken as: the definition, sign, unit and zero that the "
-            "values follow; none of it is an error.",
-            f"and {left_out} more columns, none with fewer digits" if left_out else "",
+            f"values follow; none of it is an error.{f' {signs}.' if signs else ''}",
+            "; ".join(filter(None, said)),
         ),
     )
 

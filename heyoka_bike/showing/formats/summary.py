@@ -7,7 +7,7 @@ import json
 import math
 import shlex
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.diagnosis import UNITS_BESIDE
@@ -18,7 +18,7 @@ from heyoka_bike.scoring.evidence import (
     SensesOpposed,
     SignContradiction,
 )
-from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.findings import Severity, named
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Run, Series
@@ -63,10 +63,14 @@ def render(
     return page.text()
 
 
-def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str:
-    """Return the next step, below a report without its details."""
+def closing(
+    scored: Report | Series, width: int | None, has_colors: bool, written: Sequence[str] = ()
+) -> str:
+    """Return the next step, below a report without its details, and the files that were written."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
     more = "errors of each maneuver: --details; with charts: -o report.html"
+    if written:
+        more = f"errors of each maneuver: --details; written: {', '.join(map(printable, written))}"
     blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
     return "\n" + text.render(blocks, width, has_colors)
 
@@ -145,6 +149,10 @@ def _next(report: Report, in_python: bool) -> str:
     found = file_grade(report)
     if found == Grade.UNKNOWN:
         return "look at the headings and the times of the file: nothing in it could be compared"
+    if own := words.own_definitions(report):
+        meant = "the point or axis that it is of" if len(own) == 1 else "the points or axes of them"
+        command = _call(report) if in_python else _command("diagnose", report)
+        return f"say what {named(own)} is, {meant}; if it is the usual one: {command}"
     if found in (Grade.WRONG, Grade.CLOSE):
         said = _call(report) if in_python else _command("diagnose", report)
         more = "; a smaller step may do" if found == Grade.CLOSE else ""

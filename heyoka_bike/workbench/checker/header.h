@@ -18,6 +18,9 @@ $about
 #if defined(__FAST_MATH__) || defined(_M_FP_FAST)
 #error "expected the rules of IEEE 754: compile without -ffast-math or /fp:fast"
 #endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "expected NaN and infinity: compile without -ffinite-math-only"
+#endif
 #if FLT_EVAL_METHOD == 2 || FLT_EVAL_METHOD < 0
 #error "expected binary64 arithmetic: compile with -msse2 -mfpmath=sse on 32-bit x86"
 #endif
@@ -78,12 +81,15 @@ typedef struct bicycle_result {
     double offset;           /* what the energies have too much by another zero [J] */
     int grade;               /* one of enum bicycle_grade */
     int never_filled;        /* one number in every row of what varies: not compared */
+    int is_contradicted;     /* its sign is not that of its own angle or rate */
+    int is_of_its_own;       /* of a definition that is not known here, of a motion that is right */
 } bicycle_result;
 
 typedef struct bicycle_check {
     bicycle_data data[BICYCLE_MANEUVERS][BICYCLE_KEYS];
     bicycle_result result[BICYCLE_MANEUVERS][BICYCLE_KEYS];
     int grade;    /* the worst */
+    int bad_time; /* 1 + the place among the eight of a column with a time that is not finite */
     int is_whole; /* whether every run is covered from start to end, with no value missing */
 } bicycle_check;
 
@@ -112,6 +118,7 @@ typedef struct ub_maneuver {
     const ub_piece *pieces;
     int count;
     double end, longest;
+    double reach;                  /* so far, a little beyond the end, the last piece is continued */
     double varies;                 /* root mean square of the potential energy around its median */
     double scale[BICYCLE_COLUMNS]; /* largest absolute values */
 } ub_maneuver;
@@ -161,8 +168,8 @@ BICYCLE_API void bicycle_evaluate_all(int maneuver, double t, double values[BICY
 {
     double y[UB_STATES];
     int i, is_known = 1 <= maneuver && maneuver <= BICYCLE_MANEUVERS;
-    /* A million steps summed may end a last digit late. */
-    if (is_known && t >= 0 && t <= ub_maneuvers[maneuver - 1].end * (1 + 1e-10)) {
+    /* Steps that are summed may end late. */
+    if (is_known && t >= 0 && t <= ub_maneuvers[maneuver - 1].reach) {
         ub_state(&ub_maneuvers[maneuver - 1], t, y);
         ub_columns(y, values);
     } else
@@ -191,10 +198,11 @@ BICYCLE_API const char *bicycle_word(int grade) { return ub_words[grade]; }
    largest hundredth of the rows; the default, and what belongs to the definition of the angle, is
    five times as likely before; odds below 20 to 1 are left open. */
 
-enum { UB_SAMPLE = 4001, UB_FEW_ROWS = 10, UB_LEFT_OUT = 100, UB_WAYS = 6 };
+enum { UB_SAMPLE = 4001, UB_FEW_ROWS = 10, UB_LEFT_OUT = 100, UB_WAYS = 8 };
 #define UB_VALUES 3.0                  /* an error curve counts as so many */
 #define UB_CLAIMED 2.995732273553991  /* log 20 */
 #define UB_SELDOM 6.907755278982137   /* log 1000 */
+#define UB_AGAINST_NONE 4.605170185988092 /* log 100 */
 #define UB_EXPECTED 1.6094379124341003 /* log 5 */
 #define UB_CLEARLY 10.0
 #define UB_HALF 0.5
@@ -229,14 +237,14 @@ BICYCLE_API double ub_value(const bicycle_data *d, size_t i)
 
 BICYCLE_API int ub_is_within(int m, double t)
 {
-    return t >= 0 && t <= ub_maneuvers[m].end * (1 + 1e-10);
+    return t >= 0 && t <= ub_maneuvers[m].reach;
 }
 
 BICYCLE_API size_t ub_rows_within(const bicycle_data *d, int m)
 {
     size_t i, found = 0;
     for (i = 0; i < d->rows; i++)
-        found += ub_is_within(m, ub_time(d, i));
+        found += ub_is_within(m, ub_time(d, i)) ? 1 : 0;
     return found;
 }
 
@@ -285,11 +293,20 @@ BICYCLE_API double ub_rms(const double *x, int n)
     return largest * sqrt(sum / n);
 }
 
+/* Distance of neighbouring numbers of so many bits at x, which is not negative. */
+BICYCLE_API double ub_binary(double x, int bits)
+{
+    int exponent;
+    if (x < DBL_MIN)
+        return 0;
+    frexp(x, &exponent);
+    return ldexp(1, exponent - bits);
+}
+
 /* Distance of neighbouring written numbers at x; bits of a column in binary. */
 BICYCLE_API double ub_spacing(const bicycle_data *d, int bits, double x)
 {
     double exponent, size = fabs(x);
-    int binary;
     if (d->places >= 0)
         return pow(10, -d->places);
     if (size < DBL_MIN)
@@ -299,8 +316,7 @@ BICYCLE_API double ub_spacing(const bicycle_data *d, int bits, double x)
         exponent += pow(10, exponent + 1) <= size;
         return pow(10, exponent - d->digits + 1);
     }
-    frexp(size, &binary);
-    return ldexp(1, binary - bits);
+    return ub_binary(size, bits);
 }
 
 /* 24 if all values are single precision numbers, and not only integers; else 53. */
@@ -561,12 +577,31 @@ BICYCLE_API void ub_choose(const bicycle_check *c, int key, ub_taken found[BICYC
     }
 }
 
-/* What a maneuver is off by for sure, in scales: the largest typical error of a column of one
-   meaning; 1 where too little tells. */
-BICYCLE_API double ub_accuracy(const bicycle_check *c, int m, const ub_taken found[BICYCLE_KEYS],
-                               int is_with_zeroed, ub_sample *s)
+/* To what errors of the motion in a column are proportional, of what `ub_take` found. */
+BICYCLE_API double ub_moves(const bicycle_check *c, int m, int key, ub_sample *s)
 {
-    double largest = 0;
+    const bicycle_data *kinetic = &c->data[m][BICYCLE_KINETIC_ENERGY];
+    double middle;
+    int i;
+    if (!kinetic->rows || c->result[m][BICYCLE_KINETIC_ENERGY].never_filled)
+        return s->scale;
+    if (ub_is_energy(key))
+        return ub_maneuvers[m].varies;
+    ub_expect(s, m, key);
+    for (i = 0; i < s->count; i++)
+        s->error[i] = s->exact[i];
+    middle = ub_median(s->error, s->count);
+    for (i = 0; i < s->count; i++)
+        s->error[i] = s->exact[i] - middle;
+    return ub_rms(s->error, s->count);
+}
+
+/* What a maneuver is off by for sure, in scales or in parts of what each column varies by: the
+   largest typical error of a column of one meaning; 1 where too little tells. */
+BICYCLE_API double ub_accuracy(const bicycle_check *c, int m, const ub_taken found[BICYCLE_KEYS],
+                               int is_with_zeroed, int is_by_moves, ub_sample *s)
+{
+    double largest = 0, typical, size;
     int key, i, count = 0, has_lateral = 0;
     for (key = 0; key < BICYCLE_KEYS; key++) {
         int is_zeroed = key == BICYCLE_POTENTIAL_ENERGY || key == BICYCLE_MECHANICAL_ENERGY;
@@ -575,11 +610,37 @@ BICYCLE_API double ub_accuracy(const bicycle_check *c, int m, const ub_taken fou
             definitions += ub_names[i].of == key;
         if (definitions > 1 || (is_zeroed && !is_with_zeroed) || !found[key].is_there)
             continue;
-        largest = fmax(largest, ub_typical_of(c, m, key, &found[key], s) / s->scale);
-        count += s->count > 0;
-        has_lateral |= s->count > 0 && !ub_is_energy(key);
+        typical = ub_typical_of(c, m, key, &found[key], s);
+        if (!s->count)
+            continue;
+        size = is_by_moves ? ub_moves(c, m, key, s) : s->scale;
+        if (!(size > 0))
+            continue;
+        largest = fmax(largest, typical / size);
+        count++;
+        has_lateral |= !ub_is_energy(key);
     }
     return count > 1 && has_lateral ? largest : 1;
+}
+
+/* Takes the errors of the kinetic energy from those of a sample; 0 if it is not in all its rows. */
+BICYCLE_API int ub_without_kinetic(const bicycle_check *c, int m, int unit, ub_sample *s)
+{
+    const bicycle_data *d = &c->data[m][BICYCLE_KINETIC_ENERGY];
+    double factor = ub_units[BICYCLE_KINETIC_ENERGY][unit].factor, x;
+    size_t row = 0;
+    int i;
+    if (c->result[m][BICYCLE_KINETIC_ENERGY].never_filled)
+        return 0;
+    for (i = 0; i < s->count; i++) {
+        while (row < d->rows && ub_time(d, row) != s->time[i])
+            row++;
+        x = row < d->rows ? ub_value(d, row) : NAN;
+        if (x != x)
+            return 0;
+        s->error[i] -= factor * x - bicycle_evaluate(m + 1, BICYCLE_KINETIC_ENERGY, s->time[i]);
+    }
+    return 1;
 }
 
 /* The energies with a zero elsewhere that explains them, if there is one in this unit. */
@@ -589,7 +650,7 @@ BICYCLE_API int ub_move_zero(const bicycle_check *c, int leader, int unit,
     static const int zeroed[2] = {BICYCLE_POTENTIAL_ENERGY, BICYCLE_MECHANICAL_ENERGY};
     ub_taken moved[2];
     double offset = 0, least = INFINITY, off_by = 0, scale = 0;
-    int m, i, k, has_rows = 0, meets_floor = 1;
+    int m, i, k, has_rows = 0, meets_floor = 1, shows_height = 1;
     for (k = 0; k < 2; k++) {
         moved[k] = found[zeroed[k]];
         moved[k].unit = unit;
@@ -600,6 +661,8 @@ BICYCLE_API int ub_move_zero(const bicycle_check *c, int leader, int unit,
             continue;
         ub_expect(s, m, leader);
         ub_compare(s, ub_units[leader][unit].factor, 0);
+        if (leader != BICYCLE_POTENTIAL_ENERGY)
+            shows_height = shows_height && ub_without_kinetic(c, m, unit, s);
         first = s->error[0];
         middle = ub_median(s->error, s->count);
         for (i = 0; i < s->count; i++)
@@ -617,11 +680,11 @@ BICYCLE_API int ub_move_zero(const bicycle_check *c, int leader, int unit,
         for (k = 0; k < BICYCLE_KEYS; k++)
             is_there |= found[k].is_there && ub_take(c, m, k, s) > 0;
         if (is_there)
-            off_by = fmax(off_by, ub_accuracy(c, m, found, 0, s));
+            off_by = fmax(off_by, ub_accuracy(c, m, found, 0, 0, s));
     }
     if (fabs(offset) / scale < fmin(UB_CLEARLY * off_by, UB_FAR_ZERO))
         return 0;
-    if (leader != BICYCLE_POTENTIAL_ENERGY && off_by >= UB_TOLERANCE)
+    if (!shows_height && off_by >= UB_TOLERANCE)
         return 0;
     for (k = 0; k < 2; k++) {
         moved[k].offset = offset;
@@ -671,7 +734,7 @@ BICYCLE_API void ub_find_zero(const bicycle_check *c, ub_taken found[BICYCLE_KEY
     /* To all digits: errors of the motion begin at nothing, those of rounding are nothing on
        average. */
     offset = found[leader].offset;
-    if (!offset)
+    if (offset == 0)
         return;
     for (m = 0; m < BICYCLE_MANEUVERS; m++) {
         double low = INFINITY, high = -INFINITY, mean = 0, middle, last, at, factor;
@@ -852,6 +915,8 @@ BICYCLE_API void ub_measure(bicycle_check *c, int m, int key, const ub_taken *u)
         exact = bicycle_evaluate(m + 1, u->column, t);
         error = fabs(u->sign * factor * x - u->offset - exact);
         half = ub_spacing(d, bits, is_decimal ? x : largest);
+        if (is_decimal) /* a text may have more places than the number that it was written from */
+            half = fmax(half, ub_binary(fabs(x), 53));
         half = (half < common / 2 ? common : half) / 2 * factor;
         unexplained = fmax(unexplained, error - half);
         resolution = fmax(resolution, half);
@@ -896,8 +961,68 @@ BICYCLE_API void ub_contradict(bicycle_check *c, int angle, int rate, ub_sample 
     if (signs[0] * signs[1] < 0)
         for (k = 0; k < 2; k++)
             for (m = 0; m < BICYCLE_MANEUVERS; m++)
-                if (c->result[m][keys[k]].rows)
+                if (c->result[m][keys[k]].rows) {
                     c->result[m][keys[k]].grade = BICYCLE_WRONG;
+                    c->result[m][keys[k]].is_contradicted = 1;
+                }
+}
+
+/* Whether a column is of none of the definitions: the odds are those of heyoka-bike score. */
+BICYCLE_API int ub_is_of_its_own(const bicycle_check *c, int key,
+                                 const ub_taken found[BICYCLE_KEYS], ub_sample *s)
+{
+    const ub_taken *u = &found[key];
+    double odds = UB_AGAINST_NONE, factor = ub_factor(key, u);
+    int m, i, k, definitions = 0;
+    for (k = 0; k < BICYCLE_COLUMNS; k++)
+        definitions += ub_names[k].of == key;
+    for (m = 0; m < BICYCLE_MANEUVERS && definitions > 1; m++) {
+        double off_by, allowed, error, apart = INFINITY;
+        /* A motion that is wrong itself tells nothing. */
+        if (!ub_take(c, m, key, s) || ub_accuracy(c, m, found, 1, 0, s) >= UB_TOLERANCE)
+            continue;
+        off_by = ub_accuracy(c, m, found, 1, 1, s);
+        ub_take(c, m, key, s);
+        allowed = fmax(UB_CLEARLY * off_by * ub_moves(c, m, key, s), 4 * ub_smallest(s, factor));
+        ub_expect(s, m, u->column);
+        ub_compare(s, u->sign * factor, u->offset);
+        for (i = 0; i < s->count; i++)
+            s->error[i] = fabs(s->error[i]);
+        /* A few bad rows are no other meaning. */
+        error = fmax(ub_select(s->error, s->count, (int)(0.9 * (s->count - 1))), allowed);
+        for (k = 0; k < BICYCLE_COLUMNS; k++) {
+            if (ub_names[k].of != key || k == u->column)
+                continue;
+            for (i = 0; i < s->count; i++)
+                s->error[i] = bicycle_evaluate(m + 1, k, s->time[i]) - s->exact[i];
+            apart = fmin(apart, ub_rms(s->error, s->count));
+        }
+        if (error > allowed)
+            odds -= fmin(UB_VALUES * log(error / allowed), UB_SELDOM);
+        else if (apart > error)
+            odds += UB_VALUES * log(apart / error);
+    }
+    return definitions > 1 && odds < UB_CLAIMED;
+}
+
+/* Marks the columns that are of definitions of their own. */
+BICYCLE_API void ub_mark_own(bicycle_check *c, const ub_taken found[BICYCLE_KEYS], ub_sample *s)
+{
+    int m, key;
+    for (key = 0; key < BICYCLE_KEYS; key++)
+        if (found[key].is_there && ub_is_of_its_own(c, key, found, s))
+            for (m = 0; m < BICYCLE_MANEUVERS; m++)
+                c->result[m][key].is_of_its_own = c->result[m][key].rows > 0;
+}
+
+/* Whether all times of a column are finite. */
+BICYCLE_API int ub_has_times(const bicycle_data *d)
+{
+    size_t i;
+    for (i = 0; i < d->rows; i++)
+        if (!(fabs(ub_time(d, i)) <= DBL_MAX))
+            return 0;
+    return 1;
 }
 
 /* Whether the rows of a column, none of them without a value, are near enough to each other from
@@ -957,6 +1082,11 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
     int m, key, count = 0, left_out = 0, unit = -1;
     c->grade = BICYCLE_UNKNOWN;
     c->is_whole = 1;
+    c->bad_time = 0;
+    for (m = 0; m < BICYCLE_MANEUVERS; m++)
+        for (key = 0; key < BICYCLE_KEYS; key++)
+            if (!ub_has_times(&c->data[m][key]))
+                c->bad_time = 1 + key;
     for (m = 0; m < BICYCLE_MANEUVERS; m++) {
         for (key = 0; key < BICYCLE_KEYS; key++)
             c->result[m][key] = nothing;
@@ -987,6 +1117,7 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
                 ub_measure(c, m, key, &found[key]);
     ub_contradict(c, BICYCLE_ROLL_ANGLE, BICYCLE_ROLL_RATE, &s);
     ub_contradict(c, BICYCLE_STEER_ANGLE, BICYCLE_STEER_RATE, &s);
+    ub_mark_own(c, found, &s);
     for (m = 0; m < BICYCLE_MANEUVERS; m++)
         for (key = 0; key < BICYCLE_KEYS; key++)
             if (c->data[m][key].rows) {
@@ -994,6 +1125,10 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
                     c->grade = c->result[m][key].grade;
                 c->is_whole = c->is_whole && ub_is_whole(c, m, key);
             }
+    if (c->bad_time)
+        c->grade = BICYCLE_WRONG;
+    if (c->bad_time || c->grade == BICYCLE_UNKNOWN)
+        c->is_whole = 0;
     return c->grade;
 }
 
@@ -1029,20 +1164,62 @@ BICYCLE_API size_t ub_put(char *text, size_t size, size_t at, const char *more)
     return at;
 }
 
+/* Names of the columns that are marked, with commas between them; how many there are. */
+BICYCLE_API int ub_put_marked(char *text, size_t size, size_t *at, const int marked[BICYCLE_KEYS])
+{
+    int key, count = 0;
+    for (key = 0; key < BICYCLE_KEYS; key++)
+        if (marked[key]) {
+            *at = ub_put(text, size, *at, count++ ? ", " : "");
+            *at = ub_put(text, size, *at, bicycle_key(key));
+        }
+    return count;
+}
+
 /* The verdict as one line for a test's log, at most size - 1 letters and a zero. */
 BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t size)
 {
     char tenths[8];
-    int maneuver = 0, column = 0, n, i = 0;
+    int maneuver = 0, column = 0, n, i = 0, m, key;
+    int own[BICYCLE_KEYS] = {0}, odd[BICYCLE_KEYS] = {0}, has_own = 0, has_odd = 0;
+    int others = BICYCLE_UNKNOWN;
     size_t at = 0;
     double digits;
+    if (c->bad_time) {
+        at = ub_put(text, size, at, UB_BAD_TIME " (");
+        at = ub_put(text, size, at, bicycle_key(c->bad_time - 1));
+        ub_put(text, size, at, ")");
+        return text;
+    }
     if (!bicycle_worst(c, &maneuver, &column)) {
         ub_put(text, size, 0, UB_NOTHING);
         return text;
     }
+    for (m = 0; m < BICYCLE_MANEUVERS; m++)
+        for (key = 0; key < BICYCLE_KEYS; key++) {
+            own[key] |= c->result[m][key].is_of_its_own;
+            odd[key] |= c->result[m][key].is_contradicted;
+        }
+    for (m = 0; m < BICYCLE_MANEUVERS; m++)
+        for (key = 0; key < BICYCLE_KEYS; key++) {
+            has_own |= own[key];
+            has_odd |= odd[key];
+            if (!own[key] && c->result[m][key].grade > others)
+                others = c->result[m][key].grade;
+        }
+    /* First goes what may be said of a file whose motion is right. */
+    if (has_own && others < c->grade && c->grade >= BICYCLE_CLOSE) {
+        n = ub_put_marked(text, size, &at, own);
+        at = ub_put(text, size, at, n > 1 ? UB_OWN_DEFINITIONS : UB_OWN_DEFINITION);
+    }
     at = ub_put(text, size, at, ub_words[c->grade]);
     if (c->grade != BICYCLE_WRONG && !c->is_whole)
         at = ub_put(text, size, at, UB_IN_PART);
+    if (has_odd) {
+        at = ub_put(text, size, at, UB_SIGNS_OF);
+        ub_put_marked(text, size, &at, odd);
+        at = ub_put(text, size, at, UB_CONTRADICT);
+    }
     digits = c->result[maneuver - 1][column].digits;
     if (digits < 0)
         at = ub_put(text, size, at, ", " UB_NO_DIGIT " (");

@@ -98,7 +98,7 @@ def _data(
         angle = places.get(RATE_OF.get((c.key, c.definition), ("", "")), -1)
         of = BENCHMARK_COLUMNS.index(c.key)
         yield f'    {{"{c.key}", "{c.definition}", {of}, {angle}}},'
-    yield "};\nstatic const ub_unit ub_units[BICYCLE_KEYS][3] = {"
+    yield "};\nstatic const ub_unit ub_units[BICYCLE_KEYS][4] = {"
     for c in columns[: len(BENCHMARK_COLUMNS)]:
         known = (f'{{"{unit}", {factor(unit)[0]!r}}}' for unit in UNITS[c.unit])
         yield f"    {{{', '.join(known)}}},"
@@ -122,7 +122,8 @@ def _data(
     for n in reference:
         m = reference[n]
         height = m["potential_energy"]
-        numbers = [float(m.duration), float(np.diff(m.breaks).max()), rms(height - median(height))]
+        longest = float(np.diff(m.breaks).max())
+        numbers = [float(m.duration), longest, m.reach, rms(height - median(height))]
         scales = _numbers(m.scale(name) for name in names)
         yield f"{{ub_pieces_{n}, {len(kept[n])}, {_numbers(numbers)}, {{\n{scales}}}}},"
     yield "};\n"

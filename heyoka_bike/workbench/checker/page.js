@@ -1,16 +1,7 @@
-"use strict";
+/* What the page shows, and what is done on it. */
 
-const data = JSON.parse(document.getElementById("data").textContent);
-const { keys, units, words, signs, styles, meanings, phrases } = data;
-const GIVEN = { log: Math.log, log10: Math.log10, sin: Math.sin, cos: Math.cos, atan2: Math.atan2, pow: Math.pow };
-const bytes = Uint8Array.from(atob(data.wasm), (c) => c.charCodeAt(0));
-const judge = new WebAssembly.Instance(new WebAssembly.Module(bytes), { env: GIVEN }).exports;
-const MANEUVERS = Array.from({ length: judge.maneuvers() }, (_, i) => i + 1);
-// In the order of `number` of checker.c.
-const MEASURES = ["rows", "digits", "mescd", "max_error", "time_of_max", "rms_error", "column", "sign", "factor", "offset", "grade", "never_filled"];
-const EXPECTED = "expected 9 or 25";
-const NAMED = /^(?:m(?:aneuver)?[ _]?(\d)[ _.])?(\w+?)\s*(?:[[(].*)?$/i;
-const MOST_IN_LINK = 8000;
+const MOST_BYTES = 64e6;
+const MOST_PASTED = 4e6;
 const POINTS = 700;
 
 const at = (id) => document.getElementById(id);
@@ -29,139 +20,20 @@ function svg(tag, attributes = {}, ...children) {
   return found;
 }
 
-function string(address) {
-  const memory = new Uint8Array(judge.memory.buffer);
-  return new TextDecoder().decode(memory.subarray(address, memory.indexOf(0, address)));
-}
-
-/* ---- Reading ---- */
-
-const cells = (line) => line.trim().replace(/[,;]\s*$/, "").split(/\s*[,;\t]\s*|\s+/);
-const isNumber = (text) => /^[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|^[+-]?(nan|inf(inity)?)$/i.test(text);
-const number = (text) => (/n/i.test(text) ? NaN : Number(text.replace(/d/i, "e")));
-
-class Unreadable extends Error {}
-
-// The rows of numbers of a text, or an `Unreadable` with the line that heyoka-bike score gives.
-function read(text, name) {
-  const stop = (where, said) => { throw new Unreadable(`${name}${where}: ${said}`); };
-  if (text.includes("\0")) stop("", "found a file that is no text, expected rows of numbers");
-  if (!text.trim()) stop("", "found an empty file, expected rows of numbers");
-  let heading = null, width = 0;
-  const lines = [], numbers = [], rows = [];
-  for (const [i, line] of text.split(/\r\n|\n|\r/).entries()) {
-    const plain = line.replace(/[#%!].*$|\/\/.*$/, "");
-    if (!plain.trim()) { if (!rows.length && line.trim()) heading = cells(line.replace(/^\s*[#%!/]+/, "")); continue; }
-    const found = cells(plain);
-    if (!found.every(isNumber)) {
-      if (rows.length || found.some(isNumber)) stop(`:${i + 1}`, `found ${JSON.stringify(found.find((x) => !isNumber(x)))}, expected a number`);
-      heading = /[,;\t]/.test(plain) ? plain.split(/[,;\t]/).map((x) => x.trim()) : found;
-      continue;
-    }
-    width = width || found.length;
-    if (found.length !== width) stop(`:${i + 1}:${Math.min(found.length, width) + 1}`, `found ${found.length} values, expected ${width}`);
-    lines.push(i);
-    rows.push(found);
-    for (const x of found) numbers.push(number(x));
-  }
-  if (!rows.length) stop("", `found no row of numbers, ${EXPECTED} columns of numbers`);
-  const columns = named(heading, width) || placed(width);
-  if (!columns) stop(`:${lines[0] + 1}`, `found ${width} columns, ${EXPECTED}, or a line of column names such as time, roll_angle, roll_rate`);
-  return { name, rows, width, numbers: Float64Array.from(numbers), columns, isNamed: !!named(heading, width), heading };
-}
-
-// By their headings: the column of the time, and maneuver (0: not said) and key of each other one.
-function named(heading, width) {
-  if (!heading || heading.length !== width) return null;
-  const found = heading.map((x) => {
-    const [, maneuver, key] = x.replace(/["']/g, "").match(NAMED) || [];
-    const place = keys.indexOf((key || "").toLowerCase());
-    return { maneuver: Number(maneuver || 0), key: place, isTime: /^(t|time)$/i.test(key || "") };
-  });
-  const time = found.findIndex((x) => x.isTime);
-  if (time < 0 || found.some((x, i) => i !== time && x.key < 0)) return null;
-  const pairs = new Set(found.map((x) => `${x.maneuver} ${x.key}`));
-  return pairs.size < width ? null : { time, of: found.map((x, i) => ({ ...x, at: i })).filter((x) => !x.isTime) };
-}
-
-function placed(width) {
-  if (width !== 9 && width !== 1 + 8 * MANEUVERS.length) return null;
-  const of = Array.from({ length: width - 1 }, (_, i) => ({ maneuver: width === 9 ? 0 : 1 + Math.floor(i / 8), key: i % 8, at: i + 1 }));
-  return { time: 0, of };
-}
-
-// How finely a column is written: significant digits, and places after the point if all have as many.
-function written(file, column) {
-  let digits = 0, fewest = Infinity, most = -1, largest = 0;
-  for (const row of file.rows) {
-    const [mantissa, exponent] = row[column].toLowerCase().split(/[ed]/);
-    if (/n/.test(mantissa)) continue;
-    const places = exponent === undefined ? (mantissa.split(".")[1] || "").length : -1;
-    digits = Math.max(digits, mantissa.replace(/^[-+0.]+/, "").replace(".", "").length);
-    fewest = Math.min(fewest, places);
-    most = Math.max(most, places);
-    largest = Math.max(largest, Math.abs(number(row[column])));
-  }
-  const isFixed = fewest === most && most >= 0 && 10 ** -most >= largest * 2 ** -52;
-  const isConstant = new Set(file.rows.map((row) => number(row[column]))).size < 2;
-  return { digits: digits < 17 ? digits : 0, places: isFixed ? most : -1, count: digits, isConstant };
-}
-
-// A constant does not tell its digits: it has those of the most finely written column.
-function evened(columns, time) {
-  const finest = columns.filter((c, i) => i !== time && !c.isConstant).sort((a, b) => b.count - a.count)[0];
-  return columns.map((c) => c.isConstant && finest ? finest : c);
-}
-
-/* ---- Judging ---- */
-
-function judged(file, maneuver) {
-  const { rows, width, numbers, columns } = file;
-  const room = judge.room(numbers.length);
-  new Float64Array(judge.memory.buffer, room, numbers.length).set(numbers);
-  judge.begin();
-  for (const c of columns.of)
-    judge.give(c.maneuver || maneuver, c.key, rows.length, room + 8 * columns.time, room + 8 * c.at, width, file.written[c.at].digits, file.written[c.at].places);
-  const grade = judge.judge();
-  const found = [];
-  for (const c of columns.of) {
-    const m = c.maneuver || maneuver, cell = { maneuver: m, key: c.key, at: c.at };
-    MEASURES.forEach((name, i) => { cell[name] = judge.number(m, c.key, i); });
-    cell.also = [];
-    for (let i = 0; i < judge.count_columns(); i++) if (judge.fits(m, c.key, i)) cell.also.push(string(judge.definition(i)));
-    cell.definition = string(judge.definition(cell.column));
-    cell.unit = cell.rows ? string(judge.unit(m, c.key)) : "";
-    if (cell.rows || cell.never_filled) found.push(cell);
-  }
-  const isRight = judge.is_right();
-  return { name: file.name, line: string(judge.line()), style: grade === 1 && !isRight ? "close" : styles[grade], cells: found, rows: rows.length };
-}
-
-// The maneuver of a file of one: that whose columns have the most digits.
-function recognised(file) {
-  const told = (n) => judged(file, n).cells.reduce((sum, c) => sum + c.digits, 0);
-  return MANEUVERS.map((n) => [told(n), n]).sort((a, b) => b[0] - a[0])[0][1];
-}
-
 let shown = null;
 
 function judgeText(text, name, chosen = 0) {
   at("problem").textContent = "";
   at("result").hidden = true;
   try {
-    const file = read(text, name);
-    file.text = text;
-    file.written = evened(Array.from({ length: file.width }, (_, i) => written(file, i)), file.columns.time);
-    const isOne = file.columns.of.some((c) => !c.maneuver);
-    const maneuver = isOne ? chosen || recognised(file) : 0;
-    at("which").hidden = !isOne;
-    at("maneuver").value = String(maneuver);
-    const result = judged(file, maneuver);
-    const remarks = [`${result.rows} rows`];
-    if (isOne) remarks.push(`maneuver ${maneuver}, ${chosen ? "as told" : "recognised by its values"}`);
-    if (file.heading && file.heading.length === file.width && !file.isNamed) remarks.push("its headings are not read here: columns are taken in the benchmark's order");
-    if (!result.cells.length) throw new Unreadable(`${name}: found no row within the run, expected times of 0 to ${judge.end(1)} s`);
-    show({ ...result, remarks, file });
+    const result = judgedText(text, name, chosen);
+    at("which").hidden = !result.isOne;
+    at("maneuver").value = String(result.maneuver);
+    const times = result.file.numbers, { width, columns } = result.file, mine = result.cells.filter((c) => c.rows);
+    const within = Array.from({ length: result.rows }, (_, i) => times[i * width + columns.time]).filter((t) => Number.isFinite(judge.exact(mine[0].maneuver, 0, t)));
+    const remarks = [`${result.compared} of ${result.rows} rows compared, ${seconds(within[0])} to ${seconds(within[within.length - 1])} s of 0 to ${seconds(judge.end(mine[0].maneuver))} s`];
+    if (result.isOne) remarks.push(`maneuver ${result.maneuver}, ${chosen ? "as told" : "recognised by its values"}`);
+    show({ ...result, remarks });
   } catch (problem) {
     if (!(problem instanceof Unreadable)) throw problem;
     at("problem").textContent = `${problem.message}. More formats, and why a result differs: heyoka-bike score ${name}`;
@@ -170,8 +42,8 @@ function judgeText(text, name, chosen = 0) {
 
 /* ---- Showing ---- */
 
+const seconds = (t) => String(Number(t.toPrecision(6)));
 const oneDecimal = (x) => (x < 0 && x > -0.05 ? 0 : x).toFixed(1);
-const unitText = (unit) => unit.replace(" s-1", "/s").replace(" h-1", "/h");
 const label = (cell) => `${phrases.maneuver} ${cell.maneuver} ${keys[cell.key]}`;
 
 function takenAs(c) {
@@ -209,7 +81,7 @@ function show(result) {
   at("matrix").replaceChildren(make("thead", {}, head), body);
   const grades = [...new Set(result.cells.map((c) => c.grade))].filter((g) => words[g]).sort();
   at("signs").replaceChildren(...grades.map((g) => make("li", {}, make("b", { class: styles[g] }, signs[g]), ` ${meanings[g]}`)));
-  at("more").replaceChildren("This page counts up to 14 digits, and looks for no cause. The whole report, and why a result differs: ", make("code", {}, `heyoka-bike score ${result.name}`), ", ", make("code", {}, `heyoka-bike diagnose ${result.name}`), ".");
+  at("more").replaceChildren(result.file ? "" : "Nothing of this was computed here. ", "This page counts up to 14 digits, and looks for no cause. The whole report, and why a result differs: ", make("code", {}, `heyoka-bike score ${result.name}`), ", ", make("code", {}, `heyoka-bike diagnose ${result.name}`), ".");
   at("copied").textContent = "";
   at("result").hidden = false;
   const worst = result.cells.filter((c) => c.rows).sort((a, b) => a.digits - b.digits)[0];
@@ -387,91 +259,63 @@ function play() {
   playing = requestAnimationFrame(frame);
 }
 
-/* ---- Links ---- */
-
-async function through(stream, input) {
-  const writer = stream.writable.getWriter();
-  writer.write(input);
-  writer.close();
-  return new Uint8Array(await new Response(stream.readable).arrayBuffer());
-}
-
-async function packed(text) {
-  const found = await through(new CompressionStream("deflate-raw"), new TextEncoder().encode(text));
-  return btoa(found.reduce((s, x) => s + String.fromCharCode(x), "")).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
-}
-
-async function unpacked(text) {
-  const input = Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0));
-  return new TextDecoder().decode(await through(new DecompressionStream("deflate-raw"), input));
-}
-
-// The text itself if it is short, else the result: digits, and errors in 40 parts of the run.
-async function link() {
-  const own = location.href.split("#")[0];
-  if (!shown.file) return location.href;
-  const text = await packed(JSON.stringify({ name: shown.name, text: shown.file.text }));
-  if (text.length <= MOST_IN_LINK) return `${own}#text=${text}`;
-  const small = (x) => (typeof x === "number" ? Number(x.toPrecision(6)) : x);
-  const cells = shown.cells.map((c) => {
-    const found = Object.fromEntries(Object.entries(c).map(([name, x]) => [name, small(x)]));
-    const mine = series(c), end = judge.end(c.maneuver), parts = new Array(40).fill(null);
-    mine.t.forEach((t, i) => {
-      const part = Math.min(39, Math.floor((40 * t) / end)), power = Math.round(10 * Math.log10(mine.error[i] || 1e-300));
-      if (parts[part] === null || parts[part] < power) parts[part] = power;
-    });
-    return { ...found, errors: parts };
-  });
-  const { name, line, style, remarks } = shown;
-  return `${own}#result=${await packed(JSON.stringify({ name, line, style, remarks, cells }))}`;
-}
-
-// What somebody wrote into a link is shown as text, and only what has the form of a result.
-function isResult(found) {
-  const isText = (x) => typeof x === "string";
-  const isCell = (c) => MANEUVERS.includes(c.maneuver) && keys[c.key] !== undefined && MEASURES.every((name) => typeof c[name] === "number") &&
-    Number.isInteger(c.column) && c.column >= 0 && c.column < judge.count_columns() && signs[c.grade] !== undefined && (!c.errors || (Array.isArray(c.errors) && c.errors.every((x) => x === null || typeof x === "number"))) && isText(c.unit) && isText(c.definition) && Array.isArray(c.also);
-  return isText(found.name) && isText(found.line) && styles.includes(found.style) && Array.isArray(found.remarks) && Array.isArray(found.cells) && found.cells.every(isCell);
-}
-
-async function open() {
-  const [, kind, text] = location.hash.match(/^#(text|result)=([\w-]+)$/) || [];
-  if (!kind) return;
-  let found;
-  try {
-    found = JSON.parse(await unpacked(text));
-  } catch {
-    found = {};
-  }
-  if (kind === "text" && typeof found.text === "string") judgeText(found.text, String(found.name));
-  else if (kind === "result" && isResult(found)) show({ ...found, remarks: [...found.remarks, "from a link, which has the result and not the file"], file: null });
-  else at("problem").textContent = "The link has no result, or not all of it.";
-}
-
 /* ---- What is done ---- */
 
+function refuse(said) {
+  at("result").hidden = true;
+  at("problem").textContent = said;
+}
+
 async function take(file) {
-  judgeText(await file.text(), file.name);
+  if (file.size > MOST_BYTES) refuse(`${file.name}: found ${file.size} bytes, expected at most ${MOST_BYTES}: heyoka-bike score takes longer files.`);
+  else judgeText(await file.text(), file.name);
   at("verdict").focus();
 }
 
-function example() {
-  const rows = [];
+function takePasted() {
+  const { value } = at("text");
+  if (value.length > MOST_PASTED) refuse(`found ${value.length} letters, expected at most ${MOST_PASTED}: drop the file.`);
+  else judgeText(value, "pasted");
+}
+
+// A file as the page wants it: in degrees, and off by a millionth of each second.
+function exampleText() {
+  const names = MANEUVERS.flatMap((m) => keys.map((key, k) => `m${m}_${key} [${isAngle(k) ? "deg" : unitText(units[k])}]`));
+  const rows = [["time [s]", ...names].join(",")];
   for (let i = 0; i <= 1000; i++) {
     const t = i / 100, row = [t.toFixed(2)];
-    for (const m of MANEUVERS) for (let k = 0; k < 8; k++) row.push((judge.exact(m, k, t) * (k === 0 || k === 6 ? 180 / Math.PI : 1) * (1 + 1e-6 * t)).toPrecision(12));
-    rows.push(row.join(" "));
+    for (const m of MANEUVERS) for (let k = 0; k < 8; k++) row.push((judge.exact(m, k, t) * (isAngle(k) ? 180 / Math.PI : 1) * (1 + 1e-6 * t)).toPrecision(12));
+    rows.push(row.join(","));
   }
-  judgeText(rows.join("\n"), "example.txt");
+  return `${rows.join("\n")}\n`;
+}
+
+const isAngle = (k) => units[k] === "rad";
+
+function example() {
+  judgeText(exampleText(), "example.csv");
   at("verdict").focus();
 }
 
 at("maneuver").append(...MANEUVERS.map((n) => make("option", { value: String(n) }, String(n))));
 at("file").addEventListener("change", () => { if (at("file").files.length) take(at("file").files[0]); });
 at("example").addEventListener("click", example);
-at("judge").addEventListener("click", () => { judgeText(at("text").value, "pasted"); at("verdict").focus(); });
+at("save").addEventListener("click", () => {
+  const saved = make("a", { download: "example.csv", href: URL.createObjectURL(new Blob([exampleText()], { type: "text/csv" })) });
+  saved.click();
+  URL.revokeObjectURL(saved.href);
+});
+at("wanted").textContent = keys.join(", ");
+at("judge").addEventListener("click", () => { takePasted(); at("verdict").focus(); });
 at("maneuver").addEventListener("change", () => judgeText(shown.file.text, shown.name, Number(at("maneuver").value)));
-at("text").addEventListener("paste", () => setTimeout(() => judgeText(at("text").value, "pasted")));
+at("text").addEventListener("paste", (event) => {
+  // So long a text would hold up the page if it were shown.
+  const text = event.clipboardData.getData("text");
+  if (text.length > MOST_PASTED) {
+    event.preventDefault();
+    refuse(`found ${text.length} letters, expected at most ${MOST_PASTED}: drop the file.`);
+  } else setTimeout(takePasted);
+});
 at("play").addEventListener("click", play);
 at("moment").addEventListener("input", () => { stop(); draw(); });
 at("times").addEventListener("change", draw);
@@ -491,5 +335,3 @@ for (const name of ["dragenter", "dragover", "dragleave", "drop"])
     at("drop").classList.toggle("over", name === "dragenter" || name === "dragover");
     if (name === "drop" && event.dataTransfer.files.length) take(event.dataTransfer.files[0]);
   });
-addEventListener("hashchange", open);
-open();

@@ -40,6 +40,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource, kind
 from heyoka_bike.errors import BicycleError, InputError, quoted
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
+from heyoka_bike.scoring.evidence import RowsOutside
 from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report
@@ -404,6 +405,11 @@ def _check_rules(submission: Submission, report: Report, reference: Reference) -
         raise refuse(f"{named(odd)} of signs that contradict each other", "those of some axes")
     if lost := named([x.name for x in report.not_compared]):
         raise refuse(f"{lost} beside what is compared", "columns that were computed, each once")
+    if outside := sum(x.rows for x in report.seen if isinstance(x, RowsOutside)):
+        raise refuse(
+            f"{outside} row{'' if outside == 1 else 's'} outside the run",
+            "those of the reference, each once",
+        )
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part
         if len(part.time) != len(asked.time):

@@ -41,7 +41,7 @@ def read(file: ResultFile) -> Any:
     Raises
     ------
     InputError
-        Damaged, or without arrays.
+        Damaged, without arrays, or with a name twice in one object.
     """
     file.content()
     (text,) = file.text()
@@ -61,7 +61,9 @@ def read(file: ResultFile) -> Any:
 
 def _parsed(text: bytes, encoding: str, request: Request) -> Any:
     """The document, or a list of them, with numbers as their text: so no digit is lost."""
-    decoder = json.JSONDecoder(parse_float=str, parse_int=str, parse_constant=str)
+    decoder = json.JSONDecoder(
+        parse_float=str, parse_int=str, parse_constant=str, object_pairs_hook=request.by_name
+    )
     found, at = [], 0
     try:
         content = text.decode(encoding)

@@ -23,21 +23,26 @@ def read_npz(file: ResultFile) -> dict[str, Any] | None:
     InputError
         Too large, or without arrays.
     """
-    request, arrays = file.request, {}
+    request = file.request
     with ZipFile(file.stream()) as archive:
         names = archive.namelist()
         if sum(member.file_size for member in archive.infolist()) > MOST_BYTES:
             raise request.error(f"found more than {MOST_BYTES} bytes, expected fewer")
         if "mimetype" in names:
             raise request.error("is a spreadsheet or document; save it as xlsx or CSV")
-        for name in names:
-            if name.endswith(".npy"):
-                with archive.open(name) as member:
-                    array = np.lib.format.read_array(member, allow_pickle=False)
-                    arrays[name.removesuffix(".npy")] = array
+        arrays = request.by_name(
+            (name.removesuffix(".npy"), _member(archive, name))
+            for name in names
+            if name.endswith(".npy")
+        )
     if not arrays and not any(name.startswith(("xl/", "[Content")) for name in names):
         raise request.error("found an archive without NumPy arrays, expected .npz or .xlsx")
     return arrays or None
+
+
+def _member(archive: ZipFile, name: str) -> Any:
+    with archive.open(name) as member:
+        return np.lib.format.read_array(member, allow_pickle=False)
 
 
 def read_netcdf(file: ResultFile) -> dict[str, Any]:
@@ -70,7 +75,7 @@ def read_parquet(file: ResultFile) -> dict[str, Any]:
     size = 8 * content.metadata.num_rows * content.metadata.num_columns
     if size > MOST_BYTES:
         raise file.request.error(f"found {size} bytes, expected at most {MOST_BYTES}")
-    return _columns(content.read())
+    return _columns(content.read(), file)
 
 
 def read_arrow(file: ResultFile) -> dict[str, Any]:
@@ -83,8 +88,9 @@ def read_arrow(file: ResultFile) -> dict[str, Any]:
     """
     from pyarrow import ipc
 
-    return _columns(ipc.open_file(file.stream()).read_all())
+    return _columns(ipc.open_file(file.stream()).read_all(), file)
 
 
-def _columns(table: Any) -> dict[str, Any]:
-    return {name: table[name].to_numpy() for name in table.column_names}
+def _columns(table: Any, file: ResultFile) -> dict[str, Any]:
+    columns = zip(table.column_names, table.itercolumns(), strict=True)
+    return file.request.by_name((name, column.to_numpy()) for name, column in columns)

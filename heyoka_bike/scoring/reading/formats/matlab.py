@@ -74,14 +74,17 @@ class _Version5:
         self._order, self._room = order, room
 
     def variables(self, data: memoryview) -> dict[str, Any]:
-        found = {}
+        found, again = {}, ""
         for kind, body in self._elements(data):
             if kind == _COMPRESSED:
                 kind, body = _next(self._elements(self._unpacked(body)))
             if kind == _MATRIX:
                 name, value = self._matrix(body)
                 if name and value is not None:
+                    again = again or (name if name in found else "")
                     found[name] = value
+        if again:
+            raise ValueError(f"two variables {again}")
         return found
 
     def _claim(self, size: int) -> None:

@@ -14,8 +14,10 @@ from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 NAMES_SHOWN = 8
 # Shorter names are like too many others.
 _SHORTEST_ALIKE = 5
+# Letters at the beginning, which tell the quantity; angle and rate at the end do not.
+_LETTERS_ALIKE = 3
 LIKE = 0.63
-"""Names so much alike may mean the same: `Rollwinkel` and `roll_angle` are just so."""
+"""Names that begin alike, and are so much alike, may mean the same: `Rollwinkel`, `roll_angle`."""
 
 ALMOST = 0.85
 """Names that were misspelt are so much alike."""
@@ -55,7 +57,10 @@ def nearest(name: str, like: float = LIKE) -> str | None:
     word = by_words(split_unit(name)[0])[0]
     if len(word) < _SHORTEST_ALIKE:
         return None
-    close = get_close_matches(word, [k for k in KEYS if len(k) >= _SHORTEST_ALIKE], 1, like)
+    known = [k for k in KEYS if len(k) >= _SHORTEST_ALIKE]
+    begin_alike = [k for k in known if k[:_LETTERS_ALIKE] == word[:_LETTERS_ALIKE]]
+    close = get_close_matches(word, begin_alike, 1, like)
+    close = close or get_close_matches(word, known, 1, max(like, ALMOST))
     return KEYS[close[0]] if close else None
 
 

@@ -130,7 +130,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     if not rows and all(map(notation.is_blank, lines)):
         raise request.error("found an empty file, expected rows of numbers")
     if not rows:
-        raise request.not_columns("no row of numbers")
+        raise _no_row(lines, notation, request)
     first = rows[0][0]
     above = [[*notation.headings_in(line)] for line in lines[:first]]
     if width not in widths:
@@ -166,6 +166,26 @@ def _first_rows(
             is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
     return [], notation.dialects[0], 0, []
+
+
+def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> InputError:
+    """Return the error of lines without a row of numbers: the first field that is none of them.
+
+    It is looked for in the first line that does not begin as words do.
+    """
+    for i, line in enumerate(lines):
+        content = notation.without_comment(line)
+        if not content or any(map(str.isalpha, str(content[0]).strip("\"' ")[:1])):
+            continue
+        # Under the separator that makes the most fields of it.
+        dialect = max(notation.dialects, key=lambda d: len(d.split(content)))
+        numbers = dialect.numbers(dialect.split(content))
+        if None in numbers:
+            at = numbers.index(None)
+            field = dialect.split(content)[at]
+            said = dialect.empty if field == "" else f"{quoted(field)} as value {at + 1}"
+            return request.not_columns(f"{said} and no row of numbers", i + 1, at + 1)
+    return request.not_columns("no row of numbers")
 
 
 def row_error(

@@ -4,7 +4,7 @@
 #define EXPORT(name) __attribute__((export_name(#name))) name
 
 static bicycle_check check;
-static char text[200];
+static char text[400];
 static double values[BICYCLE_COLUMNS];
 
 /* Of the header that this was made from, without its comment. */

@@ -1,0 +1,158 @@
+"""Hold the voices that judge files beside `score`: the page, the leaderboard and the pytest plugin.
+
+python tests/support/voices.py honest --count 300 --first 0
+python tests/support/voices.py wrong --count 300
+
+The header is held beside it by `checker`: it gets columns and reads no files.
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+
+from heyoka_bike import load_reference, score
+from heyoka_bike.errors import BicycleError
+from heyoka_bike.showing.wording import file_grade
+from heyoka_bike.workbench.checker import page
+from support.game_writing import write
+from support.honest_files import honest_file
+from support.play import SEED
+from support.wrong_files import wrong_file
+
+NODE = shutil.which("node")
+FORMS = ("text", "csv", "semicolons")
+_AT_ONCE = 50
+
+# The scripts of the page as they are, without a document.
+_JUDGE = """
+const fs = require("fs");
+const [, , folder] = process.argv;
+const source = ["judging.js", "reading.js"].map((x) => fs.readFileSync(`${folder}/${x}`, "utf8"));
+const data = fs.readFileSync(`${folder}/data.json`, "utf8");
+const made = new Function(
+  `"use strict"; const data = ${data};\\n${source.join("\\n")}\\nreturn [judgedText, Unreadable];`
+);
+const [judgedText, Unreadable] = made();
+for (const path of fs.readFileSync(0, "utf8").split("\\n").filter(Boolean)) {
+  let said;
+  try {
+    const { line, style, cells } = judgedText(fs.readFileSync(path, "utf8"), "it");
+    said = { line, style, grade: Math.max(...cells.map((c) => c.grade)) };
+  } catch (e) {
+    if (!(e instanceof Unreadable)) throw e;
+    said = { refused: e.message };
+  }
+  console.log(JSON.stringify(said));
+}
+"""
+
+
+class PageJudge:
+    """What the page reads and judges, in Node: called with the paths of texts."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        for name in page.SCRIPTS:
+            shutil.copy(page.KEPT.parent / name, folder)
+        (folder / "data.json").write_text(json.dumps(page.page_data()))
+        (folder / "judge.js").write_text(_JUDGE)
+
+    def judge(self, paths):
+        """For each file, what is shown of it, or why it is refused."""
+        done = subprocess.run(
+            [NODE, str(self.folder / "judge.js"), str(self.folder)],
+            input="\n".join(map(str, paths)), capture_output=True, text=True, timeout=600,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@dataclass(frozen=True)
+class Text:
+    """A file that is text, and what it is called."""
+
+    name: str
+    path: Path
+
+
+def texts(game, numbers, folder):
+    """The files of a game as texts, in the forms that the page claims to read."""
+    for number in numbers:
+        random = np.random.default_rng([SEED, number, 77])
+        path = folder / f"{game}{number}"
+        file = honest_file(SEED, number)[1] if game == "honest" else wrong_file(SEED, number)
+        if text := getattr(file, "text", ""):
+            path = path.with_suffix(".txt")
+            path.write_text(text, newline="")
+        elif any(not np.array_equal(p.time, file.parts[0].time) for p in file.parts):
+            # Maneuvers with times of their own are no one table.
+            continue
+        else:
+            digits = min(getattr(file, "digits", 17) or 17, 17)
+            form = str(random.choice(FORMS))
+            path, _ = write(random, file.parts, path, form, digits)
+        kind = getattr(file, "kind", "")
+        yield Text(f"{game} {number}{f' ({kind})' if kind else ''}", path)
+
+
+def by_score(path):
+    """What `score` says of a file; None if it refuses it."""
+    try:
+        return score(path)
+    except BicycleError:
+        return None
+
+
+def disagreements(report, said):
+    """What the page says otherwise than `score`; nothing where it refuses."""
+    if "refused" in said:
+        return
+    if report is None:
+        yield f"score refuses what the page calls {said['line']}"
+        return
+    is_right = said["style"] == "right"
+    if is_right != report.is_right or said["grade"] != int(file_grade(report)):
+        yield f"{said['line']}; score: {report.verdict}"
+
+
+def compare(judge, files, show=print):
+    """Counts of files: compared, refused by the page, and apart."""
+    counts, files = Counter(), list(files)
+    for i in range(0, len(files), _AT_ONCE):
+        some = files[i : i + _AT_ONCE]
+        for file, said in zip(some, judge.judge([x.path for x in some]), strict=True):
+            counts["files"] += 1
+            counts["refused" if "refused" in said else "compared"] += 1
+            if found := list(disagreements(by_score(file.path), said)):
+                counts["apart"] += 1
+                show(f"{file.name}: {'; '.join(found)}")
+    return counts
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=("honest", "wrong"))
+    parser.add_argument("--first", type=int, default=0, help="number of the first file (0)")
+    parser.add_argument("--count", type=int, default=300, help="files of a game (300)")
+    given = parser.parse_args()
+    load_reference()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "page").mkdir()
+        files = texts(given.what, range(given.first, given.first + given.count), folder)
+        print(dict(compare(PageJudge(folder / "page"), files)))
+
+
+if __name__ == "__main__":
+    main()

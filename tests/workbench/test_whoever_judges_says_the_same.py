@@ -1,0 +1,115 @@
+"""Page, leaderboard and plugin give the verdict of `score`, or say that they cannot read a file.
+
+The header is held beside `score` in `test_checker_agrees_with_score.py`.
+"""
+
+import numpy as np
+import pytest
+from support.voices import NODE, PageJudge, by_score, compare, disagreements, texts
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.system.resources import data_folder
+
+PEERS = data_folder() / "peers"
+node = pytest.mark.skipif(NODE is None, reason="Node.js is not installed")
+
+
+@pytest.fixture(scope="module")
+def judge(tmp_path_factory):
+    return PageJudge(tmp_path_factory.mktemp("page"))
+
+
+@node
+@pytest.mark.parametrize(("game", "least"), [("honest", 6), ("wrong", 8)])
+def test_some_files_of_the_games(judge, game, least, tmp_path):
+    said = []
+    counts = compare(judge, texts(game, range(3000, 3020), tmp_path), said.append)
+    assert said == []
+    assert counts["compared"] >= least
+
+
+@node
+@pytest.mark.proof
+@pytest.mark.parametrize(("game", "least"), [("honest", 120), ("wrong", 120)])
+def test_files_of_the_games(judge, game, least, tmp_path):
+    said = []
+    counts = compare(judge, texts(game, range(2000, 2250), tmp_path), said.append)
+    assert said == []
+    assert counts["compared"] >= least
+
+
+@node
+def test_programs_of_the_field(judge):
+    paths = sorted(p for p in PEERS.glob("*.txt") if "forces" not in p.name)
+    for path, said in zip(paths, judge.judge(paths), strict=True):
+        assert list(disagreements(by_score(path), said)) == []
+        assert "refused" not in said, path.name
+
+
+HEADINGS = [
+    # What is written, what is multiplied by; as `score` takes it, whatever that is.
+    ("t [ms]", 1000.0), ("time [s]", 1.0), ("time", 1.0), ("t", 1.0), ("t [min]", 1 / 60),
+    ("time_ms", 1000.0), ("seconds", 1.0), ("timestamp [ns]", 1e9),
+]  # fmt: skip
+
+
+@node
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+@pytest.mark.parametrize("quote", ["", '"'])
+@pytest.mark.parametrize(("heading", "factor"), HEADINGS)
+def test_units_quotes_and_separators(judge, heading, factor, quote, separator, tmp_path, reference):
+    if " " in heading and separator == " ":
+        quote = '"'
+    rows = np.column_stack(
+        [factor * reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)]
+    )
+    names = [heading, *(f"m2_{k}" for k in BENCHMARK_COLUMNS)]
+    lines = [names, *([repr(float(x)) for x in row] for row in rows[::10])]
+    path = tmp_path / "r.txt"
+    path.write_text(
+        "".join(separator.join(f"{quote}{x}{quote}" for x in line) + "\n" for line in lines)
+    )
+    (said,) = judge.judge([path])
+    assert list(disagreements(by_score(path), said)) == []
+    if heading in ("t [ms]", "time [s]", "time") and separator != " ":
+        assert said["line"].startswith("right"), said
+
+
+@node
+@pytest.mark.parametrize(
+    ("changed", "refused"),
+    [
+        (lambda names: ["time", *[f"{x} (rear frame)" for x in names[1:]]], "the heading"),
+        (lambda names: [*names[:-1], names[-2]], "expected one column of each"),
+        (lambda names: ["time", "foo", *names[2:]], 'the heading "foo"'),
+        (lambda names: ["x", *names[1:]], 'the heading "x"'),
+        (lambda names: names[:-1], "does not fit 9 columns"),
+        (lambda names: ["time", "roll_angle [furlong]", *names[2:]], "roll_angle [furlong]"),
+        (lambda names: ["time", "roll_angle [deg]", *names[2:]], "by its heading"),
+    ],
+)
+def test_what_is_not_understood_is_refused(judge, changed, refused, tmp_path, reference):
+    names = changed(["time", *BENCHMARK_COLUMNS])
+    rows = np.column_stack([reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)])
+    lines = [names, *([repr(float(x)) for x in row] for row in rows[::10])]
+    path = tmp_path / "r.csv"
+    path.write_text("".join(",".join(line) + "\n" for line in lines))
+    (said,) = judge.judge([path])
+    assert refused in said["refused"]
+
+
+@node
+def test_a_page_that_is_more_generous_is_seen(tmp_path, reference):
+    """The page as it was: whatever a heading says of the unit."""
+    judge = PageJudge(tmp_path)
+    script = tmp_path / "reading.js"
+    script.write_text(script.read_text().replace('unit: unit ? named : ""', 'unit: ""'))
+    rows = np.column_stack([reference[2].time, reference[2]["roll_angle"]])
+    lines = [["time", "roll_angle [deg]"], *([repr(float(x)) for x in row] for row in rows)]
+    path = tmp_path / "r.csv"
+    path.write_text("".join(",".join(line) + "\n" for line in lines))
+    (said,) = judge.judge([path])
+    assert said["line"].startswith("right")
+    wrong = by_score(PEERS / "exudyn-h0.01.txt")
+    assert list(disagreements(wrong, said)) != []
+    assert list(disagreements(None, said)) != []
