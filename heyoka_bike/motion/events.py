@@ -47,6 +47,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory, evaluator
 from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Number, exact_ball, sign_of, span_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
@@ -155,6 +156,7 @@ class Followed:
     event: Event | None
 
 
+@with_usual_errors
 def follow(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision | str | int = "binary64", *,
     until: str = FALL, longest: Fraction = LONGEST,

@@ -66,12 +66,15 @@ def _heyoka() -> Any:
 
 @cache
 def _limit_cache(module: Any) -> None:
-    """Bound the cache; one that cannot be written is off, or heyoka tells of it amid a report."""
+    """Bound the cache; one that cannot be written is off, or heyoka tells of it amid a report.
+
+    Without a home folder, as in a container or for a job at night, heyoka knows no place for it.
+    """
     state = module.llvm_state
     folder = state.get_diskcache_path()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        is_usable = os.access(folder, os.W_OK)
+        is_usable = folder.is_absolute() and os.access(folder, os.W_OK)
     except OSError:
         is_usable = False
     if is_usable:

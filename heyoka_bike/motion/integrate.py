@@ -31,6 +31,7 @@ from heyoka_bike.motion.heyoka_adapter import (
 )
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.arithmetic import Arrays, Balls, midpoint, to_grid
+from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.precision import Precision
 
 GUARD_BITS = 16
@@ -63,6 +64,7 @@ def right_hand_side(
     return list(zip(state[:count], rates[:count], strict=True))
 
 
+@with_usual_errors
 def integrate(
     bicycle: Bicycle,
     maneuver: Maneuver,

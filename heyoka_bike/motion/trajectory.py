@@ -24,6 +24,7 @@ from heyoka_bike.display import Displayed
 from heyoka_bike.numbers.analytic import Samples, array
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, span_ball, upper_fraction
 from heyoka_bike.numbers.rounding import upward_ball
+from heyoka_bike.numbers.working import working_bits
 
 
 @dataclass(frozen=True, repr=False)
@@ -138,7 +139,7 @@ class Trajectory(Displayed):
 @lru_cache(maxsize=256)
 def _polynomials(rows: tuple[tuple[int, ...], ...], bits: int) -> list[flint.arb_poly]:
     """Integers as balls: exact as long as they fit in so many bits, else rounded outward."""
-    with flint.ctx.workprec(bits):
+    with working_bits(bits):
         return [flint.arb_poly(list(row)) for row in rows]
 
 

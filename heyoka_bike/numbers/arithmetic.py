@@ -16,6 +16,7 @@ import mpmath
 import numpy as np
 
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.working import working_bits
 
 Number = Any
 """A value of one of the number types: an expression, a ball, an mpf, a dual number ..."""
@@ -66,7 +67,7 @@ class Balls(Arithmetic):
 
     def precision(self) -> AbstractContextManager[None]:
         """Context manager that sets flint's working precision to `bits`."""
-        context: AbstractContextManager[None] = flint.ctx.workprec(self.bits)
+        context: AbstractContextManager[None] = working_bits(self.bits)
         return context
 
     def _check(self) -> None:

@@ -9,10 +9,12 @@ with ``a = Doubles`` to about 31 digits.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, wraps
 from math import factorial
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +30,24 @@ _HALVINGS_OF_ARGUMENT = 4
 _TERMS_OF_SERIES = 18
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582")
 """To more digits than a double-double number has."""
+
+
+_Given = ParamSpec("_Given")
+_Found = TypeVar("_Found")
+
+
+def with_usual_errors(function: Callable[_Given, _Found]) -> Callable[_Given, _Found]:
+    """A function that NumPy's settings of its caller do not reach: underflow is none of its errors.
+
+    Whoever asks NumPy to stop at floating-point events means their own computations.
+    """
+
+    @wraps(function)
+    def called(*args: _Given.args, **kwargs: _Given.kwargs) -> _Found:
+        with np.errstate(divide="warn", over="warn", under="ignore", invalid="warn"):
+            return function(*args, **kwargs)
+
+    return called
 
 
 def median(x: ArrayLike) -> Array:

@@ -45,6 +45,7 @@ UNITS: Mapping[str, _Size] = {
     "kg": _size("1", *_OF_MASS),
     "g": _size("1/1000", *_OF_MASS),
     "t": _size("1000", *_OF_MASS),
+    "ns": _size("1e-9", *_OF_TIME),
     "min": _size("60", *_OF_TIME),
     "h": _size("3600", *_OF_TIME),
     "knot": _size("1852/3600", *_OF_SPEED),

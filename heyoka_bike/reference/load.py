@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column, definitions_among
 from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
-from heyoka_bike.numbers.double import Array, Double, two_sum
+from heyoka_bike.numbers.double import Array, Double, two_sum, with_usual_errors
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.following import FOLLOWS, with_following
@@ -193,6 +193,7 @@ class ReferenceManeuver(Displayed):
         """Largest absolute value of a column over the run, at its rows."""
         return float(np.max(np.abs(self[name])))
 
+    @with_usual_errors
     def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
         """Columns at any time of the run, to about 31 digits of the column's scale.
 
@@ -423,6 +424,7 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         return f"<reference {self.dataset_version} of {self.bicycle}: {len(self)} maneuvers>"
 
 
+@with_usual_errors
 def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Reference:
     """Load a reference set, by default the published one that comes with the package.
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
-from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.numbers.double import Array, fast_two_sum, median, two_sum
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.evidence import (
@@ -25,10 +25,14 @@ from heyoka_bike.scoring.evidence import (
     OtherManeuver,
     OtherOrder,
     RowsOutside,
+    TimesFromFirst,
+    TimeUnitContradicted,
     TooLarge,
     WheelRate,
 )
+from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows
+from heyoka_bike.scoring.reading.times import in_seconds
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
@@ -44,6 +48,9 @@ _LARGEST_VALUE = 1e150
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
 _FAR_FROM_MANEUVER = 0.1
+# Times that begin so many runs late are those of a clock; and a run spans such a part of itself.
+_LONG_AGO = 1e5
+_PART_OF_RUN = 0.1
 # Rows that tell columns in another order.
 _ROWS_THAT_TELL_ORDER = 200
 # A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
@@ -121,6 +128,7 @@ def align(results: Results, reference: Reference) -> Alignment:
         None of its rows can be compared, or its maneuver cannot be recognised.
     """
     results, reference = _with_their_columns(results, reference)
+    results = _in_time(results, max(float(reference[n].duration) for n in reference))
     results = _as_meant(results, reference)
     seen = list(results.seen)
     parts: list[Part] = []
@@ -227,6 +235,32 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     lost = NoReference(tuple(unknown), str(reference.folder), lacks)
     maneuvers = tuple(rows.only(known) for rows in results.maneuvers)
     return replace(results, maneuvers=maneuvers, seen=(*results.seen, lost)), reference
+
+
+def _in_time(results: Results, duration: float) -> Results:
+    """Results whose times are seconds from the start, where headings or clocks say otherwise."""
+    maneuvers, seen = [], list(results.seen)
+    for rows in results.maneuvers:
+        time = (rows.time, rows.time_lo)
+        named = rows.units.get(TIME, "s")
+        if named != "s" and len(rows.time) > 1:
+            written = in_seconds(time, named, is_back=True)
+            span, as_written = (float(t[0][-1] - t[0][0]) for t in (time, written))
+            if not _is_run(span, duration) and _is_run(as_written, duration):
+                time = written
+                seen.append(TimeUnitContradicted(named, as_written))
+        if len(time[0]) and time[0][0] > _LONG_AGO * duration:
+            first = float(time[0][0])
+            hi, lo = two_sum(time[0], np.full(len(time[0]), -first))
+            time = fast_two_sum(hi, lo + (time[1] - time[1][0]))
+            seen.append(TimesFromFirst(first))
+        maneuvers.append(replace(rows, time=time[0], time_lo=time[1]))
+    return replace(results, maneuvers=tuple(maneuvers), seen=tuple(dict.fromkeys(seen)))
+
+
+def _is_run(span: float, duration: float) -> bool:
+    """True if times span a good part of the run, and not far more."""
+    return _PART_OF_RUN * duration <= span <= duration / _PART_OF_RUN
 
 
 def _as_meant(results: Results, reference: Reference) -> Results:

@@ -196,6 +196,35 @@ class TimesAsDecimals(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class TimeUnitContradicted(Evidence):
+    """The heading of the times names one unit, and their span is the run in seconds.
+
+    Attributes
+    ----------
+    named
+        The unit that the heading names.
+    span
+        Of the times as they are written.
+    """
+
+    named: str
+    span: float
+
+
+@dataclass(frozen=True, slots=True)
+class TimesFromFirst(Evidence):
+    """Times that count from long ago, as clocks of computers do, are taken from the first one.
+
+    Attributes
+    ----------
+    first
+        The first time [s].
+    """
+
+    first: float
+
+
+@dataclass(frozen=True, slots=True)
 class TimesUnsorted(Evidence):
     """Times go back, first in this line or row, so many times."""
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
+from heyoka_bike.numbers.double import Array, Double, add, median, two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
@@ -42,6 +42,7 @@ from heyoka_bike.scoring.verdict import meets_limit
 _ROUNDED = 2.0
 
 
+@with_usual_errors
 def score(
     results: Any = None,
     reference: Reference | str | PathLike[str] | None = None,

@@ -40,7 +40,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.numbers.double import Array, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
@@ -235,6 +235,7 @@ def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
 _ARRAYS = repeat(ARRAY)
 
 
+@with_usual_errors
 def compare(
     *programs: Any,
     reference: Reference | str | PathLike[str] | None = None,
@@ -424,6 +425,7 @@ _SAME_STEP = 1e-6
 _SHORTEST_SECONDS, _LONGEST_SECONDS = 1e-9, 1e9
 
 
+@with_usual_errors
 def score_series(
     results: Sequence[Any],
     reference: Reference | str | PathLike[str] | None = None,

@@ -167,6 +167,24 @@ def _(e: seen.TimesAsDecimals) -> Finding:
 
 
 @_finding.register
+def _(e: seen.TimeUnitContradicted) -> Finding:
+    said = (
+        f"time: its heading says {e.named}, but the times span {e.span:.6g}, as the run does in "
+        "seconds. They are taken as seconds"
+    )
+    return warning("time_unit_contradicted", said, named=e.named, span=e.span)
+
+
+@_finding.register
+def _(e: seen.TimesFromFirst) -> Finding:
+    said = (
+        f"the times begin at {e.first:.17g} s, as those of a clock do; they are counted from the "
+        "first row, which is taken for the start"
+    )
+    return warning("times_from_first", said, first=e.first)
+
+
+@_finding.register
 def _(e: seen.TimesUnsorted) -> Finding:
     where = f"first in {e.counted_by} {e.line}"
     said = f"Times go back ({where}); the rows are sorted by time."

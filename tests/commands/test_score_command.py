@@ -308,7 +308,7 @@ def test_a_file_whose_name_looks_like_an_option_is_told_about(capsys, tmp_path, 
     with pytest.raises(SystemExit, match="1"):
         main(["score", "-x.txt"])
     assert "-x.txt is a file: write -- before it" in capsys.readouterr().err
-    code, _, err = run("--", "-x.txt", capsys=capsys)
+    _, _, err = run("--", "-x.txt", capsys=capsys)
     assert "found 2 columns" in err
 
 

@@ -16,8 +16,13 @@ _DEGREES = 180 / np.longdouble("3.14159265358979323846264338327950288")
 _ONE = np.longdouble(1)
 _FACTORS = {
     "rad": {"rad": _ONE, "deg": _DEGREES},
-    "rad s-1": {"rad/s": _ONE, "deg/s": _DEGREES},
-    "m s-1": {"m/s": _ONE, "km/h": np.longdouble("3.6"), "mm/s": 1000 * _ONE},
+    "rad s-1": {"rad/s": _ONE, "deg/s": _DEGREES, "rpm": _DEGREES / 6},
+    "m s-1": {
+        "m/s": _ONE,
+        "km/h": np.longdouble("3.6"),
+        "mm/s": 1000 * _ONE,
+        "mph": 3600 / np.longdouble("1609.344"),
+    },
     "J": {"J": _ONE, "kJ": np.longdouble("1e-3"), "mJ": 1000 * _ONE},
     "m": {"m": _ONE, "mm": 1000 * _ONE},
     "N": {"N": _ONE, "kN": np.longdouble("1e-3"), "mN": 1000 * _ONE},

@@ -28,6 +28,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, dyadic, exact_ball, sign_of
+from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 
@@ -139,6 +140,7 @@ class Linearisation:
         return _rounded(x, self.digits)
 
 
+@with_usual_errors
 def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     """Linearise the nonlinear model about upright straight running.
 

@@ -54,6 +54,7 @@ from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fra
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
 from heyoka_bike.numbers.ball_matrices import largest
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upward, upward_ball
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.enclose import TellTime
@@ -262,7 +263,7 @@ class Expansion:
         """
         orders = len(coefficients[0][0])
         degree = max(orders, *map(len, self.polynomials)) - 1
-        with flint.ctx.workprec(_DIFFERENCE_BITS):
+        with working_bits(_DIFFERENCE_BITS):
             x, factor = _nodes(degree)
             (low, high), (a, b) = span, piece
             middle, half = exact_ball((low + high) / 2), exact_ball((high - low) / 2)
@@ -289,7 +290,7 @@ class Expansion:
 def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
     """Nodes, and how much larger than there a polynomial of a degree can be in between."""
     count = _NODES_PER_DEGREE * degree
-    with flint.ctx.workprec(_DIFFERENCE_BITS):
+    with working_bits(_DIFFERENCE_BITS):
         return chebyshev_nodes(count), in_between(degree, count)
 
 

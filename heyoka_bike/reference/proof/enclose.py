@@ -59,6 +59,7 @@ from heyoka_bike.numbers.ball_matrices import (
     weighted,
 )
 from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.cauchy import SIZE
 from heyoka_bike.system.jobs import TellStage
@@ -86,7 +87,7 @@ class Frame:
         """The frame with a box of the given radii added."""
         if all(x == 0 for x in by):
             return self
-        with flint.ctx.workprec(MATRIX_BITS):
+        with working_bits(MATRIX_BITS):
             return Frame(*turned(self.matrix, self.radii, by))
 
 
@@ -227,7 +228,7 @@ def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certifi
         if progress is not None:
             progress(float(trajectory.breaks[i + 1]))
     # The frame's corners may stick out of the bound over the last piece, which holds there too.
-    with flint.ctx.workprec(MATRIX_BITS):
+    with working_bits(MATRIX_BITS):
         end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
     return Certificate(trajectory.states, tuple(bounds), end)
 
@@ -283,7 +284,7 @@ class Prover:
             unit = flint.arb(2) ** -run.grid
             first = [row[0] * unit for row in run.pieces[0]]
             distance = [abs(x - y).upper() for x, y in zip(start, first, strict=True)]
-        with flint.ctx.workprec(MATRIX_BITS):
+        with working_bits(MATRIX_BITS):
             return Frame(identity(SIZE), [x.upper() for x in distance])
 
     def piece(self, piece: Piece, frame: Frame) -> tuple[BallVector, Frame]:
@@ -309,10 +310,10 @@ class Prover:
         self, piece: Piece, frame: Frame, rim: cauchy.Circle, near: cauchy.Circle
     ) -> tuple[BallVector, Frame]:
         """Bound over an undivided piece, and the frame at its end, by two circles around it."""
-        with flint.ctx.workprec(self.matrix_bits):
+        with working_bits(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)
-        with flint.ctx.workprec(self.matrix_bits):
+        with working_bits(self.matrix_bits):
             step = exact_ball(piece.h)
             sup, added = carried.bounds(delta)
             for _ in range(_TRIALS):
@@ -349,7 +350,7 @@ class Prover:
         run = self.run
         if i + 1 == run.steps:
             return [flint.arb(0)] * SIZE
-        with flint.ctx.workprec(MATRIX_BITS):
+        with working_bits(MATRIX_BITS):
             unit = flint.arb(2) ** -run.grid
             return [
                 (abs(flint.arb(sum(now) - after[0])) * unit).upper()

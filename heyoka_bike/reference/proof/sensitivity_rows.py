@@ -35,6 +35,7 @@ from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
 from heyoka_bike.numbers.ball_matrices import BallVector, largest, total
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward_ball
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof.cauchy import SIZE
 from heyoka_bike.reference.proof.rows import distance, exact_derivatives
 from heyoka_bike.reference.proof.variation import (
@@ -156,7 +157,7 @@ class ColumnDerivatives:
 @cache
 def _nodes(radius: int) -> Nodes:
     """So many that functions analytic inside a circle are interpolated well enough."""
-    with flint.ctx.workprec(COLUMN_BITS):
+    with working_bits(COLUMN_BITS):
         return Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(radius).mid()))))
 
 
@@ -273,7 +274,7 @@ def differentiate(
     pieces: list[Fitted] = []
     rows: list[list[flint.arb]] = []
     parts = _bounded(variations(run, certificate, unknowns))
-    with flint.ctx.workprec(COLUMN_BITS):
+    with working_bits(COLUMN_BITS):
         for _, group in groupby(parts, lambda part: part.piece.step // _PIECES_AT_ONCE):
             along = ColumnDerivatives.along(list(group), unknowns, equations)
             pieces += Fitted.resolved(along)

@@ -53,6 +53,7 @@ from heyoka_bike.numbers.ball_matrices import (
     value,
 )
 from heyoka_bike.numbers.dual import Dual, Duals, Traced, Traces
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.cauchy import SIZE, Function
 from heyoka_bike.reference.proof.enclose import CONDITION, RESOLVED, Flow, Frame, size_about_middle
@@ -272,7 +273,7 @@ class _Prover:
         self.at_points = equations.convert(flint.acb, equations.a)
         numbers: list[flint.arb] = []
         equations.k.convert(numbers.append)
-        with flint.ctx.workprec(BITS):
+        with working_bits(BITS):
             reach = exact_ball(_REACH)
             self.reach = [flint.arb(0)] * len(numbers)
             for j in unknowns.constants:
@@ -306,7 +307,7 @@ class _Prover:
         length = ceil((_BITS_OF_VARIATION_TAIL + log2(steepest)) / log2(circle.radius))
         a = Samples.of(BITS, length, circle.radius)
         jacobian, forcing = self._linear(centred, a)
-        with flint.ctx.workprec(BITS):
+        with working_bits(BITS):
             step = exact_ball(centred.h)
             off = (a.left_out + 4 * cauchy.moved(bounds, circle.rho)).upper()
             rates = [*range(SIZE - 1), SIZE - 1 + _YAW_RATE]

@@ -41,6 +41,7 @@ from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.proof.certificate import kept, relative_bounds
@@ -285,7 +286,7 @@ def rolling(x: StoredManeuver, tally: Tally) -> None:
         speed, yaw, spin = (stored_ball(rows, name, row) for name in names)
         return speed * yaw.cos(), speed * yaw.sin(), -spin / exact_ball(x.bicycle["rR"].rational)
 
-    with flint.ctx.workprec(BITS):
+    with working_bits(BITS):
         _change_at(x, tally, breaks, NODES, polynomials, rates)
 
 
@@ -333,7 +334,7 @@ def identities(x: StoredManeuver, tally: Tally) -> None:
     """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
     m = x.motion
     for i in range(x.maneuver.rows):
-        with flint.ctx.workprec(BITS):
+        with working_bits(BITS):
             at = {name: stored_ball(m.rows, name, i) for name in m.columns}
             found = {}
             for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
@@ -365,7 +366,7 @@ def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
         said += f"bounds allow {_show(allowed)} {unit}"
         tally.counts(is_within(off, allowed), said, float(off.mid()) / scale(m, name))
 
-    with flint.ctx.workprec(BITS):
+    with working_bits(BITS):
         ends = [flint.arb(-1), flint.arb(1)]
         before: list[flint.arb] = []
         for j, (a, b) in enumerate(pairwise(breaks)):

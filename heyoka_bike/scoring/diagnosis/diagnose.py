@@ -9,7 +9,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.display import shown_by
-from heyoka_bike.numbers.double import two_sum
+from heyoka_bike.numbers.double import two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import (
@@ -34,6 +34,7 @@ NOTHING = warning(
 )
 
 
+@with_usual_errors
 def diagnose(
     results: Any = None,
     reference: Reference | str | PathLike[str] | None = None,

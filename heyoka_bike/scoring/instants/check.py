@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-import flint
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,8 +22,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.errors import BicycleError, InputError, NothingScoredError, did_you_mean, quoted
 from heyoka_bike.numbers.arithmetic import Number
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, with_usual_errors
 from heyoka_bike.numbers.unit import factor
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof.instants import BITS, known_states, linear_by_speed, of_known
 from heyoka_bike.scoring.instants.checked import (
     CheckedColumn,
@@ -211,7 +211,7 @@ def of_own(
         found["height"] = front_contact_height(equations.k, equations.a, *state[:3])
     speed = given["forward_speed"]
     if is_linear:
-        with flint.ctx.workprec(BITS):
+        with working_bits(BITS):
             linear = linear_by_speed(bicycle)
             by_speed = {v: linear(Fraction(v)) for v in np.unique(speed)}
         for c in LEVELS[-1].columns:
@@ -245,6 +245,7 @@ _SHIFT_OF_SLOPE = 1e-6
 _Quantities = Mapping[str, Array]
 
 
+@with_usual_errors
 def check(
     source: Any, *, bicycle: Bicycle | None = None, tolerance: float = TOLERANCE, si: bool = False
 ) -> CheckedTable:

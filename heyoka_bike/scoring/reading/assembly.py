@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -56,7 +57,10 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
             names = request.names or table.names or ()
-            maneuvers.append(_rows(table, names, times, number, places.time, columns, bad))
+            found_rows = _rows(table, names, times, number, places.time, columns, bad)
+            if places.unit != "s":
+                found_rows = replace(found_rows, units={**found_rows.units, TIME: places.unit})
+            maneuvers.append(found_rows)
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     seen += [_not_finite(bad)] if bad else []

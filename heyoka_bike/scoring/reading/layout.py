@@ -30,7 +30,7 @@ class ColumnLayout:
         Index of each other column, by number of the maneuver (None if that is not told) and key.
     seen : tuple of Evidence
     unit
-        Of the times: ``s`` or ``ms``.
+        Of the times, one of `UNITS_OF_TIME`.
     """
 
     time: int

@@ -68,7 +68,8 @@ class Rows:
     quantum : mapping of str to Quantum
         How finely each column is written, ``time`` included.
     units : mapping of str to str
-        The unit that the heading of a column names, as `units` has it, where it names one.
+        The unit that the heading of a column names, as `units` has it, where it names one;
+        ``time`` included, if that was not the second.
     may_be : mapping of str to tuple of str
         All keys that a column may have, this one among them, where its name means several.
     """

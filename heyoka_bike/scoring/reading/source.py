@@ -11,6 +11,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.errors import MissingPackageError, printable
+from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
@@ -24,6 +25,7 @@ ARRAY = "array"
 """Name and format of results that are no file."""
 
 
+@with_usual_errors
 def read_results(
     source: Any, *, maneuver: int | None = None, count: int | None = None,
     columns: Sequence[str] | None = None,

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array, divide, two_product
+from heyoka_bike.numbers.double import Array, Double, divide, multiply, two_product
+from heyoka_bike.numbers.unit import size
 from heyoka_bike.scoring.evidence import Evidence, TimesAsDecimals, TimesRepeated, TimesUnsorted
 from heyoka_bike.scoring.reading.digits import as_single
 from heyoka_bike.scoring.reading.request import Request
@@ -62,7 +63,7 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
     request
         The request to read them.
     unit
-        In which they were read: ``s`` or ``ms``.
+        In which they were read, one of `UNITS_OF_TIME`.
 
     Raises
     ------
@@ -83,8 +84,7 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
         hi, rest = exact_hi, exact_lo
         if len(changed):
             seen.append(TimesAsDecimals(places, unit, len(changed), float(hi[changed[0]])))
-    if unit == "ms":
-        hi, rest = divide((hi, rest), np.full(len(hi), 1000.0))
+    hi, rest = in_seconds((hi, rest), unit)
     order = None
     back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
     if len(back):
@@ -96,6 +96,19 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
     if repeated:
         seen.append(TimesRepeated(repeated))
     return Times(hi, rest, order, tuple(seen))
+
+
+def in_seconds(times: Double, unit: str, *, is_back: bool = False) -> Double:
+    """Times in a unit as seconds, or seconds in that unit, as hi + lo."""
+    found = size(unit)
+    assert found is not None
+    factor = found[0]
+    ratio = np.full(len(times[0]), float(max(factor, 1 / factor)))
+    if factor == 1:
+        return times
+    if (factor > 1) != is_back:
+        return multiply(times, (ratio, np.zeros_like(ratio)))
+    return divide(times, ratio)
 
 
 def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:

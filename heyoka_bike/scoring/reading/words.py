@@ -16,6 +16,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.arrays.long_tables import long_columns
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.names.columns import TIME, are_names, group_number, recognise
+from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
@@ -56,6 +57,7 @@ def _columns(
     found: list[list[Any]] = []
     for row in rows:
         words = [_word(x) for x in row]
+        words = words if found else without_paths(words)
         if not found and (are_names(words, request) or long_columns(words)):
             names = words
         elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:

@@ -53,6 +53,7 @@ from heyoka_bike.numbers.ball_matrices import (
     value,
 )
 from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof.cauchy import SIZE, Circle, refused
 from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Prover, TellTime, enclose
 
@@ -85,7 +86,7 @@ class Nearby:
         NotCertifiedError
             The time, a ball, is not inside one part of a piece.
         """
-        with flint.ctx.workprec(_BITS_OF_CYCLE):
+        with working_bits(_BITS_OF_CYCLE):
             product = identity(SIZE)
             for part in self._parts:
                 s = (time - exact_ball(part.piece.t0)) / exact_ball(part.piece.h)
@@ -145,7 +146,7 @@ class _FlowKeeper(Prover):
         self, piece: Piece, frame: Frame, rim: Circle, near: Circle
     ) -> tuple[BallVector, Frame]:
         sup, end = super().whole(piece, frame, rim, near)
-        with flint.ctx.workprec(_BITS_OF_CYCLE):
+        with working_bits(_BITS_OF_CYCLE):
             flow = self.flow(piece, rim, (_TERMS_OF_SERIES,))
             reach = largest(x / y for x, y in zip(sup, near.rho, strict=True))
             if not 4 * reach <= 1:
@@ -248,7 +249,7 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: TellTime | None = Non
     uprights = list(events(run, (UPRIGHT,), near.certificate))
     if len(uprights) != 1 or not uprights[0].is_single:
         raise _refused(run, "it is not shown to come upright once")
-    with flint.ctx.workprec(MATRIX_BITS):
+    with working_bits(MATRIX_BITS):
         _check_krawczyk(run, rest, _derivative(flow, rates, by_energy), radius)
         return Cycle(run, near.certificate, times, _multipliers(run, flow, rates, by_energy))
 

@@ -45,6 +45,8 @@ function judgedText(text, name, chosen = 0) {
   const result = judged(file, maneuver);
   const compared = Math.max(0, ...result.cells.map((c) => c.rows));
   const stop = (said) => { throw new Unreadable(`${name}: ${said}`); };
+  const last = file.numbers[(file.rows.length - 1) * file.width + file.columns.time], end = judge.end(1);
+  if (file.columns.timeUnit === "ms" && last < end / 10 && 1000 * last > end / 10) stop(`found times in ms by their heading that span ${1000 * last}, as the run does in s, expected one of them`);
   if (2 * compared < file.rows.length) stop(`found ${compared} of ${file.rows.length} rows within the run, expected times of 0 to ${judge.end(1)} s`);
   for (const c of result.cells) {
     const named = file.columns.of.find((x) => x.at === c.at).unit;

@@ -26,7 +26,7 @@ from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, benchmark
 from heyoka_bike.errors import InputError, SingularMotionError, unknown_word
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, with_usual_errors
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.workbench.fast.step_code import RUN, run_source
 from heyoka_bike.workbench.fast.vector_code import (
@@ -173,6 +173,7 @@ class Simulation:
         return np.vstack([self.time, *self.values]).T
 
 
+@with_usual_errors
 def simulate(
     maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
     accuracy: str | float = 1e-12, rows: int | None = None,

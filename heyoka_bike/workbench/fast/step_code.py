@@ -24,6 +24,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.workbench.fast import vector_code as v
 from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
 from heyoka_bike.workbench.fast.vector_code import POINTS, Register, fused
@@ -65,7 +66,7 @@ def collocation() -> Collocation:
 
     The modes only precondition an iteration; what it converges to does not depend on them.
     """
-    with flint.ctx.workprec(_BITS_OF_NODES):
+    with working_bits(_BITS_OF_NODES):
         # Zeros of P_8 - P_7 on 0 to 1, P being Legendre's polynomials.
         difference = flint.fmpq_poly.legendre_p(POINTS) - flint.fmpq_poly.legendre_p(POINTS - 1)
         roots: Any = difference.complex_roots()

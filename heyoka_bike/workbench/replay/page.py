@@ -18,7 +18,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError, printable, quoted
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.reading.source import ARRAY
@@ -96,6 +96,7 @@ class Page:
         )
 
 
+@with_usual_errors
 def animate(
     results: Any = None,
     path: str | PathLike[str] | None = None,

@@ -1,7 +1,7 @@
 """Writes the files beside it, with programs that the tests do not need.
 
     python -m venv v && v/bin/pip install pandas pyarrow polars xlsxwriter openpyxl xarray \\
-        netCDF4 h5netcdf hdf5storage
+        netCDF4 h5netcdf hdf5storage tables
     v/bin/python write.py ../../../reference/uncontrolled-bicycle.txt && octave-cli write.m
 
 Each holds the same rows: every 91st of the reference's text (all 25 columns, 17 digits).
@@ -50,6 +50,37 @@ with pd.ExcelWriter(here / "sheets.xlsx") as w:
 wide.to_parquet(here / "pandas.parquet")
 named.astype({"maneuver": "category"}).to_parquet(here / "category.parquet")
 wide.to_feather(here / "pandas.feather")
+
+# pandas with names that are paths, in another order than the benchmark's
+order = [names[0], *sorted(names[1:], key=lambda name: name[::-1])]
+moved = wide[order]
+levels = moved.copy()
+levels.columns = pd.MultiIndex.from_tuples(
+    [("", "time"), *((name[:2], name[3:]) for name in order[1:])]
+)
+levels.to_csv(here / "pandas-levels.csv", index=False)
+levels.to_parquet(here / "pandas-levels.parquet")
+moved.to_hdf(here / "pandas-fixed.h5", key="df", format="fixed")
+moved.to_hdf(here / "pandas-table.h5", key="df", format="table")
+moved.set_index("time").to_hdf(here / "pandas-index.h5", key="df", format="fixed")
+moved.to_csv(here / "pandas-unnamed.csv", index_label=False)
+moved.rename(columns=lambda name: name.replace("_", ".", 1)).to_csv(here / "paths.csv", index=False)
+
+# A trajectory as Dymola and OpenModelica write it, with a parameter and more variables
+variables = [*order, "m1.rear.speed"]
+lines = np.column_stack([moved.to_numpy(), -moved.to_numpy()[:, 1]]).T
+text = [name.ljust(max(map(len, variables))) for name in ["p.mass", *variables]]
+info = [[1, 2, 0, -1], [0, 1, 0, -1], *([2, i, 0, -1] for i in range(2, len(variables) + 1))]
+for how in ("binTrans", "binNormal"):
+    turn = np.transpose if how == "binTrans" else np.asarray
+    savemat(here / f"trajectory-{how}.mat", {
+        "Aclass": np.array(["Atrajectory", "1.1        ", "           ", how.ljust(11)]),
+        "name": np.array(text if how == "binNormal" else [*map("".join, zip(*text, strict=True))]),
+        "description": np.array([" "]),
+        "dataInfo": turn(np.array(info, dtype=np.int32)),
+        "data_1": turn(np.array([[0.0, 87.0], [9.1, 87.0]])),
+        "data_2": lines if how == "binTrans" else lines.T,
+    }, format="4")  # fmt: skip
 
 # polars
 pl.from_pandas(long).write_parquet(here / "polars-long.parquet")

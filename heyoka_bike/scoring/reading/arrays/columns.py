@@ -91,6 +91,9 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
             bits = 2 * bits
         elif bits > 53:
             remainder = (array - values).astype(np.float64)
+            if not remainder.any():
+                # Binary64 numbers in a longer type.
+                remainder = None
     if remainder is not None:
         remainder[~np.isfinite(values)] = 0.0
     column = binary_column(values, remainder, bits)

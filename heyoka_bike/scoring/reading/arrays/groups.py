@@ -9,6 +9,7 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.reading.arrays.columns import read_array
 from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
 from heyoka_bike.scoring.reading.names.columns import group_number, is_time
+from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 
 DEEPEST = 4
@@ -51,7 +52,9 @@ class ArrayGroup:
             raise request.error(
                 f"found {len(members)} arrays and groups, expected at most {MOST_MEMBERS}"
             )
-        self.request, self.names = request, list(members)
+        names = list(members) if request.known else without_paths(list(members))
+        members = request.by_name(zip(names, members.values(), strict=True))
+        self.request, self.names = request, names
         self.arrays: dict[str, Any] = {}
         self.groups: dict[str, Mapping[str, Any]] = {}
         for name, x in members.items():

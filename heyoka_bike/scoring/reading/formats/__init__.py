@@ -10,10 +10,15 @@ libraries raise for a damaged file becomes one line.
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from struct import unpack_from
 from typing import Any
 
 from heyoka_bike.scoring.reading.encodings import encoding_of
 
+# Of MATLAB's version 4: its header and a letter; names; types of numbers, text among them.
+_LEAST_OF_MATLAB_4 = 22
+_LONGEST_NAME = 64
+_KINDS_OF_4 = {10 * number + text for number in range(6) for text in (0, 1)}
 # MATLAB puts a text of this length before HDF5.
 _MATLAB_TEXT = 512
 _SIGNATURE_OF_HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -83,9 +88,25 @@ def is_hdf5_of_matlab(head: bytes) -> bool:
     return head[_MATLAB_TEXT:].startswith(_SIGNATURE_OF_HDF5)
 
 
+def _is_matlab_4(head: bytes) -> bool:
+    """True if a file begins as a matrix of MATLAB's version 4: five integers and a name."""
+    if len(head) < _LEAST_OF_MATLAB_4:
+        return False
+    for order in "<>":
+        kind, rows, columns, is_complex, letters = unpack_from(f"{order}5i", head)
+        name = head[20 : 20 + letters] if 0 < letters <= _LONGEST_NAME else b""
+        is_kind = kind == (1000 if order == ">" else 0) + kind % 1000 and kind % 1000 in _KINDS_OF_4
+        if (
+            is_kind and rows >= 0 and columns >= 0 and is_complex in (0, 1)
+            and name.endswith(b"\0") and name[:-1].decode("latin-1").isidentifier()
+        ):  # fmt: skip
+            return True
+    return False
+
+
 def _is_matlab(head: bytes, suffix: str) -> bool:
     # Those of version 4 begin with a number.
-    is_version_4 = suffix == ".mat" and encoding_of(head) is None
+    is_version_4 = (suffix == ".mat" and encoding_of(head) is None) or _is_matlab_4(head)
     # A text may have the last two letters there, too, as in TIME.
     return is_version_4 or head[124:128] in (b"\0\1IM", b"\1\0MI") or is_hdf5_of_matlab(head)
 
@@ -118,7 +139,7 @@ FORMATS = (
     Format(
         "hdf5", "HDF5 (netCDF 4)",
         "arrays and groups, packed or not; columns over `maneuver` and `time` as xarray writes "
-        "them",
+        "them; data frames of pandas' `to_hdf`",
         _begins(_SIGNATURE_OF_HDF5), "hdf5.read", expected="HDF5", is_ordered=False,
     ),
     Format(
@@ -144,7 +165,7 @@ FORMATS = (
         "mat", ".mat",
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
         "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other "
-        "objects). Versions 4 to 7.3",
+        "objects), trajectories of Dymola and OpenModelica. Versions 4 to 7.3",
         _is_matlab, "matlab.read", expected="a MATLAB file", is_ordered=False,
     ),
     # What is none of the others.

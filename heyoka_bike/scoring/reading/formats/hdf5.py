@@ -6,7 +6,9 @@ opened, wherever it stands and whatever leads to it.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from pickletools import genops
 from typing import Any
 
 import h5py
@@ -15,6 +17,7 @@ import numpy as np
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.names.columns import TIME, is_time
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
@@ -57,6 +60,8 @@ class _OwnFile:
 
     def variables(self, group: Any, depth: int = 0) -> dict[str, Any]:
         """The arrays and groups in a group."""
+        if columns := self._of_pandas(group):
+            return columns
         found: dict[str, Any] = {}
         for name, x in self._members(group):
             if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
@@ -75,6 +80,36 @@ class _OwnFile:
             elif isinstance(x, h5py.Dataset) and (value := self._value(x)) is not None:
                 found[name] = value
         return found
+
+    def _of_pandas(self, group: Any) -> dict[str, Any]:
+        """The columns of a data frame as pandas' ``to_hdf`` writes it; none of another group.
+
+        Blocks of columns of one type are matrices; their names stand beside them, in the layout
+        ``table`` as a pickle, of which the texts are taken and nothing is carried out.
+        """
+        kind = group.attrs.get("pandas_type", b"")
+        members = dict(self._members(group)) if kind else {}
+        found: list[tuple[str, Any]] = []
+        index = None
+        if kind == b"frame_table" and isinstance(members.get("table"), h5py.Dataset):
+            table = members["table"]
+            rows = self._array(table)[()]
+            index = rows["index"] if "index" in (rows.dtype.names or ()) else None
+            for block in [name for name in rows.dtype.names or () if name.startswith("values_")]:
+                names = texts_of_pickle(bytes(table.attrs.get(f"{block}_kind", b"")))
+                if len(names) == rows[block][0:1].size:
+                    found += zip(names, np.atleast_2d(rows[block].T), strict=True)
+        elif kind == b"frame" and isinstance(members.get("axis1"), h5py.Dataset):
+            index = self._array(members["axis1"])[()]
+            for i in range(len(members)):
+                items, values = (members.get(f"block{i}_{x}") for x in ("items", "values"))
+                if isinstance(items, h5py.Dataset) and isinstance(values, h5py.Dataset):
+                    names = [_text(x) for x in self._array(items)[()].ravel()]
+                    found += zip(names, self._array(values)[()].T, strict=False)
+        # The index may be the times; one of integers counts the rows.
+        if index is not None and index.dtype.kind == "f" and not any(is_time(n) for n, _ in found):
+            found.insert(0, (TIME, index))
+        return self._request.by_name(found)
 
     def _value(self, dataset: Any) -> Any:
         """An array or a text; None if it is empty."""
@@ -146,6 +181,18 @@ class _OwnFile:
                     f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
                     "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)"
                 )
+
+
+def texts_of_pickle(pickled: bytes) -> list[str]:
+    """The texts in a pickle, in order; nothing of it is carried out."""
+    with suppress(ValueError):
+        operations = genops(pickled.rstrip(b"\0"))
+        return [str(x) for operation, x, _ in operations if "UNICODE" in operation.name]
+    return []
+
+
+def _text(x: Any) -> str:
+    return x.decode("utf-8", "replace") if isinstance(x, bytes) else str(x)
 
 
 def _has_references(dataset: Any) -> bool:

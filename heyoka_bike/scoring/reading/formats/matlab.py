@@ -256,6 +256,7 @@ def read(file: ResultFile) -> list[ReadTable]:
     else:
         found = matlab_variables(file.stream().read(), MOST_BYTES)
     objects = [(name, x.name) for name, x in found.items() if isinstance(x, OfClass)]
+    found = _trajectory(found, request) or found
     try:
         return tables(_plain(found, request), request)
     except InputError:
@@ -266,6 +267,36 @@ def read(file: ResultFile) -> list[ReadTable]:
             f"found {quoted(name)}, a {kind}, which MATLAB saves in a form of its own, expected "
             f"arrays; in MATLAB: {_TYPES_WRITTEN.get(kind, _SAVED).format(name)}"
         ) from None
+
+
+def _trajectory(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """The variables of a trajectory of Dymola or OpenModelica by name; none of another file.
+
+    ``name`` has the names, a row or a column of characters each, ``dataInfo`` the table of each and
+    its row or column there, negative for the negative, and ``Aclass`` says which of both.
+    """
+    if not {"Aclass", "name", "dataInfo"} <= members.keys():
+        return {}
+    kinds = [str(x).strip() for x in np.ravel(members["Aclass"])]
+    if not kinds or not kinds[0].endswith("trajectory"):
+        return {}
+    letters = [str(x) for x in np.ravel(members["name"])]
+    info, values = np.asarray(members["dataInfo"]), members.get("data_2")
+    if kinds[-1] == "binTrans":
+        # Names and values of a variable are in a column.
+        width = max(map(len, letters))
+        letters = list(map("".join, zip(*(x.ljust(width) for x in letters), strict=True)))
+        info = info.T
+    elif values is not None:
+        values = np.asarray(values).T
+    if len(info) != len(letters) or values is None:
+        raise request.error("found a trajectory without its names and values, expected both")
+    found: list[tuple[str, Any]] = []
+    for name, (table, at, *_) in zip(letters, info.astype(int).tolist(), strict=True):
+        # Parameters are in the first table; the time, of table 0, is in each.
+        if table in (0, 2) and 0 < abs(at) <= len(values):
+            found.append((name.strip("\0 "), values[abs(at) - 1] * np.sign(at)))
+    return request.by_name(found)
 
 
 def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:

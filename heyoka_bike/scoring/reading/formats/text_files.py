@@ -5,17 +5,20 @@ Labels, names and units may stand in the rows of a table, and its columns may be
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.encodings import whole_lines
+from heyoka_bike.scoring.reading.names.columns import are_names
+from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
+from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, headings_in
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.words import read_words
 
@@ -70,9 +73,7 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         # Words stand in the first lines if they stand anywhere: a long text of numbers is not kept.
         if is_beyond_it:
             raise
-        lines = [
-            x for line in "".join((first, *blocks)).split("\n") if (x := without_comment(line))
-        ]
+        lines = _contents("".join((first, *blocks)).split("\n"), request)
         for dialect in DIALECTS:
             with suppress(InputError):
                 if found := read_words(map(dialect.split, lines), request, dialect):
@@ -81,6 +82,17 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
             if found := _read_upright(lines, request):
                 return found
         raise error from None
+
+
+def _contents(lines: list[str], request: Request) -> list[str]:
+    """Lines without comments; the last of those above them may be a heading."""
+    found = [x for line in lines if (x := without_comment(line))]
+    above = takewhile(lambda line: not without_comment(line), lines)
+    for line in reversed([*above]):
+        plain = COMMENT_SIGNS.sub("", line, count=1)
+        if any(are_names(without_paths(names), request) for names in headings_in(line)):
+            return [plain, *found]
+    return found
 
 
 def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:

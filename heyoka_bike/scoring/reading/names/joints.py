@@ -20,7 +20,7 @@ _JOINTS: Mapping[str, tuple[str, int]] = {
 _IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
 _IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
 _PATH_STEPS = re.compile(r"[./|]")
-_DERIVATIVE = re.compile(r"der\((.+)\)")
+_DERIVATIVE = re.compile(r"der\((.+?)(?:,\s*1)?\)")
 # What kind of joint it is, beside which one it is.
 _KIND_OF_JOINT = re.compile(r"revolute|rev|joint|hinge|pin|_")
 # An axis of a joint that could have several.

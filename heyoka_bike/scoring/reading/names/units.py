@@ -10,7 +10,10 @@ from heyoka_bike.numbers.unit import UNITS as WORDS
 from heyoka_bike.numbers.unit import factor, size
 from heyoka_bike.scoring.units import UNITS
 
-_QUANTITIES = {"s": ("s", "ms"), **{si: units for si, units in UNITS.items() if si != "1"}}
+UNITS_OF_TIME = ("s", "ms", "us", "ns", "min", "h")
+"""Units in which times are read."""
+
+_QUANTITIES = {"s": UNITS_OF_TIME, **{si: units for si, units in UNITS.items() if si != "1"}}
 """By SI unit, those that are usual."""
 
 _SPELLINGS: Mapping[str, tuple[str, ...]] = {
@@ -64,12 +67,16 @@ _WORDS: Mapping[str, str] = {
 BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
 """Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
 
+_OPEN_BRACKET = re.compile(r"[\[({]")
 _NO_UNITS = ("si", "none", "n/a")
 _ANY_LETTER = re.compile(r"[^\W\d_]")
 # That of a maneuver, or an index; not an exponent.
 _NUMBER_ALONE = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
 _ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
+# What is written, or becomes of it, in the place of the degree sign: the ordinal indicator, the
+# ring, a byte that was no text, and UTF-8 read as Latin-1.
 _UNIT_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
+    "\u00ba": "\u00b0", "\u02da": "\u00b0", "\ufffd": "\u00b0", "\u00c2": None,
     "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
 })  # fmt: skip
 _DIVIDED = re.compile(r"\s*/\s*(\w+)")
@@ -129,9 +136,9 @@ def split_unit(name: str) -> tuple[str, str | None]:
     for match in BRACKETS.finditer(name):
         if quantities(unit := match[0][1:-1]):
             return name[: match.start()].rstrip(" /") + name[match.end() :], unit
-    for mark in ("/", " in "):
+    for mark in (" in ", "/"):
         stem, found, unit = name.partition(mark)
-        if found and stem.strip() and quantities(unit):
+        if found and stem.strip() and not _OPEN_BRACKET.search(stem) and quantities(unit):
             return stem.strip(), unit.strip()
     return name, None
 

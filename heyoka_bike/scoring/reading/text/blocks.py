@@ -110,4 +110,4 @@ def rest(number: str, hi: float) -> float:
     """The decimal minus its binary64, correctly rounded; zero for zero and infinity."""
     if hi == 0.0 or not isfinite(hi):
         return 0.0
-    return float(_EXACT.subtract(Decimal(number), Decimal(hi)))
+    return float(_EXACT.subtract(Decimal(number), Decimal.from_float(hi)))

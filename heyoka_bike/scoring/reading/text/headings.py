@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from heyoka_bike.scoring.reading.names.columns import are_names
+from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
@@ -59,7 +60,8 @@ def heading_among(
         The request to read them.
     """
     below: list[str] = []
-    for i, names in of_width(above, width):
+    for i, written in of_width(above, width):
+        names = without_paths(written)
         if are_names(names, request) or are_names(with_units(names, below), request):
             units = (x for _, x in of_width(above[max(i - 1, 0) : i], width) if are_units(x))
             return with_units(names, below or next(units, [])), i

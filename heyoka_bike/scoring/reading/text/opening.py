@@ -14,8 +14,9 @@ from typing import Any
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import are_names, time_among
+from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.names.words import names_found
-from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
@@ -123,7 +124,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     if request.names is None:
         written = dropwhile(notation.is_blank, lines)
         headings = chain.from_iterable(map(notation.headings_in, islice(written, _HEADING_LINES)))
-        widths |= {len(names) for names in headings if are_names(names, request)}
+        widths |= {len(x) for x in headings if are_names(without_paths(x), request)}
     if not widths:
         raise request.not_columns("no line of column names that are known")
     sample, dialect, width, rows = _first_rows(lines, notation, widths)
@@ -133,10 +134,14 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         raise _no_row(lines, notation, request)
     first = rows[0][0]
     above = [[*notation.headings_in(line)] for line in lines[:first]]
-    if width not in widths:
+    names, at = heading_among(above, width, request)
+    if names is None and _count_up(rows, dialect):
+        # pandas and R give the index of the rows no name.
+        names, at = heading_among(above, width - 1, request)
+        names = names and [LEFT_OUT[0], *names]
+    if width not in widths and (names is None or request.names):
         raise _wrong_width(above, width, len(rows), first + 1, request)
     _refuse_damaged_row(sample, first, dialect, width, request)
-    names, at = heading_among(above, width, request)
     heading = None if at is None else at + 1
     if request.names:
         names, heading = [*request.names], None
@@ -168,17 +173,30 @@ def _first_rows(
     return [], notation.dialects[0], 0, []
 
 
+def _count_up(rows: Sequence[Line], dialect: Dialect) -> bool:
+    """True if the rows begin with consecutive integers."""
+    first = [str(dialect.split(content)[0]).strip("\"'") for _, content in rows]
+    counted = [int(x) for x in first if x.isascii() and x.isdigit()]
+    return len(counted) == len(rows) > 1 and counted == [*range(counted[0], counted[0] + len(rows))]
+
+
 def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> InputError:
     """Return the error of lines without a row of numbers: the first field that is none of them.
 
-    It is looked for in the first line that does not begin as words do.
+    It is looked for in the first line below a heading that has a digit, or does not begin as words
+    do.
     """
     for i, line in enumerate(lines):
         content = notation.without_comment(line)
-        if not content or any(map(str.isalpha, str(content[0]).strip("\"' ")[:1])):
+        first = str(content[0]).strip("\"' ")[:1] if content else ""
+        has_digit = any(map(str.isdigit, map(str, content)))
+        headings = map(without_paths, notation.headings_in(line))
+        if not content or (first.isalpha() and not has_digit):
             continue
-        # Under the separator that makes the most fields of it.
-        dialect = max(notation.dialects, key=lambda d: len(d.split(content)))
+        if any(are_names(names, request) for names in headings):
+            continue
+        # Under the separator that makes the most numbers of it.
+        dialect = max(notation.dialects, key=lambda d: _count_of(content, d))
         numbers = dialect.numbers(dialect.split(content))
         if None in numbers:
             at = numbers.index(None)
@@ -186,6 +204,12 @@ def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> Input
             said = dialect.empty if field == "" else f"{quoted(field)} as value {at + 1}"
             return request.not_columns(f"{said} and no row of numbers", i + 1, at + 1)
     return request.not_columns("no row of numbers")
+
+
+def _count_of(content: Any, dialect: Dialect) -> tuple[int, int]:
+    """How many fields of a line are numbers, and how many are there."""
+    numbers = dialect.numbers(dialect.split(content))
+    return len(numbers) - numbers.count(None), len(numbers)
 
 
 def row_error(

@@ -1,0 +1,77 @@
+"""Paths: names of which the last step tells the column, as models, messages and levels have them.
+
+``bike.forward_speed``, ``field.forward_speed``, ``/bike/state/forward_speed`` and pandas'
+``('bike', 'forward_speed')`` are the forward speed of something. The speed of a wheel is not that
+of the bicycle, and a set point has the name of what it is for. So a path means its last step only
+if two quantities or more of the bicycle are there under the same steps before it, by their whole
+names, and if nothing else in the file has one of these names.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.scoring.grouped import grouped
+from heyoka_bike.scoring.reading.names.columns import TIME, WORD_BREAKS, recognise
+from heyoka_bike.scoring.reading.names.units import split_unit
+
+_STEPS = re.compile(r"[./|\\]+|(?<!:):(?!:)|::")
+_LEVELS = re.compile(r"\(\s*('[^']*'|\"[^\"]*\")(?:\s*,\s*('[^']*'|\"[^\"]*\"))+\s*,?\s*\)")
+_ONE_LEVEL = re.compile(r"'([^']*)'|\"([^\"]*)\"")
+# What messages call the number that they hold.
+_OF_NO_QUANTITY = frozenset({"data", "value", "values"})
+_WHOLE_NAMES = frozenset({*(key.replace("_", "") for key in COMPARED), TIME})
+# Of one part, to be taken for the bicycle.
+_FEWEST_KEYS = 2
+
+
+def without_paths(names: Sequence[str]) -> list[str]:
+    """Names as they are, or the last step of those that are paths to columns of the bicycle."""
+    names = [_with_points(name) for name in names]
+    split = [_split(name) for name in names]
+    if not any(part for part, _ in split):
+        return list(names)
+    plain = {found for name, (part, _) in zip(names, split, strict=True)
+             if not part and (found := recognise(name))}  # fmt: skip
+    parts = grouped((part, last) for part, last in split if part)
+    meant = {
+        part: {found for x in lasts if (found := recognise(x))} for part, lasts in parts.items()
+    }
+    whole = {
+        part for part, lasts in parts.items() if len({*filter(_is_whole, lasts)}) >= _FEWEST_KEYS
+    }
+    alone = {
+        part
+        for part in whole
+        if not meant[part] & plain
+        and not any(meant[part] & meant[other] - {(TIME, None)} for other in whole - {part})
+    }
+    return [last if part in alone and recognise(last) else name
+            for name, (part, last) in zip(names, split, strict=True)]  # fmt: skip
+
+
+def _with_points(name: str) -> str:
+    """The levels of a name of pandas with points between them; another name as it is."""
+    plain = name.strip(' "')
+    if not _LEVELS.fullmatch(plain):
+        return name
+    levels = [a or b for a, b in _ONE_LEVEL.findall(plain)]
+    return ".".join(x for x in levels if x)
+
+
+def _split(name: str) -> tuple[str, str]:
+    """The steps before the last one, and that with its unit; none before a name that is no path."""
+    stem, unit = split_unit(name.strip(" \"'"))
+    steps = [x for x in _STEPS.split(stem) if x]
+    if len(steps) > 1 and steps[-1].lower() in _OF_NO_QUANTITY:
+        steps.pop()
+    if len(steps) < 2:
+        return "", name
+    return "/".join(steps[:-1]), steps[-1] if unit is None else f"{steps[-1]} [{unit}]"
+
+
+def _is_whole(name: str) -> bool:
+    """True if a name is the whole one of a quantity, and no letter or word for it."""
+    return WORD_BREAKS.sub("", split_unit(name)[0].lower()) in _WHOLE_NAMES

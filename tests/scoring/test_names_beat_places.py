@@ -1,0 +1,138 @@
+"""Names that are paths are understood, and decide where a column is, whatever its place.
+
+Eight exact names with the prefix ``bike.``, in an order of their own, were read by their places,
+and a right file was wrong by 5,900 times its scale.
+"""
+
+import numpy as np
+import pytest
+
+from heyoka_bike import read_results, score
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.paths import without_paths
+
+ORDER = ("forward_speed", "steer_rate", "roll_angle", "mechanical_energy", "roll_rate",
+         "potential_energy", "kinetic_energy", "steer_angle")  # fmt: skip
+PATHS = ["bike.{}", "field.{}", "/bike/state/{}", "model.bike.{}", "a::b::{}", "bike|{}",
+         "/robot/{}/data", "('bike', '{}')", "bike:{}", "bike\\{}"]  # fmt: skip
+
+
+def written(path, names, columns, separator=","):
+    rows = zip(*(x.tolist() for x in columns), strict=True)
+    quoted = [f'"{n}"' if "," in n else n for n in names]
+    lines = [separator.join(quoted), *(separator.join(map(repr, row)) for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("form", PATHS)
+@pytest.mark.parametrize("keys", [ORDER, ORDER[:5]])
+def test_a_path_is_its_last_step(form, keys, reference, tmp_path):
+    m = reference[2]
+    path = written(tmp_path / "r.csv", ["time", *map(form.format, keys)],
+                   [m.time, *(m[k] for k in keys)])  # fmt: skip
+    report = score(path, reference, maneuver=2)
+    assert report.is_right
+    assert {c.key for c in report[2].columns} == {*keys}
+    # The same columns in memory.
+    arrays = {form.format(k): m[k] for k in keys}
+    assert score({"time": m.time, **arrays}, reference, maneuver=2).is_right
+
+
+@pytest.mark.parametrize("form", PATHS)
+def test_a_wrong_column_under_a_path_is_wrong(form, reference, tmp_path):
+    m = reference[2]
+    keys = ("roll_angle", "forward_speed", "steer_angle")
+    columns = [m.time, m["roll_angle"], 1.1 * m["forward_speed"], m["steer_angle"]]
+    path = written(tmp_path / "r.csv", ["time", *map(form.format, keys)], columns)
+    report = score(path, reference, "scd >= 6", maneuver=2)
+    assert not report.is_right
+    assert not report.passed
+
+
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        # One name alone may be that of a part.
+        (["time", "roll_angle", "wheel.forward_speed"], None),
+        # Words and letters of parts are their own.
+        (["time", "roll_angle", "wheel.speed", "wheel.phi"], None),
+        # A set point has the name of what it is for.
+        (["time", "roll_angle", "steer_angle", "ref.roll_angle", "ref.steer_angle"], None),
+        # Of two bicycles neither is meant.
+        (["time", "a.roll_angle", "a.roll_rate", "b.roll_angle", "b.roll_rate"], None),
+        (["t", "a.roll_angle", "a.roll_rate"], ["t", "roll_angle", "roll_rate"]),
+        (["a.time", "a.roll_angle [deg/s]", "a.v [m/s]"],
+         ["time", "roll_angle [deg/s]", "v [m/s]"]),
+        (["time [s]", "bike.roll_angle [rad]", "bike.roll_rate [rad/s]"],
+         ["time [s]", "roll_angle [rad]", "roll_rate [rad/s]"]),
+        (["('', 'time')", "('m1', 'roll_angle')", "('m2', 'roll_angle')"],
+         ["time", "m1.roll_angle", "m2.roll_angle"]),
+    ],
+)  # fmt: skip
+def test_what_is_taken_and_what_is_left(names, found):
+    assert without_paths(names) == (names if found is None else found)
+
+
+def test_two_bicycles_are_refused_by_their_names(reference, tmp_path):
+    m = reference[2]
+    names = ["time", *(f"{x}.{k}" for x in "ab" for k in ("roll_angle", "roll_rate"))]
+    path = written(tmp_path / "r.csv", names, [m.time, *2 * [m["roll_angle"], m["roll_rate"]]])
+    with pytest.raises(InputError, match=r"'a\.roll_angle'"):
+        read_results(path)
+
+
+def test_a_joint_of_that_name_beside_the_column_is_refused_by_name(reference, tmp_path):
+    m = reference[2]
+    names = ["time", "roll_angle", "roll_rate", "ref.roll_angle", "ref.roll_rate"]
+    path = written(tmp_path / "r.csv", names,
+                   [m.time, *2 * [m["roll_angle"], m["roll_rate"]]])  # fmt: skip
+    with pytest.raises(InputError, match=r"'roll_angle' and 'ref\.roll_angle'"):
+        read_results(path)
+
+
+@pytest.mark.parametrize("degree", ["°", "º", "˚", "Â°", "\ufffd"])
+def test_degree_signs_of_any_keyboard_and_encoding(degree, reference, tmp_path):
+    assert recognise(f"roll_rate [{degree}/s]") == ("roll_rate", None)
+    m = reference[2]
+    keys = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
+    names = [f"{k} [{degree}{'/s' if 'rate' in k else ''}]" for k in keys]
+    columns = [180 / np.pi * m[k] * (1.5 if "rate" in k else 1.0) for k in keys]
+    path = written(tmp_path / "r.csv", ["time", *names], [m.time, *columns])
+    report = score(path, reference, "scd >= 6", maneuver=2)
+    assert not report.passed
+    assert {c.key for c in report[2].columns} == {*keys}
+    assert ": wrong" in report.verdict
+
+
+def test_derivatives_of_dymola(reference):
+    assert recognise("der(bike.roll,1)") == recognise("der(bike.roll)") == ("roll_rate", None)
+
+
+def test_an_index_without_a_name_is_none(reference, tmp_path):
+    """As R's write.table and pandas' to_string write it."""
+    m = reference[2]
+    keys = BENCHMARK_COLUMNS
+    rows = [f"{i}  " + "  ".join(repr(float(x)) for x in row)
+            for i, row in enumerate(zip(m.time, *(m[k] for k in keys), strict=True))]  # fmt: skip
+    path = tmp_path / "r.txt"
+    path.write_text("\n".join(["   ".join(["time", *keys]), *rows]) + "\n")
+    assert score(path, reference, maneuver=2).is_right
+    # A first column that does not count is no index.
+    path.write_text(path.read_text().replace("\n7  ", "\n77  "))
+    with pytest.raises(InputError, match="found 10 columns"):
+        read_results(path)
+
+
+@pytest.mark.parametrize("mark", ["%", "# ", "%% "])
+def test_a_heading_behind_a_comment_sign_beside_words(mark, reference, tmp_path):
+    m = reference[2]
+    keys = ("roll_angle", "roll_rate", "steer_angle")
+    lines = [mark + ",".join(["time", "frame_id", *keys])]
+    lines += [f"{t!r},bike," + ",".join(map(repr, row)) for t, *row in
+              zip(*(x.tolist() for x in (m.time, *(m[k] for k in keys))), strict=True)]  # fmt: skip
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join(lines) + "\n")
+    assert score(path, reference, maneuver=2).is_right

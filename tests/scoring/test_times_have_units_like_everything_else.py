@@ -1,0 +1,67 @@
+"""Times in minutes, milliseconds or nanoseconds, and those of a clock, mean what they say."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from heyoka_bike import score
+from heyoka_bike.scoring.evidence import TimesFromFirst, TimeUnitContradicted
+
+KEYS = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
+PER_SECOND = {
+    "ms": Fraction(1000), "us": Fraction(10**6), "ns": Fraction(10**9), "min": Fraction(1, 60),
+    "h": Fraction(1, 3600), "s": Fraction(1),
+}  # fmt: skip
+
+
+def table(reference, heading, times, number=2):
+    m = reference[number]
+    return {heading: times, **{k: m[k] for k in KEYS}}
+
+
+@pytest.mark.parametrize("unit", PER_SECOND)
+@pytest.mark.parametrize("form", ["time [{}]", "t ({})", "time_{}"])
+def test_the_unit_of_the_heading_is_that_of_the_times(unit, form, reference, tmp_path):
+    m = reference[2]
+    exact = [Fraction(i, 100) * PER_SECOND[unit] for i in range(1001)]
+    lines = [",".join([form.format(unit), *KEYS])]
+    lines += [
+        ",".join([repr(float(t)), *(repr(float(m[k][i])) for k in KEYS)])
+        for i, t in enumerate(exact)
+    ]
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join(lines) + "\n")
+    report = score(path, reference)
+    assert report.is_right
+    assert [x.maneuver for x in report.maneuvers] == [2]
+    assert report.worst.scd > 13
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "min", "h"])
+def test_a_heading_that_the_times_contradict_is_a_warning(unit, reference):
+    report = score(table(reference, f"time [{unit}]", reference[2].time), reference)
+    (found,) = [x for x in report.seen if isinstance(x, TimeUnitContradicted)]
+    assert (found.named, found.span) == (unit, pytest.approx(10, rel=1e-12))
+    assert report.is_right
+    assert [m.maneuver for m in report.maneuvers] == [2]
+    assert "time_unit_contradicted" in [f.code for f in report.findings]
+
+
+@pytest.mark.parametrize("first", [1.7e9, 1764300000.25])
+def test_times_of_a_clock_count_from_the_first(first, reference):
+    times = first + reference[2].time
+    report = score(table(reference, "time", times), reference)
+    (found,) = [x for x in report.seen if isinstance(x, TimesFromFirst)]
+    assert found.first == times[0]
+    # Seconds since 1970 have seven digits left behind the point.
+    assert report.worst.scd > 4
+    assert [m.maneuver for m in report.maneuvers] == [2]
+
+
+def test_a_run_that_begins_late_is_no_clock(reference):
+    m = reference[2]
+    late = {"time": m.time[500:], **{k: m[k][500:] for k in KEYS}}
+    report = score(late, reference)
+    assert not any(isinstance(x, TimesFromFirst) for x in report.seen)
+    assert np.isclose(report[2].coverage, 0.5)
