@@ -50,6 +50,8 @@ _LARGEST_VALUE = 1e150
 _FAR_FROM_MANEUVER = 0.1
 # Times that begin so many runs late are those of a clock; and a run spans such a part of itself.
 _LONG_AGO = 1e5
+# Seconds since 1970, from 2001 to 2096.
+_TODAY = (1e9, 4e9)
 _PART_OF_RUN = 0.1
 # Rows that tell columns in another order.
 _ROWS_THAT_TELL_ORDER = 200
@@ -253,9 +255,18 @@ def _in_time(results: Results, duration: float) -> Results:
             first = float(time[0][0])
             hi, lo = two_sum(time[0], np.full(len(time[0]), -first))
             time = fast_two_sum(hi, lo + (time[1] - time[1][0]))
-            seen.append(TimesFromFirst(first))
+            unit = _unit_of_clock(first) if named == "s" else "s"
+            seen.append(TimesFromFirst(first, unit))
+            time = in_seconds(time, unit)
         maneuvers.append(replace(rows, time=time[0], time_lo=time[1]))
     return replace(results, maneuvers=tuple(maneuvers), seen=tuple(dict.fromkeys(seen)))
+
+
+def _unit_of_clock(time: float) -> str:
+    """The unit in which a time counts from 1970, as clocks do; seconds if that is of no clock."""
+    units = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+    of_today = (u for u, per_second in units.items() if _TODAY[0] < time / per_second < _TODAY[1])
+    return next(of_today, "s")
 
 
 def _is_run(span: float, duration: float) -> bool:

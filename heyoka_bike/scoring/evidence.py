@@ -218,10 +218,13 @@ class TimesFromFirst(Evidence):
     Attributes
     ----------
     first
-        The first time [s].
+        The first time.
+    unit
+        Its unit.
     """
 
     first: float
+    unit: str
 
 
 @dataclass(frozen=True, slots=True)

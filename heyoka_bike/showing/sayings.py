@@ -178,10 +178,10 @@ def _(e: seen.TimeUnitContradicted) -> Finding:
 @_finding.register
 def _(e: seen.TimesFromFirst) -> Finding:
     said = (
-        f"the times begin at {e.first:.17g} s, as those of a clock do; they are counted from the "
-        "first row, which is taken for the start"
+        f"the times begin at {e.first:.17g} {e.unit}, as those of a clock do; they are counted "
+        "from the first row, which is taken for the start"
     )
-    return warning("times_from_first", said, first=e.first)
+    return warning("times_from_first", said, first=e.first, unit=e.unit)
 
 
 @_finding.register

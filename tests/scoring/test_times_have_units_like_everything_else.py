@@ -1,11 +1,14 @@
 """Times in minutes, milliseconds or nanoseconds, and those of a clock, mean what they say."""
 
+import subprocess
+import sys
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from heyoka_bike import score
+from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.evidence import TimesFromFirst, TimeUnitContradicted
 
 KEYS = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
@@ -65,3 +68,68 @@ def test_a_run_that_begins_late_is_no_clock(reference):
     report = score(late, reference)
     assert not any(isinstance(x, TimesFromFirst) for x in report.seen)
     assert np.isclose(report[2].coverage, 0.5)
+
+
+@pytest.mark.parametrize(("unit", "per_second"), [("ns", 10**9), ("us", 10**6), ("ms", 1000)])
+def test_a_clock_may_count_smaller_units(unit, per_second, reference):
+    first = 1764300000 * per_second
+    times = np.array([first + i * per_second // 100 for i in range(1001)], dtype=np.int64)
+    report = score(table(reference, "time", times), reference)
+    (found,) = [x for x in report.seen if isinstance(x, TimesFromFirst)]
+    assert found.unit == unit
+    assert [m.maneuver for m in report.maneuvers] == [2]
+    assert report[2].coverage > 0.99
+    assert report.worst.scd > 4
+
+
+@pytest.mark.parametrize(
+    ("seconds", "nanoseconds"),
+    [
+        ("secs", "nsecs"),
+        ("sec", "nanosec"),
+        ("field.header.stamp.secs", "field.header.stamp.nsecs"),
+    ],
+)
+def test_seconds_and_nanoseconds_beside_each_other(seconds, nanoseconds, reference, tmp_path):
+    m = reference[2]
+    lines = [",".join([seconds, nanoseconds, *KEYS])]
+    lines += [
+        ",".join([str(i // 100), str(i % 100 * 10**7), *(repr(float(m[k][i])) for k in KEYS)])
+        for i in range(1001)
+    ]
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join(lines) + "\n")
+    report = score(path, reference)
+    assert report.is_right
+    assert report.worst.scd > 13
+    assert not [f for f in report.findings if f.code == "columns_left_out"]
+
+
+def test_time_differences_are_times(reference, tmp_path):
+    m = reference[2]
+    times = np.array([i * 10_000_000 for i in range(1001)], dtype="m8[ns]")
+    assert score(table(reference, "time", times), reference).worst.scd > 13
+    lines = [",".join(["time", *KEYS])]
+    lines += [
+        f"0 days 00:00:{i / 100:09.6f}," + ",".join(repr(float(m[k][i])) for k in KEYS)
+        for i in range(1001)
+    ]
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join(lines) + "\n")
+    assert score(path, reference).worst.scd > 13
+
+
+def test_a_file_that_is_open_elsewhere_is_called_so(tmp_path):
+    path = tmp_path / "r.h5"
+    code = (
+        "import h5py, sys; f = h5py.File(sys.argv[1], 'w'); f['x'] = 1.0; f.flush(); "
+        "print('ready', flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as writer:
+        assert writer.stdout.readline() == b"ready\n"
+        with pytest.raises(InputError, match="another program has open") as caught:
+            score(path)
+        assert "\n" not in str(caught.value)
+        writer.communicate(b"")

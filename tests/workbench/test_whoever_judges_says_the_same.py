@@ -3,12 +3,17 @@
 The header is held beside `score` in `test_checker_agrees_with_score.py`.
 """
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from support.voices import NODE, PageJudge, by_score, compare, disagreements, texts
 
+from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.showing.wording import Grade, file_grade
 from heyoka_bike.system.resources import data_folder
+from heyoka_bike.testing.regression import Score
 
 PEERS = data_folder() / "peers"
 node = pytest.mark.skipif(NODE is None, reason="Node.js is not installed")
@@ -113,3 +118,35 @@ def test_a_page_that_is_more_generous_is_seen(tmp_path, reference):
     wrong = by_score(PEERS / "exudyn-h0.01.txt")
     assert list(disagreements(wrong, said)) != []
     assert list(disagreements(None, said)) != []
+
+
+class FailedError(Exception):
+    """What the plugin raises in a test."""
+
+
+def passes(report, reference):
+    """Whether a test with ``require(scd=6)`` passes."""
+
+    def fail(message):
+        raise FailedError(message)
+
+    try:
+        Score(report, reference, (), None, lambda: "switched off", fail).require(scd=6)
+    except FailedError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("game", ["honest", "wrong"])
+def test_the_plugin_passes_what_is_right(game, reference, tmp_path):
+    counts = Counter()
+    for file in texts(game, range(3100, 3130), tmp_path):
+        if (report := by_score(file.path)) is None:
+            continue
+        required = score(file.path, reference, ["scd >= 6", "coverage >= 0.99"])
+        is_passed = passes(report, reference)
+        assert is_passed == required.passed, file.name
+        assert is_passed or not report.is_right, file.name
+        assert not is_passed or file_grade(report) in (Grade.RIGHT, Grade.UNTOLD), file.name
+        counts[is_passed] += 1
+    assert min(counts.values()) > 2

@@ -16,7 +16,7 @@ from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, may_mea
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.table import ReadTable
-from heyoka_bike.scoring.reading.times import Times, settle
+from heyoka_bike.scoring.reading.times import Times, settle, with_nanoseconds
 
 _BadPlace = tuple[int, int, str, int]
 """Line or row, column, which of both it is, and how many values there are not finite."""
@@ -47,6 +47,8 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     digits: list[int] = []
     bad: list[_BadPlace] = []
     for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
+        if places.nanoseconds is not None:
+            table = with_nanoseconds(table, places.time, places.nanoseconds)
         times = settle(table, places.time, request, places.unit)
         found = (*table.seen, *places.seen, *times.seen)
         seen += [x for x in found if x not in seen]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,9 @@ from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadTable
 
+_WHOLE_SECONDS = re.compile(r"(.*?)secs?", re.IGNORECASE)
+_NANOSECONDS = re.compile(r"(.*?)n(?:ano)?secs?", re.IGNORECASE)
+
 
 @dataclass(frozen=True, slots=True)
 class ColumnLayout:
@@ -31,12 +35,15 @@ class ColumnLayout:
     seen : tuple of Evidence
     unit
         Of the times, one of `UNITS_OF_TIME`.
+    nanoseconds
+        Index of the column of what the times are more than whole seconds; None without one.
     """
 
     time: int
     maneuvers: Mapping[int | None, Mapping[str, int]]
     seen: tuple[Evidence, ...]
     unit: str
+    nanoseconds: int | None = None
 
 
 def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
@@ -104,10 +111,20 @@ def _settled(
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
         said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
         raise request.error(said, vectors.heading)
-    seen = _not_used(names, found, {*meant.values()}, request)
+    nanoseconds = _nanoseconds(names, names[time])
+    used = {*meant.values(), *([] if nanoseconds is None else [nanoseconds])}
+    seen = _not_used(names, found, used, request)
     seen += unknown_units({names[i]: key for (key, _), i in meant.items()})
     unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
-    return ColumnLayout(time, maneuvers, tuple(seen), unit)
+    return ColumnLayout(time, maneuvers, tuple(seen), unit, nanoseconds)
+
+
+def _nanoseconds(names: Sequence[str], time: str) -> int | None:
+    """Return the index of the nanoseconds beside a column of whole seconds, as ROS writes both."""
+    if not (match := _WHOLE_SECONDS.fullmatch(time.strip(" \"'"))):
+        return None
+    beside = (_NANOSECONDS.fullmatch(name.strip(" \"'")) for name in names)
+    return next((i for i, m in enumerate(beside) if m and m[1] == match[1]), None)
 
 
 def _not_used(

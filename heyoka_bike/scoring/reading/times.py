@@ -7,12 +7,12 @@ decimal step: then they mean these multiples.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array, Double, divide, multiply, two_product
+from heyoka_bike.numbers.double import Array, Double, divide, multiply, two_product, two_sum
 from heyoka_bike.numbers.unit import size
 from heyoka_bike.scoring.evidence import Evidence, TimesAsDecimals, TimesRepeated, TimesUnsorted
 from heyoka_bike.scoring.reading.digits import as_single
@@ -109,6 +109,15 @@ def in_seconds(times: Double, unit: str, *, is_back: bool = False) -> Double:
     if (factor > 1) != is_back:
         return multiply(times, (ratio, np.zeros_like(ratio)))
     return divide(times, ratio)
+
+
+def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:
+    """The table with the nanoseconds of another column added to its times."""
+    more = np.full(len(table.columns[beside].values), 1e9)
+    hi, lo = divide((table.columns[beside].values, np.zeros_like(more)), more)
+    time, rest = two_sum(table.columns[at].values, hi)
+    column = replace(table.columns[at], values=time, lo=rest + lo, significant=None)
+    return replace(table, columns=[*table.columns[:at], column, *table.columns[at + 1 :]])
 
 
 def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:

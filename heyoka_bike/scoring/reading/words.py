@@ -26,7 +26,7 @@ _MANEUVER = "maneuver"
 _AROUND_LABELS = "[]():;,=-\"' "
 # A duration of MATLAB, of less than a minute.
 _PATTERN_OF_DURATION = re.compile(
-    r"(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?"
+    r"(?:0+ days? \+?)?(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?"
 )
 
 

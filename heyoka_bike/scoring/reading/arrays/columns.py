@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.numbers.double import Array, two_sum
+from heyoka_bike.numbers.double import Array, divide, two_sum
 from heyoka_bike.scoring.reading.digits import (
     are_beyond_binary64,
     binary_column,
@@ -68,6 +68,8 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
     InputError
         Not real numbers, or a rest of another length.
     """
+    if is_time and getattr(source, "dtype", np.dtype("f8")).kind == "m":
+        return _durations(source)
     array = read_array(source, request).ravel()
     if step := getattr(array, "step", None):
         return column_of_steps(np.asarray(array), step)
@@ -98,6 +100,13 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
         remainder[~np.isfinite(values)] = 0.0
     column = binary_column(values, remainder, bits)
     return column if lo is None else replace(column, significant=None)
+
+
+def _durations(source: Any) -> ReadColumn:
+    """Time differences, whole nanoseconds or longer, as seconds."""
+    counts = np.asarray(source[()]).ravel().astype("m8[ns]").astype(np.int64).astype(np.float64)
+    hi, lo = divide((counts, np.zeros_like(counts)), np.full(len(counts), 1e9))
+    return replace(binary_column(hi, lo, 53), significant=None)
 
 
 def read_maneuvers(source: Any, request: Request) -> Array:

@@ -14,7 +14,7 @@ from heyoka_bike.scoring.reading.request import Request
 # time_s, steer_rate_deg_s, speed_m_per_s
 _ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
 TIME = "time"
-_NAMES_OF_TIME = ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout")
+_NAMES_OF_TIME = ("t", "times", "timestamp", "sec", "secs", "seconds", "simulationtime", "tout")
 KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **KEYS_BY_WORD}
 # What a name means in another unit than that of its usual meaning.
 _BY_UNIT: Mapping[tuple[str, str], str] = {

@@ -20,6 +20,8 @@ from heyoka_bike.scoring.reading.names.units import split_unit
 _STEPS = re.compile(r"[./|\\]+|(?<!:):(?!:)|::")
 _LEVELS = re.compile(r"\(\s*('[^']*'|\"[^\"]*\")(?:\s*,\s*('[^']*'|\"[^\"]*\"))+\s*,?\s*\)")
 _ONE_LEVEL = re.compile(r"'([^']*)'|\"([^\"]*)\"")
+# Before the seconds and nanoseconds of a message's time, as ROS has it.
+_STAMP = re.compile(r"^.*\bstamp[./](?=n?(?:ano)?secs?$)")
 # What messages call the number that they hold.
 _OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 _WHOLE_NAMES = frozenset({*(key.replace("_", "") for key in COMPARED), TIME})
@@ -29,7 +31,7 @@ _FEWEST_KEYS = 2
 
 def without_paths(names: Sequence[str]) -> list[str]:
     """Names as they are, or the last step of those that are paths to columns of the bicycle."""
-    names = [_with_points(name) for name in names]
+    names = [_STAMP.sub("", _with_points(name)) for name in names]
     split = [_split(name) for name in names]
     if not any(part for part, _ in split):
         return list(names)
