@@ -136,3 +136,13 @@ def test_a_heading_behind_a_comment_sign_beside_words(mark, reference, tmp_path)
     path = tmp_path / "r.csv"
     path.write_text("\n".join(lines) + "\n")
     assert score(path, reference, maneuver=2).is_right
+
+
+@pytest.mark.parametrize("filled", [500, 999])
+def test_an_array_that_was_filled_in_part_is_refused_where_it_ends(filled, reference):
+    m = reference[2]
+    table = np.column_stack([m.time, *(m[k] for k in BENCHMARK_COLUMNS)])
+    table[filled:] = 0
+    with pytest.raises(InputError, match=f"row {filled + 1}: found {1001 - filled} rows of zeros"):
+        read_results(table)
+    assert read_results(table[:filled]).maneuvers[0].time.size == filled

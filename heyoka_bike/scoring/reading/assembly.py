@@ -43,6 +43,8 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
         finite.
     """
     known, seen = _of_the_reference(tables, request)
+    for table in known:
+        _refuse_unfilled(table, request)
     maneuvers: list[Rows] = []
     digits: list[int] = []
     bad: list[_BadPlace] = []
@@ -68,6 +70,16 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     seen += [_not_finite(bad)] if bad else []
     maneuvers.sort(key=lambda rows: rows.maneuver or 0)
     return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(seen))
+
+
+def _refuse_unfilled(table: ReadTable, request: Request) -> None:
+    """Raise an error if rows at the end hold only zeros: an array that was filled in part."""
+    count = len(table.columns[0].values)
+    is_zero = np.logical_and.reduce([column.values == 0 for column in table.columns])
+    first = count - int(np.argmin(is_zero[::-1])) if not is_zero.all() else 0
+    if 0 < first < count - 1:
+        said = f"found {count - first} rows of zeros at the end, expected rows that were filled in"
+        raise table.error(request, first, said)
 
 
 def _of_the_reference(
