@@ -93,8 +93,7 @@ def test_a_quantity_that_is_numbered_for_no_maneuver(name, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", [
-    "field.forward_speed", "bike state.Forward Speed", "forward_speed [\u2603/s]",
-    "x_forward_speed_raw", "chassis.speed",
+    "field.forward_speed", "bike state.Forward Speed", "x_forward_speed_raw", "chassis.speed",
 ])  # fmt: skip
 def test_a_known_name_that_is_not_understood(name, tmp_path):
     assert recognise(name) is None
@@ -105,14 +104,24 @@ def test_a_known_name_that_is_not_understood(name, tmp_path):
     assert finding.evidence["columns"] == ["forward_speed"]
 
 
+def test_a_unit_that_is_none_leaves_the_name_as_it_is(tmp_path):
+    columns = renamed(
+        {"forward_speed": "forward_speed [\u2603/s]"},
+        {**few(), "forward_speed": wrong("forward_speed")},
+    )
+    report = judged(written(tmp_path / "a.csv", columns))
+    assert not report.is_right
+    assert "unit_unknown" in [f.code for f in report.findings]
+
+
 def test_one_maneuver_of_several(tmp_path):
     columns = {"time": right(1)["time"]}
     for n, key in product((1, 2, 3), [key for key in few() if key != "time"]):
         is_odd = (n, key) == (2, "roll_rate")
-        name = "m2_roll_rate [\u2603/s]" if is_odd else f"m{n}_{key}"
+        name = "m2_x_roll_rate_raw" if is_odd else f"m{n}_{key}"
         columns[name] = wrong(key, n) if is_odd else right(n)[key]
     path = written(tmp_path / "a.csv", columns)
-    assert_not_whole(judged(path), "m2_roll_rate [\u2603/s]")
+    assert_not_whole(judged(path), "m2_x_roll_rate_raw")
     # Another maneuver is not concerned.
     assert score(path, require="1.scd >= 6").passed
     assert not score(path, require="2.scd >= 6").passed
