@@ -46,7 +46,10 @@ def run(args: argparse.Namespace) -> int:
 
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.file), reference)
-    files = [read(f, n, reference, args.columns) for f, n in zip(args.file, numbers, strict=True)]
+    files = [
+        read(f, n, reference, args.columns, args.max_bytes)
+        for f, n in zip(args.file, numbers, strict=True)
+    ]
     with progress_bar("simulating mistakes") as progress:
         (found,) = side_by_side(
             diagnosed_elsewhere, [(score(files, reference), reference)], [("", 1.0)],

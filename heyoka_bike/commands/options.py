@@ -93,7 +93,8 @@ BICYCLE = {
 }
 COLUMNS = {
     "--columns NAMES": "what the columns of a file are, in its order, whatever their names there: "
-    "time,roll_angle,m2_steer_angle,...; - for one that is left out"
+    "time,roll_angle,m2_steer_angle,...; - for one that is left out",
+    "--max-bytes N": "bytes that a packed file may unpack to (default: 500000000)",
 }
 REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
 """Arguments that several commands have."""

@@ -35,6 +35,19 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
 
 
+def bytes_told(text: str) -> int:
+    """The number of ``--max-bytes``.
+
+    Raises
+    ------
+    InputError
+        It is no whole number above zero.
+    """
+    if not (text.isascii() and text.isdigit() and int(text)):
+        raise InputError(f"--max-bytes: found {text:.40}, expected a whole number above zero")
+    return int(text)
+
+
 def _waiting(file: str) -> AbstractContextManager[Any]:
     """A word while a long file is read, or what another program has not ended yet."""
     if os.path.isfile(file):
@@ -47,14 +60,19 @@ def _waiting(file: str) -> AbstractContextManager[Any]:
 
 
 def read(
-    file: str, maneuver: int | None, reference: Reference, columns: str | None = None
-) -> Results:
+    file: str, maneuver: int | None, reference: Reference, columns: str | None = None,
+    max_bytes: str | None = None,
+) -> Results:  # fmt: skip
     """Read a result file, with a word on the terminal if that takes long."""
+    from heyoka_bike.scoring.reading.request import MOST_UNPACKED
     from heyoka_bike.scoring.reading.source import read_results
 
     with _waiting(file):
         names = None if columns is None else columns.split(",")
-        results = read_results(file, maneuver=maneuver, count=len(reference), columns=names)
+        results = read_results(
+            file, maneuver=maneuver, count=len(reference), columns=names,
+            max_bytes=MOST_UNPACKED if max_bytes is None else bytes_told(max_bytes),
+        )  # fmt: skip
     held = [rows.maneuver for rows in results.maneuvers]
     if maneuver is not None and held != [maneuver]:
         shown = ", ".join(map(str, held))

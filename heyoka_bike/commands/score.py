@@ -97,7 +97,10 @@ def run(args: argparse.Namespace) -> int:
     refuse_overwriting(files, [path for path, _ in written])
     reference = load_reference(args.reference)
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
-    results = [read(f, m, reference, args.columns) for f, m in zip(files, maneuvers, strict=True)]
+    results = [
+        read(f, m, reference, args.columns, args.max_bytes)
+        for f, m in zip(files, maneuvers, strict=True)
+    ]
     scored = score_files(
         results, reference, steps=steps, tolerances=tolerances, cpu=cpu, require=args.require,
         names=None if args.name is None else [name.strip() for name in args.name.split(",")],

@@ -13,8 +13,8 @@ examples:
   heyoka-bike verify my-reference --format json
   heyoka-bike verify --rerun --quick
 
-exit codes: 0 all is well; 1 the folder cannot be read or is no reference set;
-3 a check failed, with a line for each on standard error. See docs/verify.md.
+exit codes: 0 all is well; 1 the folder cannot be read; 3 a check failed, a missing
+manifest among them, with a line for each on standard error. See docs/verify.md.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options, printing
-from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.errors import Exit, InputError, printable
 from heyoka_bike.system.console import patience, progress_bars
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Agreement, Verification
 
+_MOST_SHOWN = 5  # files that are not of the set
 _SHARES_OF_VERIFY = {"integrate": 0.9, "compare": 0.1}
 
 
@@ -80,6 +81,11 @@ def _show(found: Verification) -> None:
     told = f"{len(found.checks)} checks, {failed} failed"
     if unmade:
         told += f", {unmade} not made"
+    extra = (c for c in found.checks if c.check == "other_files")
+    others = [printable(name) for c in extra for name in c.evidence["files"]]
+    if others:
+        shown = ", ".join([*others[:_MOST_SHOWN], *(["..."] if others[_MOST_SHOWN:] else [])])
+        print(f"{found.folder}: WARNING: not part of the set, and not looked at: {shown}")
     print(f"{found.folder}: {told}")
 
 

@@ -76,7 +76,8 @@ def score(
     -------
     Report
         Errors in SI units at the rows' own times, with the definition, sign, unit and zero that
-        each column turned out to have. Nothing is extrapolated or interpolated.
+        each column turned out to have. Nothing is interpolated, and nothing is extrapolated but a
+        few milliseconds beyond the end, see `ReferenceManeuver.reach`.
 
     Raises
     ------

@@ -144,3 +144,15 @@ def test_junit_has_no_letter_that_xml_forbids():
     name = suite.get("name")
     assert name.startswith("a<script>alert(1)</script><b onclick=alert(1)>&\"'")
     assert "\\x1b[31m\\x00\\udcff" in name
+
+
+@pytest.mark.parametrize("name", ["=cmd|calc.txt", "+1.txt", "-1.txt", "@SUM(A1).txt"])
+def test_a_name_is_no_formula_of_a_spreadsheet(name):
+    """A cell that begins so is carried out; numbers below zero stay numbers."""
+    report = sample_reports.sample()
+    report = replace(report, file=replace(report.file, path=name))
+    rows = list(csv.DictReader(io.StringIO(csv_renderer.render(report))))
+    assert {row["file"] for row in rows} == {f"'{name}"}
+    cells = [cell for row in rows for key, cell in row.items() if key != "file"]
+    assert not any(cell.startswith(("=", "+", "@", "'")) for cell in cells)
+    assert all(float(cell) < 0 for cell in cells if cell.startswith("-"))

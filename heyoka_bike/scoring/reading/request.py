@@ -16,6 +16,9 @@ from heyoka_bike.errors import BicycleError, InputError, printable, quoted
 LEFT_OUT = ("-", "skip")
 """Words of `--columns` for a column that is not used."""
 
+MOST_UNPACKED = 500_000_000
+"""Bytes that a packed file may unpack to, unless more are allowed: a million rows of 25 numbers."""
+
 OPTION, ARGUMENT = "--columns", "columns="
 """Ways to tell the columns: on the command line, and in Python."""
 
@@ -47,6 +50,8 @@ class Request:
         Number of the maneuver that this part of the file is of; None if it tells of none.
     is_ordered
         True if the order of arrays by name means anything.
+    most_bytes
+        What a packed file may unpack to.
     """
 
     path: str
@@ -58,6 +63,7 @@ class Request:
     known: Callable[[str], bool] | None = None
     group: int | None = None
     is_ordered: bool = True
+    most_bytes: int = MOST_UNPACKED
 
     def within(self, part: str) -> Request:
         """The request for a part of the file; for all of it if that has no name."""
@@ -119,6 +125,16 @@ class Request:
                 raise self.error(f"found {quoted(name)} twice, expected each name once")
             found[name] = x
         return found
+
+    def too_long(self, unpacked: int | None = None) -> InputError:
+        """The error for a file that unpacks to too many bytes, so many if that is known."""
+        allowed = "max_bytes=" if self.option == ARGUMENT else "--max-bytes "
+        found = (
+            f"{unpacked} bytes packed" if unpacked else f"more than {self.most_bytes} bytes packed"
+        )
+        return self.error(
+            f"found {found}, expected at most {self.most_bytes}; {allowed}N allows more"
+        )
 
     def not_columns(
         self, found: str, line: int | None = None, column: int | None = None

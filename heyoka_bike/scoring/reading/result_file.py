@@ -7,9 +7,10 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack
 from io import BytesIO
-from os import PathLike
+from os import SEEK_END, PathLike
 from os.path import isdir
 from pathlib import Path
+from struct import unpack
 from typing import BinaryIO, cast
 
 from heyoka_bike.errors import InputError, printable
@@ -22,6 +23,7 @@ _BYTES_AT_ONCE = 1 << 21
 _BYTES_OF_HEAD = 1 << 21
 # Of that so much tells text from other files.
 _BYTES_OF_SIGNATURE = 4096
+_BYTES_OF_LENGTH = 4
 _GZIP_SIGNATURE = b"\x1f\x8b"
 
 
@@ -56,14 +58,17 @@ class ResultFile:
         self.request = request
         self.stack = stack
         self._file = self._open(source)
+        # What may still be unpacked; of a file that is not packed nothing is.
+        self._left: int | None = None
         self._plain = None if source == "-" else Path(source)
         self.head = self._read(_BYTES_OF_HEAD)
         if self.head.startswith(_GZIP_SIGNATURE):
             from gzip import GzipFile
 
+            self._refuse_long()
             packed = GzipFile(fileobj=self.stream())
             self._file = cast(BinaryIO, stack.enter_context(packed))
-            self._plain = None
+            self._plain, self._left = None, request.most_bytes
             self.head = self._read(_BYTES_OF_HEAD)
         self.encoding, self._mark = encoding_of(self.signature) or ("utf-8", 0)
 
@@ -94,6 +99,19 @@ class ResultFile:
         """The file by its path, if it is one."""
         return self._plain if self._plain and self._plain.is_file() else self.stream()
 
+    def _refuse_long(self) -> None:
+        """Raise an error at once if a packed file says itself that it is too long.
+
+        Its last four bytes are the length of what is packed, modulo 2^32 (RFC 1952, section 2.3.1).
+        """
+        if self._plain is None or not self._plain.is_file():
+            return
+        with self._plain.open("rb") as file:
+            file.seek(-_BYTES_OF_LENGTH, SEEK_END)
+            (length,) = unpack("<I", file.read(_BYTES_OF_LENGTH))
+        if length > self.request.most_bytes:
+            raise self.request.too_long(length)
+
     def _open(self, source: str | PathLike[str]) -> BinaryIO:
         if source != "-" and isdir(source):
             raise self.request.error("found a directory, expected a result file")
@@ -109,7 +127,13 @@ class ResultFile:
     def _read(self, size: int) -> bytes:
         """So many bytes more; all that are left if the size is -1."""
         try:
-            return self._file.read(size)
+            if self._left is None:
+                return self._file.read(size)
+            found = self._file.read(min(size, self._left + 1) if size >= 0 else self._left + 1)
+            self._left -= len(found)
+            if self._left < 0:
+                raise self.request.too_long()
+            return found
         except (OSError, EOFError, zlib.error) as e:
             raise self._unreadable(e) from None
 

@@ -16,7 +16,13 @@ from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
 from heyoka_bike.scoring.reading.names.words import told
-from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request, maneuver_number
+from heyoka_bike.scoring.reading.request import (
+    ARGUMENT,
+    MOST_UNPACKED,
+    OPTION,
+    Request,
+    maneuver_number,
+)
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -28,7 +34,7 @@ ARRAY = "array"
 @with_usual_errors
 def read_results(
     source: Any, *, maneuver: int | None = None, count: int | None = None,
-    columns: Sequence[str] | None = None,
+    columns: Sequence[str] | None = None, max_bytes: int = MOST_UNPACKED,
 ) -> Results:  # fmt: skip
     """Read the results of a program, from a file or from its arrays.
 
@@ -47,6 +53,8 @@ def read_results(
     columns
         What the columns are, in the order of the file, whatever their names in it: ``time``,
         ``roll_angle``, ``m2_steer_angle`` and so on, ``-`` for one that is left out.
+    max_bytes
+        What a packed file may unpack to.
 
     Returns
     -------
@@ -68,7 +76,7 @@ def read_results(
     option = OPTION if is_file else ARGUMENT
     path = printable(str(source)) if is_file else ARRAY
     names = None if columns is None else told(columns, option)
-    request = Request(path, count, maneuver, names, option)
+    request = Request(path, count, maneuver, names, option, most_bytes=max_bytes)
     return assemble(*_read_tables(source, request), request)
 
 

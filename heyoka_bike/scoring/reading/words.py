@@ -21,6 +21,7 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
 from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS
+from heyoka_bike.scoring.reading.text.opening import MOST_COLUMNS
 
 _MANEUVER = "maneuver"
 _AROUND_LABELS = "[]():;,=-\"' "
@@ -56,6 +57,8 @@ def _columns(
     names, maneuver = [TIME, *BENCHMARK_COLUMNS], None
     found: list[list[Any]] = []
     for row in rows:
+        if len(row) > MOST_COLUMNS:
+            return None
         words = [_word(x) for x in row]
         words = words if found else without_paths(words)
         if not found and (are_names(words, request) or long_columns(words)):

@@ -31,6 +31,11 @@ NAME_FIELD = "run_name"
 """Name of the run, or of the program where several are side by side."""
 
 
+# A spreadsheet carries out what begins so: text is kept from it by an apostrophe before it, as
+# https://owasp.org/www-community/attacks/CSV_Injection advises. Numbers stay numbers.
+_BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+
+
 def render(scored: Report | Series) -> str:
     """The scores of a file or of a series as CSV; what is unknown is empty."""
     text = io.StringIO()
@@ -66,6 +71,8 @@ def _values(m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
 
 def _cell(x: Any) -> str:
     found = clean(x)
+    if isinstance(found, str) and found.startswith(_BEGINNINGS_OF_FORMULAS):
+        return f"'{found}"
     return "" if found is None else repr(found) if isinstance(found, float) else str(found)
 
 

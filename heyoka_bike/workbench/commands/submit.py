@@ -59,7 +59,8 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"--{name}: expected one line of text")
     refuse_overwriting([args.file], [Path(args.output)])
     reference = load_reference()
-    results = read(args.file, maneuvers_of(None, 1, reference)[0], reference, args.columns)
+    results = read(args.file, maneuvers_of(None, 1, reference)[0], reference, args.columns,
+                   args.max_bytes)  # fmt: skip
     report = score([results], reference)
     (measured,) = reference.judged
     table = _text(results, report, tuple(reference))

@@ -5,7 +5,6 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES
 from heyoka_bike.scoring.reading.arrays.packed import unpacked
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
@@ -26,8 +25,9 @@ def read_npz(file: ResultFile) -> dict[str, Any] | None:
     request = file.request
     with ZipFile(file.stream()) as archive:
         names = archive.namelist()
-        if sum(member.file_size for member in archive.infolist()) > MOST_BYTES:
-            raise request.error(f"found more than {MOST_BYTES} bytes, expected fewer")
+        size = sum(member.file_size for member in archive.infolist())
+        if size > request.most_bytes:
+            raise request.too_long(size)
         if "mimetype" in names:
             raise request.error("is a spreadsheet or document; save it as xlsx or CSV")
         arrays = request.by_name(
@@ -73,8 +73,8 @@ def read_parquet(file: ResultFile) -> dict[str, Any]:
 
     content = parquet.ParquetFile(file.stream())
     size = 8 * content.metadata.num_rows * content.metadata.num_columns
-    if size > MOST_BYTES:
-        raise file.request.error(f"found {size} bytes, expected at most {MOST_BYTES}")
+    if size > file.request.most_bytes:
+        raise file.request.too_long(size)
     return _columns(content.read(), file)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
+from heyoka_bike.scoring.reading.arrays.columns import read_array
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
 from heyoka_bike.scoring.reading.formats.hdf5 import OfClass
@@ -254,7 +254,7 @@ def read(file: ResultFile) -> list[ReadTable]:
         with request.damage("HDF5"):
             found = hdf5.read(file, is_turned=True)
     else:
-        found = matlab_variables(file.stream().read(), MOST_BYTES)
+        found = matlab_variables(file.stream().read(), request.most_bytes)
     objects = [(name, x.name) for name, x in found.items() if isinstance(x, OfClass)]
     found = _trajectory(found, request) or found
     try:

@@ -35,6 +35,9 @@ _log = logging.getLogger(__name__)
 _SAMPLE_LINES = 300
 # Of these the digits beyond binary64 are looked at.
 _SAMPLE_ROWS = 40
+MOST_COLUMNS = 20_000
+"""Columns that a text may have; each is looked at by its name and its digits."""
+
 # A heading stands near the top.
 _HEADING_LINES = 100
 # A row that counts the columns: of fewer, 0 1 may well be the first of rows that have names.
@@ -124,7 +127,9 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     if request.names is None:
         written = dropwhile(notation.is_blank, lines)
         headings = chain.from_iterable(map(notation.headings_in, islice(written, _HEADING_LINES)))
-        widths |= {len(x) for x in headings if are_names(without_paths(x), request)}
+        # A line of so many words is no heading; what it would cost to look at all of them is more.
+        some = (x for x in headings if len(x) <= MOST_COLUMNS)
+        widths |= {len(x) for x in some if are_names(without_paths(x), request)}
     if not widths:
         raise request.not_columns("no line of column names that are known")
     sample, dialect, width, rows = _first_rows(lines, notation, widths)
@@ -133,6 +138,9 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     if not rows:
         raise _no_row(lines, notation, request)
     first = rows[0][0]
+    if width > MOST_COLUMNS:
+        said = f"found {width} columns, expected at most {MOST_COLUMNS}"
+        raise request.error(said, first + 1)
     above = [[*notation.headings_in(line)] for line in lines[:first]]
     names, at = heading_among(above, width, request)
     if names is None and _count_up(rows, dialect):
