@@ -4,6 +4,9 @@ Eight exact names with the prefix ``bike.``, in an order of their own, were read
 and a right file was wrong by 5,900 times its scale.
 """
 
+import json
+
+import h5py
 import numpy as np
 import pytest
 
@@ -146,3 +149,40 @@ def test_an_array_that_was_filled_in_part_is_refused_where_it_ends(filled, refer
     with pytest.raises(InputError, match=f"row {filled + 1}: found {1001 - filled} rows of zeros"):
         read_results(table)
     assert read_results(table[:filled]).maneuvers[0].time.size == filled
+
+
+def test_the_times_may_stand_above_the_columns(reference, tmp_path):
+    m = reference[2]
+    path = tmp_path / "r.h5"
+    with h5py.File(path, "w") as f:
+        f["run/time"] = m.time
+        for key in ORDER:
+            f[f"run/state/{key}"] = m[key]
+    assert score(path, reference, maneuver=2).is_right
+    state = {k: m[k].tolist() for k in ORDER}
+    path = tmp_path / "r.json"
+    path.write_text(json.dumps({"run": {"time": m.time.tolist(), "state": state}}))
+    assert score(path, reference, maneuver=2).is_right
+    rows = zip(*state.values(), strict=True)
+    records = [{"time": t, "bike": dict(zip(ORDER, row, strict=True))}
+               for t, row in zip(m.time.tolist(), rows, strict=True)]  # fmt: skip
+    path.write_text(json.dumps(records))
+    assert score(path, reference, maneuver=2).is_right
+
+
+@pytest.mark.parametrize("attribute", ["units", "unit"])
+def test_attributes_tell_the_unit(attribute, reference, tmp_path):
+    """A motion that is wrong by half in degrees is wrong by half, not by 85 times."""
+    m = reference[2]
+    path = tmp_path / "r.h5"
+    with h5py.File(path, "w") as f:
+        f["time"] = 1000 * m.time
+        f["time"].attrs[attribute] = "ms"
+        for key in ("roll_angle", "roll_rate", "steer_angle"):
+            f[key] = 180 / np.pi * m[key] * (1.5 if key == "roll_angle" else 1.0)
+            f[key].attrs[attribute] = "deg/s" if "rate" in key else "deg"
+    report = score(path, reference, maneuver=2)
+    found = {c.key: (c.as_understood.unit, c.max_rel_error) for c in report[2].columns}
+    assert found["roll_angle"] == ("degree", pytest.approx(0.5, abs=0.02))
+    assert found["roll_rate"][0] == "degree s-1"
+    assert found["steer_angle"][1] < 1e-12

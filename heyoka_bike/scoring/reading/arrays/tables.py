@@ -91,8 +91,21 @@ def _search(group: ArrayGroup, depth: int = 0) -> list[ReadTable]:
     if table := _table(group):
         return [table]
     inner = group.groups.values() if depth < DEEPEST else ()
-    below = [found for x in inner if (found := _search(ArrayGroup(x, group.request), depth + 1))]
+    below = [found for x in inner if (found := _search(_with_times(x, group), depth + 1))]
     return _with_known_beside(below[0], group) if len(below) == 1 else []
+
+
+def _with_times(members: Mapping[str, Any], group: ArrayGroup) -> ArrayGroup:
+    """A group in another one, with the times of that if it has none of its own."""
+    inner = ArrayGroup(members, group.request)
+    rows = {length(x) for x in inner.arrays.values() if is_vector(x)}
+    times = {name: x for name, x in group.times.items() if length(x) in rows}
+    if inner.times or len(times) != 1:
+        return inner
+    rests = {
+        f"{name}_lo": group.arrays[f"{name}_lo"] for name in times if f"{name}_lo" in group.arrays
+    }
+    return ArrayGroup({**times, **rests, **members}, group.request)
 
 
 def _with_known_beside(

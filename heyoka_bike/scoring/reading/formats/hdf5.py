@@ -16,7 +16,7 @@ import numpy as np
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, MOST_MEMBERS
-from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked, with_unit
 from heyoka_bike.scoring.reading.names.columns import TIME, is_time
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -78,7 +78,7 @@ class _OwnFile:
                 else:
                     found[name] = self.variables(x, depth + 1)
             elif isinstance(x, h5py.Dataset) and (value := self._value(x)) is not None:
-                found[name] = value
+                found[with_unit(name, x.attrs)] = value
         return found
 
     def _of_pandas(self, group: Any) -> dict[str, Any]:

@@ -110,6 +110,8 @@ def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
     """Rows by name, or an object for each maneuver."""
     if all(map(_is_flat, items)):
         return _records(items)
+    if all(map(_is_flat, flat := [_flattened(x) for x in items])) and len(items) > 1:
+        return _records(flat)
     numbers = [_number(x) for x in items]
     if numbers == [None]:
         return below(items[0])
@@ -177,6 +179,15 @@ def _rows(rows: list[list[Any]], request: Request) -> Any:
 def _records(items: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     names = dict.fromkeys(chain(*items))
     return {name: np.array([x.get(name) for x in items], object) for name in names}
+
+
+def _flattened(x: Mapping[str, Any]) -> dict[str, Any]:
+    """A row with objects in it, their members by the path to them."""
+    found: dict[str, Any] = {}
+    for name, y in x.items():
+        inner = _flattened(y) if isinstance(y, dict) else {}
+        found.update({f"{name}.{n}": z for n, z in inner.items()} or {name: y})
+    return found
 
 
 def _number(x: Mapping[str, Any]) -> int | None:

@@ -5,7 +5,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.arrays.packed import unpacked
+from heyoka_bike.scoring.reading.arrays.packed import unpacked, with_unit
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
 
@@ -56,7 +56,10 @@ def read_netcdf(file: ResultFile) -> dict[str, Any]:
     from scipy.io import netcdf_file
 
     with netcdf_file(file.stream(), mmap=False) as f:
-        return {name: unpacked(np.array(x[()]), x._attributes) for name, x in f.variables.items()}
+        return {
+            with_unit(name, x._attributes): unpacked(np.array(x[()]), x._attributes)
+            for name, x in f.variables.items()
+        }
 
 
 def read_parquet(file: ResultFile) -> dict[str, Any]:
