@@ -120,6 +120,13 @@ class Guard:
             app = JSONResponse({"error": "found a form of another site"}, 403)
         try:
             await app(scope, receive, guarded)
+        except asyncio.CancelledError:
+            # The server is asked to end, and has waited for its tasks as long as it may.
+            if status:
+                raise
+            said = {"error": f"the server is being stopped, try again in {_SECONDS_OF_RESTART} s"}
+            again = {"retry-after": str(_SECONDS_OF_RESTART), "connection": "close"}
+            await JSONResponse(said, 503, again)(scope, receive, guarded)
         except Exception as e:
             # Whoever raised it may have put names and places into it, which the log must not have.
             self._log(f"{fault(e)} in the server")
@@ -170,6 +177,8 @@ _STATIC = {
     "serve.css": (pages.STATIC / "serve.css", "text/css"),
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
 }
+# What is started again by a supervisor is there by then.
+_SECONDS_OF_RESTART = 10
 _TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
 # Starlette's messages, in more words.
 _USUAL = {
