@@ -13,7 +13,6 @@ import scipy.io
 from support.without_packages import python
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.formats import matlab
 from heyoka_bike.scoring.reading.formats.matlab import matlab_variables
 from heyoka_bike.scoring.reading.source import read_results
 
@@ -178,12 +177,11 @@ DAMAGED = {
 
 
 @pytest.mark.parametrize("what", DAMAGED)
-def test_damage_is_one_line(what, tmp_path, monkeypatch):
-    monkeypatch.setattr(matlab, "MOST_BYTES", MOST)
+def test_damage_is_one_line(what, tmp_path):
     path = tmp_path / "r.mat"
     path.write_bytes(DAMAGED[what])
     with pytest.raises(InputError, match=r"found a damaged file .*, expected a MATLAB file"):
-        read_results(path)
+        read_results(path, max_bytes=MOST)
 
 
 def zeros(kind, count):

@@ -89,7 +89,7 @@ class Request:
         except Exception as e:
             said = re.sub(r" at 0x[0-9a-f]+", "", " ".join(str(e).split()))
             reason = printable(said)[:100] or type(e).__name__
-            if "lock" in said or "already open" in said:
+            if "unable to lock" in said or "already open" in said:
                 raise self.error(
                     f"found a file that another program has open ({reason}), expected one that is "
                     "closed"

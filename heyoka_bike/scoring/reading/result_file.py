@@ -24,6 +24,8 @@ _BYTES_OF_HEAD = 1 << 21
 # Of that so much tells text from other files.
 _BYTES_OF_SIGNATURE = 4096
 _BYTES_OF_LENGTH = 4
+# Times its size a file may unpack to: deflate has two bits for 258 bytes at best (RFC 1951).
+_MOST_PACKED = 1032
 _GZIP_SIGNATURE = b"\x1f\x8b"
 
 
@@ -103,13 +105,17 @@ class ResultFile:
         """Raise an error at once if a packed file says itself that it is too long.
 
         Its last four bytes are the length of what is packed, modulo 2^32 (RFC 1952, section 2.3.1).
+        Those of a damaged file are anything, and mostly more than can be packed.
         """
         if self._plain is None or not self._plain.is_file():
+            return
+        size = self._plain.stat().st_size
+        if size < _BYTES_OF_LENGTH:
             return
         with self._plain.open("rb") as file:
             file.seek(-_BYTES_OF_LENGTH, SEEK_END)
             (length,) = unpack("<I", file.read(_BYTES_OF_LENGTH))
-        if length > self.request.most_bytes:
+        if self.request.most_bytes < length <= _MOST_PACKED * size:
             raise self.request.too_long(length)
 
     def _open(self, source: str | PathLike[str]) -> BinaryIO:
