@@ -438,6 +438,21 @@ def test_a_small_file_of_a_large_dataset(tmp_path):
         read_results(path)
 
 
+@pytest.mark.parametrize("kind", ["frame", "frame_table"])
+def test_a_small_file_of_a_large_data_frame(kind, tmp_path):
+    """As pandas writes one; its arrays are read by another way."""
+    path = tmp_path / "r.h5"
+    with h5py.File(path, "w") as f:
+        frame = f.create_group("df")
+        frame.attrs["pandas_type"] = np.bytes_(kind)
+        frame["axis1"], frame["block0_items"] = np.arange(3), np.array([b"time", b"roll_angle"])
+        row = np.dtype([("index", "i8"), ("values_block_0", "f8", (2,))])
+        frame.create_dataset("block0_values", shape=(10**12, 2), dtype="f8", chunks=(1000, 2))
+        frame.create_dataset("table", shape=(10**12,), dtype=row, chunks=(1000,))
+    with pytest.raises(InputError, match=r"found an array of [0-9]+ bytes, expected at most"):
+        read_results(path)
+
+
 def test_a_missing_package(tmp_path, monkeypatch):
     path = tmp_path / "r.nc"
     path.write_bytes(b"CDF\x01" + b"\0" * 99)

@@ -145,6 +145,21 @@ def test_files_of_the_other_byte_order():
     assert np.array_equal(matlab_variables(old, MOST)["a"], [[1.5, 2.5]])
 
 
+@pytest.mark.parametrize("version", [4, 5])
+def test_a_variable_twice_is_damage_in_each_version(version):
+    """No one of them is meant more than the other."""
+    if version == 4:
+        both = [struct.pack("<5i2sd", 0, 1, 1, 0, 2, b"a\0", x) for x in (1.5, 2.5)]
+        once, twice = both[0], b"".join(both)
+    else:
+        both = [matrix("<", b"a", 6, (1, 1), element("<", 9, struct.pack("<d", x)))
+                for x in (1.5, 2.5)]  # fmt: skip
+        once, twice = file_of(both[0]), file_of(*both)
+    assert matlab_variables(once, MOST)["a"] == 1.5
+    with pytest.raises(ValueError, match="two variables a"):
+        matlab_variables(twice, MOST)
+
+
 NINE = element("<", 9, struct.pack("<9d", *range(9)))
 DAMAGED = {
     "a size that lies": file_of(element("<", 14, b"x" * 64)[:-8]),

@@ -40,6 +40,13 @@ _NUMBERS_COUNTED = 2000
 _NUMBERS_LOOKED_AT = 40
 
 
+def refuse_too_large(source: Any, request: Request) -> None:
+    """Raise an error if an array, which has a type and a shape, would take too much memory."""
+    size = prod(source.shape) * source.dtype.itemsize
+    if size > MOST_BYTES:
+        raise request.error(f"found an array of {size} bytes, expected at most {MOST_BYTES}")
+
+
 def read_array(source: Any, request: Request) -> NDArray[Any]:
     """An array of real numbers, or of Python objects that may be decimals, in memory.
 
@@ -51,9 +58,7 @@ def read_array(source: Any, request: Request) -> NDArray[Any]:
     dtype = source.dtype
     if dtype.kind not in "fiuO" and not dtype.names:
         raise refused(dtype, request)
-    size = prod(source.shape) * dtype.itemsize
-    if size > MOST_BYTES:
-        raise request.error(f"found an array of {size} bytes, expected at most {MOST_BYTES}")
+    refuse_too_large(source, request)
     array = np.ma.filled(source[()], np.nan) if dtype.kind == "f" else np.asanyarray(source[()])
     if array.size == 0:
         raise request.error("found an empty array, expected rows")

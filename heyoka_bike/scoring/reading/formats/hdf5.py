@@ -15,9 +15,10 @@ import h5py
 import numpy as np
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.reading.arrays.columns import refuse_too_large
 from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, MOST_MEMBERS
-from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked, with_unit
-from heyoka_bike.scoring.reading.names.columns import TIME, is_time
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.names.columns import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
@@ -105,7 +106,7 @@ class _OwnFile:
                 items, values = (members.get(f"block{i}_{x}") for x in ("items", "values"))
                 if isinstance(items, h5py.Dataset) and isinstance(values, h5py.Dataset):
                     names = [_text(x) for x in self._array(items)[()].ravel()]
-                    found += zip(names, self._array(values)[()].T, strict=False)
+                    found += zip(names, self._array(values)[()].T, strict=True)
         # The index may be the times; one of integers counts the rows.
         if index is not None and index.dtype.kind == "f" and not any(is_time(n) for n, _ in found):
             found.insert(0, (TIME, index))
@@ -163,6 +164,7 @@ class _OwnFile:
 
     def _read(self, dataset: Any) -> Any:
         with self._request.damage("HDF5"):
+            refuse_too_large(dataset, self._request)
             try:
                 found = dataset[()]
             except OSError:

@@ -8,6 +8,7 @@ left out. Files of version 7.3 are HDF5.
 """
 
 import zlib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from itertools import chain
 from math import prod
@@ -63,29 +64,28 @@ def matlab_variables(data: bytes, most: int) -> dict[str, Any]:
     """
     end = data[126:_BYTES_OF_HEADER]
     if end not in (b"IM", b"MI"):
-        return dict(_version_4(memoryview(data)))
-    return _Version5("<" if end == b"IM" else ">", most).variables(
-        memoryview(data)[_BYTES_OF_HEADER:]
-    )
+        found = [*_version_4(memoryview(data))]
+    else:
+        version_5 = _Version5("<" if end == b"IM" else ">", most)
+        found = [*version_5.variables(memoryview(data)[_BYTES_OF_HEADER:])]
+    counts = Counter(name for name, _ in found)
+    if again := next((name for name, count in counts.items() if count > 1), ""):
+        raise ValueError(f"two variables {again}")
+    return dict(found)
 
 
 class _Version5:
     def __init__(self, order: str, room: int) -> None:
         self._order, self._room = order, room
 
-    def variables(self, data: memoryview) -> dict[str, Any]:
-        found, again = {}, ""
+    def variables(self, data: memoryview) -> Iterator[tuple[str, Any]]:
         for kind, body in self._elements(data):
             if kind == _COMPRESSED:
                 kind, body = _next(self._elements(self._unpacked(body)))
             if kind == _MATRIX:
                 name, value = self._matrix(body)
                 if name and value is not None:
-                    again = again or (name if name in found else "")
-                    found[name] = value
-        if again:
-            raise ValueError(f"two variables {again}")
-        return found
+                    yield name, value
 
     def _claim(self, size: int) -> None:
         """Take so many bytes of those that there may be."""
