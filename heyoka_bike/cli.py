@@ -51,14 +51,14 @@ def _epilog() -> str:
 class _CommandParser(argparse.ArgumentParser):
     """argparse, with one line and exit code 1 for a usage error, and what may have been meant."""
 
+    given: Sequence[str] = ()
+
     def error(self, message: str) -> NoReturn:
         said = message.removeprefix("argument ")
         like_options = [x for x in self.given if x.startswith("-") and os.path.isfile(x)]
         if like_options:
             said += f"; {printable(like_options[0])} is a file: write -- before it"
         self.exit(Exit.INPUT, f"{self.prog}: {said} (see {self.prog} --help)\n")
-
-    given: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         self.given = sys.argv[1:] if args is None else args

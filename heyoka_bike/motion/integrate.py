@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -29,7 +29,7 @@ from heyoka_bike.motion.heyoka_adapter import (
     constant,
     variables,
 )
-from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.motion.trajectory import TellTime, Trajectory
 from heyoka_bike.numbers.arithmetic import Arrays, Balls, midpoint, to_grid
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.precision import Precision
@@ -40,9 +40,6 @@ _MIN_STEP = 2.0**-30  # [s]; a Taylor step is a fixed part of the distance to a 
 LEAST_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes over
 
 _log = logging.getLogger(__name__)
-
-TellTime = Callable[[float], None]
-"""Called with the time reached [s]."""
 
 
 def right_hand_side(

@@ -9,7 +9,7 @@ the run that produced them. An `Evaluator` has its columns in ball arithmetic.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, reduce
@@ -25,6 +25,9 @@ from heyoka_bike.numbers.analytic import Samples, array
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, span_ball, upper_fraction
 from heyoka_bike.numbers.rounding import upward_ball
 from heyoka_bike.numbers.working import working_bits
+
+TellTime = Callable[[float], None]
+"""Called with the time reached [s]."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -184,7 +184,7 @@ class ReferenceManeuver(Displayed):
         """
         return float(self.duration) + float(self.breaks[-1] - self.breaks[-2]) / _PARTS_OF_PIECE
 
-    @property
+    @cached_property
     def duration(self) -> Fraction:
         """End of the reference [s]."""
         return Fraction(self.inputs["duration"])

@@ -32,7 +32,7 @@ from heyoka_bike.scoring.evidence import (
 )
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows
-from heyoka_bike.scoring.reading.times import in_seconds
+from heyoka_bike.scoring.reading.times import in_seconds, in_unit
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
@@ -50,8 +50,9 @@ _LARGEST_VALUE = 1e150
 _FAR_FROM_MANEUVER = 0.1
 # Times that begin so many runs late are those of a clock; and a run spans such a part of itself.
 _LONG_AGO = 1e5
-# Seconds since 1970, from 2001 to 2096.
+# Seconds since 1970, from 2001 to 2096, and what clocks count.
 _TODAY = (1e9, 4e9)
+_UNITS_OF_CLOCKS = ("s", "ms", "us", "ns")
 _PART_OF_RUN = 0.1
 # Rows that tell columns in another order.
 _ROWS_THAT_TELL_ORDER = 200
@@ -246,7 +247,7 @@ def _in_time(results: Results, duration: float) -> Results:
         time = (rows.time, rows.time_lo)
         named = rows.units.get(TIME, "s")
         if named != "s" and len(rows.time) > 1:
-            written = in_seconds(time, named, is_back=True)
+            written = in_unit(time, named)
             span, as_written = (float(t[0][-1] - t[0][0]) for t in (time, written))
             if not _is_run(span, duration) and _is_run(as_written, duration):
                 time = written
@@ -264,8 +265,7 @@ def _in_time(results: Results, duration: float) -> Results:
 
 def _unit_of_clock(time: float) -> str:
     """The unit in which a time counts from 1970, as clocks do; seconds if that is of no clock."""
-    units = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-    of_today = (u for u, per_second in units.items() if _TODAY[0] < time / per_second < _TODAY[1])
+    of_today = (u for u in _UNITS_OF_CLOCKS if _TODAY[0] < time * factor(u)[0] < _TODAY[1])
     return next(of_today, "s")
 
 

@@ -154,7 +154,7 @@ class Score:
         self.is_checked = True
         try:
             texts = self._texts(requirements, asked(maneuver, column, **metrics))
-            checked = [check(text, self._report) for text in (*texts, *_whole(texts, self.report))]
+            checked = [check(text, self._report) for text in (*texts, *_whole(texts, self._report))]
         except BicycleError as e:
             self._fail(f"require: {_plain(e)}")
         if not all(r.met for r in checked):

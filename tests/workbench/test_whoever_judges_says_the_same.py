@@ -51,6 +51,14 @@ def test_programs_of_the_field(judge):
         assert "refused" not in said, path.name
 
 
+def write(path, names, rows, separator=",", quote=""):
+    lines = [names, *([repr(float(x)) for x in row] for row in rows)]
+    path.write_text(
+        "".join(separator.join(f"{quote}{x}{quote}" for x in line) + "\n" for line in lines)
+    )
+    return path
+
+
 HEADINGS = [
     # What is written, what is multiplied by; as `score` takes it, whatever that is.
     ("t [ms]", 1000.0), ("time [s]", 1.0), ("time", 1.0), ("t", 1.0), ("t [min]", 1 / 60),
@@ -69,11 +77,7 @@ def test_units_quotes_and_separators(judge, heading, factor, quote, separator, t
         [factor * reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)]
     )
     names = [heading, *(f"m2_{k}" for k in BENCHMARK_COLUMNS)]
-    lines = [names, *([repr(float(x)) for x in row] for row in rows[::10])]
-    path = tmp_path / "r.txt"
-    path.write_text(
-        "".join(separator.join(f"{quote}{x}{quote}" for x in line) + "\n" for line in lines)
-    )
+    path = write(tmp_path / "r.txt", names, rows[::10], separator, quote)
     (said,) = judge.judge([path])
     assert list(disagreements(by_score(path), said)) == []
     if heading in ("t [ms]", "time [s]", "time") and separator != " ":
@@ -96,9 +100,7 @@ def test_units_quotes_and_separators(judge, heading, factor, quote, separator, t
 def test_what_is_not_understood_is_refused(judge, changed, refused, tmp_path, reference):
     names = changed(["time", *BENCHMARK_COLUMNS])
     rows = np.column_stack([reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)])
-    lines = [names, *([repr(float(x)) for x in row] for row in rows[::10])]
-    path = tmp_path / "r.csv"
-    path.write_text("".join(",".join(line) + "\n" for line in lines))
+    path = write(tmp_path / "r.csv", names, rows[::10])
     (said,) = judge.judge([path])
     assert refused in said["refused"]
 
@@ -110,9 +112,7 @@ def test_a_page_that_is_more_generous_is_seen(tmp_path, reference):
     script = tmp_path / "reading.js"
     script.write_text(script.read_text().replace('unit: unit ? named : ""', 'unit: ""'))
     rows = np.column_stack([reference[2].time, reference[2]["roll_angle"]])
-    lines = [["time", "roll_angle [deg]"], *([repr(float(x)) for x in row] for row in rows)]
-    path = tmp_path / "r.csv"
-    path.write_text("".join(",".join(line) + "\n" for line in lines))
+    path = write(tmp_path / "r.csv", ["time", "roll_angle [deg]"], rows)
     (said,) = judge.judge([path])
     assert said["line"].startswith("right")
     wrong = by_score(PEERS / "exudyn-h0.01.txt")

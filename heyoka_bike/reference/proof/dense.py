@@ -48,7 +48,14 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     rates_of_integrals,
 )
 from heyoka_bike.errors import NotCertifiedError, UndecidedError
-from heyoka_bike.motion.trajectory import Certificate, Piece, Stretch, Trajectory, row_times
+from heyoka_bike.motion.trajectory import (
+    Certificate,
+    Piece,
+    Stretch,
+    TellTime,
+    Trajectory,
+    row_times,
+)
 from heyoka_bike.numbers.analytic import Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
@@ -57,7 +64,6 @@ from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upwa
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
-from heyoka_bike.reference.proof.enclose import TellTime
 from heyoka_bike.reference.proof.rows import distance, round_columns
 from heyoka_bike.reference.values import Dense, Values
 

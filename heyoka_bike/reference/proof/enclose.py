@@ -28,7 +28,7 @@ bound obtained for e is not above eps. Statement and proof are in docs/proof.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
@@ -41,7 +41,7 @@ import numpy as np
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.motion.trajectory import Certificate, Piece, TellTime, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Samples
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
@@ -205,8 +205,6 @@ def _entrywise(a: flint.arb_mat, b: flint.arb_mat) -> flint.arb_mat:
 _TRIALS = 20
 _MATRIX_LENGTHS = (40, 64)
 """Orders tried for Y."""
-
-TellTime = Callable[[float], None]
 
 
 def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certificate:

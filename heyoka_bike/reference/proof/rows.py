@@ -22,13 +22,19 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.trajectory import Certificate, Evaluator, Trajectory, evaluator, row_times
+from heyoka_bike.motion.trajectory import (
+    Certificate,
+    Evaluator,
+    TellTime,
+    Trajectory,
+    evaluator,
+    row_times,
+)
 from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, Value, decimal_digits, hi_lo, upward
 from heyoka_bike.reference.layout import text_files
-from heyoka_bike.reference.proof.enclose import TellTime
 from heyoka_bike.reference.proof.variation import COUNT, Varied, slope
 from heyoka_bike.reference.values import RoundedRows
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -61,10 +60,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
             names = request.names or table.names or ()
-            found_rows = _rows(table, names, times, number, places.time, columns, bad)
-            if places.unit != "s":
-                found_rows = replace(found_rows, units={**found_rows.units, TIME: places.unit})
-            maneuvers.append(found_rows)
+            maneuvers.append(_rows(table, names, times, number, places, columns, bad))
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     seen += [_not_finite(bad)] if bad else []
@@ -136,8 +132,8 @@ def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable,
 
 
 def _rows(
-    table: ReadTable, names: Sequence[str], times: Times, number: int | None, time: int,
-    columns: Mapping[str, int], bad: list[_BadPlace],
+    table: ReadTable, names: Sequence[str], times: Times, number: int | None,
+    places: ColumnLayout, columns: Mapping[str, int], bad: list[_BadPlace],
 ) -> Rows:  # fmt: skip
     named = {key: names[j] if names else "" for key, j in columns.items()}
     used = {key: table.columns[j] for key, j in columns.items()}
@@ -152,8 +148,10 @@ def _rows(
         values[key] = finite[order]
     lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}
     units = {key: unit for key, name in named.items() if (unit := named_unit(name, key))}
+    if places.unit != "s":
+        units[TIME] = places.unit
     may_be = {key: keys for key, name in named.items() if key in (keys := may_mean(name))}
-    quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
+    quantum = {key: table.columns[j].quantum for key, j in {TIME: places.time, **columns}.items()}
     return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 
 

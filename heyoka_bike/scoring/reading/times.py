@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,17 +99,28 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
     return Times(hi, rest, order, tuple(seen))
 
 
-def in_seconds(times: Double, unit: str, *, is_back: bool = False) -> Double:
-    """Times in a unit as seconds, or seconds in that unit, as hi + lo."""
+def in_seconds(times: Double, unit: str) -> Double:
+    """Times in a unit as seconds, as hi + lo."""
+    return _scaled(times, _seconds(unit))
+
+
+def in_unit(times: Double, unit: str) -> Double:
+    """Times in seconds in another unit, as hi + lo."""
+    return _scaled(times, 1 / _seconds(unit))
+
+
+def _seconds(unit: str) -> Fraction:
     found = size(unit)
     assert found is not None
-    factor = found[0]
-    ratio = np.full(len(times[0]), float(max(factor, 1 / factor)))
-    if factor == 1:
+    return found[0]
+
+
+def _scaled(times: Double, by: Fraction) -> Double:
+    """Times multiplied by an integer, or divided by it if that is the inverse of one."""
+    if by == 1:
         return times
-    if (factor > 1) != is_back:
-        return multiply(times, (ratio, np.zeros_like(ratio)))
-    return divide(times, ratio)
+    integer = np.full(len(times[0]), float(max(by, 1 / by)))
+    return multiply(times, (integer, np.zeros_like(integer))) if by > 1 else divide(times, integer)
 
 
 def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:

@@ -68,9 +68,9 @@ def closing(
 ) -> str:
     """Return the next step, below a report without its details, and the files that were written."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
-    more = "errors of each maneuver: --details; with charts: -o report.html"
-    if written:
-        more = f"errors of each maneuver: --details; written: {', '.join(map(printable, written))}"
+    names = ", ".join(map(printable, written))
+    pages = f"written: {names}" if written else "with charts: -o report.html"
+    more = f"errors of each maneuver: --details; {pages}"
     blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
     return "\n" + text.render(blocks, width, has_colors)
 

@@ -36,13 +36,13 @@ from heyoka_bike.motion.events import (
     zeros,
 )
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Evaluator, Trajectory, evaluator
+from heyoka_bike.motion.trajectory import Evaluator, TellTime, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.proof.candidate import parse_candidate
-from heyoka_bike.reference.proof.enclose import TellTime, enclose
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.system.jobs import TellStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import after_folder

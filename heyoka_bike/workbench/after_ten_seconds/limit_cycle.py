@@ -41,7 +41,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.events import UPRIGHT, events
-from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory, evaluator
+from heyoka_bike.motion.trajectory import Certificate, Piece, TellTime, Trajectory, evaluator
 from heyoka_bike.numbers.arithmetic import Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
     BallVector,
@@ -55,7 +55,7 @@ from heyoka_bike.numbers.ball_matrices import (
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof.cauchy import SIZE, Circle, refused
-from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Prover, TellTime, enclose
+from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Prover, enclose
 
 _TERMS_OF_SERIES = 96
 """Order of Y, whose defect is then below the bits of the matrices."""

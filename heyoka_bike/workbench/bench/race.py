@@ -357,7 +357,7 @@ CLASSES: Mapping[str, str] = {
 }
 """The common properties of the codes of a class."""
 
-TellStage = Callable[[str, float], None]
+TellPart = Callable[[str, float], None]
 """Called with what is being done and the part done of the whole, 0 to 1."""
 
 _SECONDS, _MIN_RUNS = 3.0, 3  # a slow code is run less often
@@ -400,7 +400,7 @@ def bench(
     runs: int,
     *,
     is_quick: bool = False,
-    progress: TellStage | None = None,
+    progress: TellPart | None = None,
 ) -> list[Timing]:
     """Time every code in every class, the codes of a class in turns.
 
@@ -446,7 +446,7 @@ def bench(
     return lines
 
 
-def work_precision(problem: ReferenceProblem, progress: TellStage | None = None) -> list[Measured]:
+def work_precision(problem: ReferenceProblem, progress: TellPart | None = None) -> list[Measured]:
     """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not.
 
     The tolerance is that of the code's own sense, ``min_ms`` the shortest of its runs [ms].

@@ -198,7 +198,7 @@ BICYCLE_API const char *bicycle_word(int grade) { return ub_words[grade]; }
    largest hundredth of the rows; the default, and what belongs to the definition of the angle, is
    five times as likely before; odds below 20 to 1 are left open. */
 
-enum { UB_SAMPLE = 4001, UB_FEW_ROWS = 10, UB_LEFT_OUT = 100, UB_WAYS = 8 };
+enum { UB_SAMPLE = 4001, UB_FEW_ROWS = 10, UB_LEFT_OUT = 100, UB_WAYS = 2 * UB_UNITS };
 #define UB_VALUES 3.0                  /* an error curve counts as so many */
 #define UB_CLAIMED 2.995732273553991  /* log 20 */
 #define UB_SELDOM 6.907755278982137   /* log 1000 */
@@ -423,7 +423,7 @@ BICYCLE_API int ub_is_energy(int key)
 BICYCLE_API int ub_units_of(int key)
 {
     int n = 0;
-    while (n < UB_WAYS / 2 && ub_units[key][n].name)
+    while (n < UB_UNITS && ub_units[key][n].name)
         n++;
     return n;
 }

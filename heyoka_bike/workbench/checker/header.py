@@ -98,9 +98,11 @@ def _data(
         angle = places.get(RATE_OF.get((c.key, c.definition), ("", "")), -1)
         of = BENCHMARK_COLUMNS.index(c.key)
         yield f'    {{"{c.key}", "{c.definition}", {of}, {angle}}},'
-    yield "};\nstatic const ub_unit ub_units[BICYCLE_KEYS][4] = {"
-    for c in columns[: len(BENCHMARK_COLUMNS)]:
-        known = (f'{{"{unit}", {factor(unit)[0]!r}}}' for unit in UNITS[c.unit])
+    units = [UNITS[c.unit] for c in columns[: len(BENCHMARK_COLUMNS)]]
+    yield f"}};\nenum {{ UB_UNITS = {max(map(len, units))} }};"
+    yield "static const ub_unit ub_units[BICYCLE_KEYS][UB_UNITS] = {"
+    for tried in units:
+        known = (f'{{"{unit}", {factor(unit)[0]!r}}}' for unit in tried)
         yield f"    {{{', '.join(known)}}},"
     yield "};\nstatic const char *const ub_words[] = {"
     yield "    " + ", ".join(f'"{WORDS.get(g, "")}"' for g in Grade)

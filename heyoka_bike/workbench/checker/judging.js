@@ -57,7 +57,6 @@ function judgedText(text, name, chosen = 0) {
 
 const unitText = (unit) => unit.replace(/ (s|h|min)-1/g, "/$1");
 
-
 // The maneuver of a file of one: that whose columns have the most digits.
 function recognised(file) {
   const told = (n) => judged(file, n).cells.reduce((sum, c) => sum + c.digits, 0);

@@ -12,9 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.names.columns import recognise, unit_in
-from heyoka_bike.scoring.reading.names.units import is_si, quantities
-
 _MISSING_VALUES = ("_FillValue", "missing_value")
 _SCALE_FACTOR, _ADD_OFFSET = "scale_factor", "add_offset"
 
@@ -44,14 +41,6 @@ class StoredArray:
 
     def __getitem__(self, index: tuple[()]) -> Any:
         return self.read()
-
-
-def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
-    """The name of a column, with the unit that its attributes say, if that is none of the SI."""
-    told = next((attributes[x] for x in ("units", "unit") if x in attributes), "")
-    unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
-    is_told = recognise(name) is not None and bool(quantities(unit)) and unit_in(name)[1] is None
-    return f"{name} [{unit}]" if is_told and not is_si(unit) else name
 
 
 def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:

@@ -102,10 +102,8 @@ def _with_times(members: Mapping[str, Any], group: ArrayGroup) -> ArrayGroup:
     times = {name: x for name, x in group.times.items() if length(x) in rows}
     if inner.times or len(times) != 1:
         return inner
-    rests = {
-        f"{name}_lo": group.arrays[f"{name}_lo"] for name in times if f"{name}_lo" in group.arrays
-    }
-    return ArrayGroup({**times, **rests, **members}, group.request)
+    with_rests = {n: x for n, x in group.arrays.items() if n.removesuffix("_lo") in times}
+    return ArrayGroup({**with_rests, **members}, group.request)
 
 
 def _with_known_beside(

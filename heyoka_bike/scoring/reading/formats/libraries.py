@@ -5,7 +5,8 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.arrays.packed import unpacked, with_unit
+from heyoka_bike.scoring.reading.arrays.packed import unpacked
+from heyoka_bike.scoring.reading.names.columns import with_unit
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
 

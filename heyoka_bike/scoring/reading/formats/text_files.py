@@ -12,13 +12,11 @@ import numpy as np
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.encodings import whole_lines
-from heyoka_bike.scoring.reading.names.columns import are_names
-from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
-from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, headings_in
+from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, headings_in, is_heading
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.words import read_words
 
@@ -90,7 +88,7 @@ def _contents(lines: list[str], request: Request) -> list[str]:
     above = takewhile(lambda line: not without_comment(line), lines)
     for line in reversed([*above]):
         plain = COMMENT_SIGNS.sub("", line, count=1)
-        if any(are_names(without_paths(names), request) for names in headings_in(line)):
+        if any(is_heading(names, request) for names in headings_in(line)):
             return [plain, *found]
     return found
 

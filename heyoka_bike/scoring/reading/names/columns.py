@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import Any
 
 from heyoka_bike.bicycle.columns import COMPARED, KEYS_BY_WORD
 from heyoka_bike.scoring.reading.names.joints import of_joint
-from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
+from heyoka_bike.scoring.reading.names.units import BRACKETS, is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.request import Request
 
 # time_s, steer_rate_deg_s, speed_m_per_s
@@ -91,6 +92,14 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
         if quantities(ending):
             return match[1], ending, True
     return stem, unit, False
+
+
+def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
+    """The name of a column, with the unit that its attributes say, if that is none of the SI."""
+    told = next((attributes[x] for x in ("units", "unit") if x in attributes), "")
+    unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
+    is_told = recognise(name) is not None and bool(quantities(unit)) and unit_in(name)[1] is None
+    return f"{name} [{unit}]" if is_told and not is_si(unit) else name
 
 
 def named_unit(name: str, key: str) -> str | None:

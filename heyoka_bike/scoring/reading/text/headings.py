@@ -43,6 +43,11 @@ def headings_of_cells(row: Sequence[Any]) -> list[list[str]]:
     return [[COMMENT_SIGNS.sub("", words[0], count=1), *words[1:]]] if words else []
 
 
+def is_heading(written: Sequence[str], request: Request) -> bool:
+    """True if names, the last steps of those that are paths, are those of columns."""
+    return are_names(without_paths(written), request)
+
+
 def heading_among(
     above: Sequence[Sequence[list[str]]], width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:

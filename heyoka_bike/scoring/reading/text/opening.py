@@ -13,8 +13,7 @@ from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
-from heyoka_bike.scoring.reading.names.columns import are_names, time_among
-from heyoka_bike.scoring.reading.names.paths import without_paths
+from heyoka_bike.scoring.reading.names.columns import time_among
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.text.dialects import (
@@ -27,6 +26,7 @@ from heyoka_bike.scoring.reading.text.headings import (
     are_units,
     heading_among,
     headings_in,
+    is_heading,
     of_width,
 )
 
@@ -129,7 +129,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         headings = chain.from_iterable(map(notation.headings_in, islice(written, _HEADING_LINES)))
         # A line of so many words is no heading; what it would cost to look at all of them is more.
         some = (x for x in headings if len(x) <= MOST_COLUMNS)
-        widths |= {len(x) for x in some if are_names(without_paths(x), request)}
+        widths |= {len(x) for x in some if is_heading(x, request)}
     if not widths:
         raise request.not_columns("no line of column names that are known")
     sample, dialect, width, rows = _first_rows(lines, notation, widths)
@@ -198,10 +198,9 @@ def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> Input
         content = notation.without_comment(line)
         first = str(content[0]).strip("\"' ")[:1] if content else ""
         has_digit = any(map(str.isdigit, map(str, content)))
-        headings = map(without_paths, notation.headings_in(line))
         if not content or (first.isalpha() and not has_digit):
             continue
-        if any(are_names(names, request) for names in headings):
+        if any(is_heading(names, request) for names in notation.headings_in(line)):
             continue
         # Under the separator that makes the most numbers of it.
         dialect = max(notation.dialects, key=lambda d: _count_of(content, d))
