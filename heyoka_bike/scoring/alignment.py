@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, fast_two_sum, median, two_sum
 from heyoka_bike.reference.layout import MOTION
@@ -30,6 +30,7 @@ from heyoka_bike.scoring.evidence import (
     TooLarge,
     WheelRate,
 )
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
@@ -41,6 +42,8 @@ SUMMED = 1e-10
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
 
+# What a maneuver begins with; its energies follow.
+_GIVEN_AT_START = (*LATERAL, "forward_speed")
 # A column farther from the reference than half its scale says nothing about what it is.
 HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it.
@@ -348,12 +351,10 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
 
 def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
     """Number of the maneuver that the values are nearest to."""
-    distance = {}
     parts = {number: _within(rows, number, reference[number])[0] for number in reference}
-    for number, part in parts.items():
-        # A few rows that happen to lie within the run say nothing about the others.
-        enough = 2 * len(part.time) > len(rows.time)
-        distance[number] = _distance(part) if enough else 1.0
+    # A few rows that happen to lie within the run say nothing about the others.
+    telling = {n: part for n, part in parts.items() if 2 * len(part.time) > len(rows.time)}
+    distance = {n: _distance(telling[n]) if n in telling else 1.0 for n in parts}
     nearest, *others = sorted(distance, key=distance.__getitem__)
     if distance[nearest] >= _FAR_FROM_MANEUVER:
         orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
@@ -365,6 +366,10 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
             return min(moved, key=lambda n: _distance(replace(parts[n], values=moved[n])))
     # The same factor that tells definitions apart.
     if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
+        # A motion that is wrong later begins as it should.
+        started = [number for number, part in telling.items() if _begins_as_given(part)]
+        if len(started) == 1:
+            return started[0]
         option = "maneuver=N" if results.format == "array" else "--maneuver N"
         hint = _milliseconds(rows.time, max(float(reference[n].duration) for n in reference))
         raise NothingScoredError(
@@ -373,6 +378,24 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
             + f"), expected those of one; say which with {option}{hint}"
         )
     return nearest
+
+
+def _begins_as_given(part: Part) -> bool:
+    """True if the first row is the given start, in any units and signs, and not only zeros."""
+    first = part.only(_GIVEN_AT_START).at(spread(len(part.time), 1))
+    if not _not_zero_at_start(first):
+        return False
+    given = first.reference.approximate(first.time, list(first.values))
+    away = [_away(first, key, values, given[key]) for key, values in first.values.items()]
+    return all(x is not None and x <= TOLERANCE for x in away)
+
+
+def _not_zero_at_start(part: Part) -> list[str]:
+    """The columns whose given value at the start is not zero; none if there is no row of it."""
+    if not len(part.time) or part.time[0] != 0.0:
+        return []
+    reference = part.reference
+    return [k for k in part.values if abs(reference[k][0]) > TOLERANCE * reference.scale(k)]
 
 
 def _of_another(
@@ -402,27 +425,37 @@ def _of_another(
 
 
 def _another_order(part: Part) -> dict[str, str]:
-    """Return the keys that the values fit, by key, if that is a permutation; else nothing."""
+    """Return the keys that the values fit, by key, if that is a permutation; else nothing.
+
+    All rows tell it, or of a motion that is wrong later the first row: that of the columns whose
+    given values are not zero.
+    """
     few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), _ROWS_THAT_TELL_ORDER))
     keys = list(few.values)
-    expected = few.reference.approximate(few.time, keys)
+    if order := _permuted(few, keys, _FAR_FROM_MANEUVER):
+        return order
+    order = _permuted(few.at(spread(len(few.time), 1)), _not_zero_at_start(few), TOLERANCE)
+    return {key: order.get(key, key) for key in keys} if order else {}
+
+
+def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
+    """Which of the keys each column is within a limit of, in scales, if they are permuted."""
+    expected = rows.reference.approximate(rows.time, list(keys))
 
     def far(key: str, meaning: str) -> float:
-        away = _away(few, meaning, few.values[key], expected[meaning])
+        away = _away(rows, meaning, rows.values[key], expected[meaning])
         return 1.0 if away is None else away
 
-    if all(far(key, key) < _FAR_FROM_MANEUVER for key in keys):
+    if all(far(key, key) < limit for key in keys):
         return {}
     order = {}
     for key in keys:
         away = {meaning: far(key, meaning) for meaning in keys}
         nearest = min(away, key=away.__getitem__)
         order[key] = nearest if away[nearest] < away[key] / _TIMES_NEARER else key
-        if away[order[key]] >= _FAR_FROM_MANEUVER:
+        if away[order[key]] >= limit:
             return {}
-    is_moved = any(
-        far(key, key) >= _FAR_FROM_MANEUVER for key, meaning in order.items() if key != meaning
-    )
+    is_moved = any(far(key, key) >= limit for key, meaning in order.items() if key != meaning)
     return order if is_moved and {*order.values()} == {*keys} else {}
 
 

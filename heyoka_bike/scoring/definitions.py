@@ -13,6 +13,10 @@ much as it can tell: where the error is larger than the difference of two defini
 below the digits written, its factor is near 1. The first row, at the known start, is evidence of
 its own: there no integrator has made an error yet.
 
+The start also tells the unit and the sign of a motion that is wrong. A first row that is the given
+value in one unit and sign alone has these. An angle has the sign of its rate, and a file that has
+one column in degrees may have others in degrees, however wrong they are.
+
 Before, the default is five times as likely as any other, and so is what belongs to a definition
 that was found before: the derivative of the angle beside it, the pitch and yaw of the same
 attitude. What the odds against it are below 20 to 1 is left open: nothing is claimed without
@@ -80,6 +84,9 @@ _FLOORS_OF_ROUNDING = 4.0
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
+
+_Way = tuple[str, int]
+"""Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
 _UNSIGNED = (*_ENERGY_KEYS, "rear_friction", "front_friction")
@@ -154,10 +161,11 @@ def understand(parts: Sequence[Part]) -> Understandings:
 def understand_samples(samples: Sequence[Sample]) -> Understandings:
     """Return the understanding of each column against the motion that the samples expect."""
     found: dict[str, Understanding] = {}
+    starts = _ways_at_start(samples)
     for key in COMPARED:
         having = [s for s in samples if key in s.values]
         if having:
-            found[key] = _choose(key, having, found)
+            found[key] = _choose(key, having, found, starts)
     # The kinetic energy has no zero to choose, so its unit is the surest.
     energies = [key for key in _ENERGY_KEYS if key in found]
     found.update({key: replace(found[key], unit=found[energies[0]].unit) for key in energies})
@@ -208,6 +216,11 @@ class Sample:
             self.scale[key] = scale
             # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
+
+    def start(self, key: str) -> float:
+        """The given value of a column at the start, by its default definition; 0 without a row."""
+        first = float(self.expected[self.definitions[key][0].name][0])
+        return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
     def error(self, key: str, u: Understanding) -> Array:
         return (
@@ -288,13 +301,62 @@ def _before(key: str, column: Column, found: Understandings) -> float:
     return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
-def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Understanding:
-    """Unit and sign, then the definition under them; `found` is how other columns are taken."""
+def _ways(key: str, samples: Iterable[Sample]) -> list[_Way]:
+    """All units and signs that a column may have."""
+    units = tried(COMPARED[key][0].unit, _named_unit(key, samples))
+    return list(product(units, (1,) if key in _UNSIGNED else (1, -1)))
+
+
+def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
+    """The unit that the heading of a column says."""
+    return next((s.units[key] for s in samples if key in s.units), None)
+
+
+def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
+    """Unit and sign of the columns whose first row is the given value in one way alone."""
+    found = {}
+    for key in dict.fromkeys(key for s in samples for key in s.values):
+        having = [s for s in samples if key in s.values and s.start(key)]
+        fitting = [way for way in _ways(key, samples) if all(_begins(s, key, *way) for s in having)]
+        if having and len(fitting) == 1:
+            found[key] = fitting[0]
+    return found
+
+
+def _begins(sample: Sample, key: str, unit: str, sign: int) -> bool:
+    """True if the first value is the given one, as nearly as what is right."""
+    written, given = sign * factor(unit)[0] * sample.values[key][0], sample.start(key)
+    return bool(abs(written - given) <= TOLERANCE * abs(given))
+
+
+def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -> _Way:
+    """Unit and sign that the first row or the heading says.
+
+    They are believed until the values say otherwise, of a wrong motion, too.
+    """
+    if key in starts:
+        return starts[key]
+    rate = next((rate for (rate, _), (angle, _) in RATE_OF.items() if angle == key), "")
+    _, sign = starts.get(rate, ("", 1))
+    return _named_unit(key, samples) or COMPARED[key][0].unit, sign
+
+
+def _choose(
+    key: str, samples: Sequence[Sample], found: Understandings, starts: Mapping[str, _Way]
+) -> Understanding:
+    """Unit and sign, then the definition under them.
+
+    Parameters
+    ----------
+    key, samples
+    found
+        How other columns are taken.
+    starts
+        Units and signs that the first row tells.
+    """
     columns = samples[0].definitions[key]
-    named = next((s.units[key] for s in samples if key in s.units), None)
-    # What a heading says is believed until the values say otherwise, of a wrong motion, too.
-    told = (named or columns[0].unit, 1)
-    ways = list(product(tried(columns[0].unit, named), (1,) if key in _UNSIGNED else (1, -1)))
+    told = _told_way(key, samples, starts)
+    ways = _ways(key, samples)
     candidates = [Understanding(c, *way) for way in ways for c in columns]
     before = np.array([_before(key, c, found) for c in columns])
     likely = np.tile(before, len(ways)) + np.sum(
@@ -306,9 +368,13 @@ def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Under
     best = candidates[int(np.argmax(likely))]
     typical = _typical(key, best, samples)
     if not _is_shown(key, typical, samples):
-        return replace(plain(key), unit=told[0])
-    gain = float(table[way].max() - table[as_told].max())
-    if gain < _LOG_ODDS_CLAIMED or not _is_near(key, typical, samples):
+        return replace(plain(key), unit=told[0], sign=told[1])
+    if not _is_near(key, typical, samples):
+        # Of a wrong motion, but in the units of other columns: that of a rate is that of an angle.
+        units = {u for unit, _ in starts.values() for u in (unit, unit.removesuffix(" s-1"))}
+        possible = [i for i, (unit, sign) in enumerate(ways) if unit in units and sign == told[1]]
+        way = max((as_told, *possible), key=lambda i: table[i].max())
+    if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
         way = as_told
     chosen = int(np.argmax(table[way]))
     taken = Understanding(columns[chosen], *ways[way])

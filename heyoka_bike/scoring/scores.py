@@ -123,7 +123,7 @@ class Growth:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Trace:
-    """A column over time, for figures; SI units, as understood.
+    """A column over time, for rules and figures; SI units, as understood.
 
     Attributes
     ----------

@@ -63,8 +63,8 @@ def test_units_that_are_not_named_are_not_tried(reference, tmp_path):
         ("t,Roll [mrad],speed [m/s],KE [kJ]", (1, DEGREES, 1, 1),
          [("roll_angle", "mrad", "degree"), ("kinetic_energy", "kJ", "J")]),
         ("t,Roll (deg),speed [m/s],KE [J]", (1, DEGREES, 1, 1), []),
-        # The motion is another one, and tells no unit.
-        ("t,Roll (deg),speed [m/s],KE [J]", (1, 1.3, 1.3, 1.3), []),
+        # The motion is another one. What its columns are taken as is told all the same.
+        ("t,Roll (deg),speed [m/s],KE [J]", (1, 1.3, 1.3, 1.3), [("roll_angle", "degree", "rad")]),
     ],
 )  # fmt: skip
 def test_units_that_contradict_the_values_are_told(heading, factors, said, reference, tmp_path):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.reading.results import Quantum
 from support.game_files import EIGHT, END, MOTION, correct, names, references, scale, truth
 from support.game_truth import Truth, units
@@ -612,6 +613,24 @@ def a_name_not_understood(random):
     return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
 
 
+def under_a_path_in_a_unit(random):
+    """One column is wrong, and all have a path before their names and a unit behind them."""
+    parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
+    keys = [name.partition("_")[2] for name, _ in columns[1:]]
+    path, i = str(random.choice(_PATHS_READ)), random.integers(8)
+    named = []
+    for key, (_, values) in zip(keys, columns[1:], strict=True):
+        ways = _UNITS_READ[COMPARED[key][0].unit]
+        unit, factor = ways[random.integers(len(ways))]
+        # A constant more or less is another zero of an energy.
+        off_by = np.linspace(1.3, 1.5, 1001) if key == keys[i] else np.ones(1001)
+        held = factor * off_by * np.array(values, float)
+        named.append((f'"{path}{key}{unit}"', [repr(x) for x in held.tolist()]))
+    some = [named[j] for j in random.permutation(8) if j == i or random.random() < 0.8]
+    lines = _lines([(f'"{path}time"', columns[0][1]), *some])
+    return _of_text(parts, lines, [keys[i]], ["scd >= 6", f"{keys[i]}.scd >= 6"])
+
+
 def a_maneuver_that_is_none(random):
     """The columns of one quantity are wrong, and named for maneuvers that do not exist."""
     parts, columns = _table(random)
@@ -650,6 +669,19 @@ _UNITS_NOT_KNOWN = (
     "_meas",
     " #",
 )
+
+
+# What is before a name, and units behind it, that are understood.
+_PATHS_READ = ("field.", "bike.", "/bike/state/", "bicycle/", "model.bike.", "")
+_UNITS_READ = {
+    "rad": [(" [rad]", 1.0), (" [deg]", 180 / np.pi), (" [\u00ba]", 180 / np.pi), ("", 1.0)],
+    "rad s-1": [
+        (" [rad/s]", 1.0), (" [\u00ba/s]", 180 / np.pi), (" [\u00c2\u00b0/s]", 180 / np.pi),
+        (" [\u02da/s]", 180 / np.pi), (" [rpm]", 30 / np.pi), ("", 1.0),
+    ],
+    "m s-1": [(" [m/s]", 1.0), (" [km/h]", 3.6), (" [mph]", 3600 / 1609.344), ("", 1.0)],
+    "J": [(" [J]", 1.0), (" [kJ]", 1e-3), ("", 1.0)],
+}  # fmt: skip
 
 
 def _word(random):
@@ -978,8 +1010,9 @@ KINDS = {
         a_table_after_the_table, a_field_that_is_none, cut_off, times_of_one_decimal,
         digits_of_every_second_row, rows_where_rounding_is_right, rows_at_whole_numbers,
         another_column_beside, a_long_name_beside, a_name_not_understood,
-        a_maneuver_that_is_none, energy_that_is_bought, zero_of_one_energy, zero_that_moves,
-        energy_of_any_zero, speed_of_no_point, energy_from_far_away, energy_of_coarse_parts,
+        under_a_path_in_a_unit, a_maneuver_that_is_none, energy_that_is_bought,
+        zero_of_one_energy, zero_that_moves, energy_of_any_zero, speed_of_no_point,
+        energy_from_far_away, energy_of_coarse_parts,
     )},
 }  # fmt: skip
 

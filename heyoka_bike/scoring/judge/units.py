@@ -7,9 +7,6 @@ from collections.abc import Iterator
 from heyoka_bike.scoring.evidence import UnitContradicted
 from heyoka_bike.scoring.report import Report
 
-UNITS_APART = 0.05
-"""Of the scale: a column nearer than this tells its own unit, for units differ by more."""
-
 
 def headings_contradicted(report: Report) -> Iterator[UnitContradicted]:
     """Columns whose heading names another unit than the one that fits their values."""
@@ -17,6 +14,5 @@ def headings_contradicted(report: Report) -> Iterator[UnitContradicted]:
         m, first = places[0]
         unit = first.as_understood.unit
         heading = m.part.units.get(key, unit)
-        far = [c.max_rel_error for _, c in places]
-        if heading != unit and all(x is not None and x < UNITS_APART for x in far):
+        if heading != unit:
             yield UnitContradicted(key, heading, unit)

@@ -36,6 +36,7 @@ _ALSO: Mapping[str, tuple[str, ...]] = {
     "p": ("roll_rate", "potential_energy"),
     **dict.fromkeys(("theta", "\u03b8"), ("pitch", "roll_angle", "steer_angle")),
 }
+_IN_DEGREES = {"rad": "deg", "rad s-1": "deg/s"}
 _MANEUVERS = frozenset(
     {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
 )
@@ -100,6 +101,14 @@ def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
     unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
     is_told = recognise(name) is not None and bool(quantities(unit)) and unit_in(name)[1] is None
     return f"{name} [{unit}]" if is_told and not is_si(unit) else name
+
+
+def with_degrees(names: Sequence[str]) -> list[str]:
+    """Names of columns, with degrees as the unit of angles and rates that tell none."""
+    keys = [found[0] if (found := recognise(name)) else TIME for name in names]
+    units = ["" if key == TIME else COMPARED[key][0].unit for key in keys]
+    told = (_IN_DEGREES.get(unit, "") for unit in units)
+    return [with_unit(name, {"unit": unit}) for name, unit in zip(names, told, strict=True)]
 
 
 def named_unit(name: str, key: str) -> str | None:

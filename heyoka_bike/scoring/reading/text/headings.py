@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from heyoka_bike.scoring.reading.names.columns import are_names
+from heyoka_bike.scoring.reading.names.columns import are_names, with_degrees
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.request import Request
@@ -18,6 +18,8 @@ _AROUND_UNITS = "[](){}<>\"' "
 _CALLED_UNITS = ("unit", "units", "unit:", "units:")
 COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
+# In the lines above the names of OpenSim's .sto and .mot.
+_IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
 _BRACKETED = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
 
@@ -53,7 +55,8 @@ def heading_among(
 ) -> tuple[list[str] | None, int | None]:
     """The last heading of so many names above the rows, and its index.
 
-    A line of units below it or above it is put into the names.
+    A line of units below it or above it is put into the names, and degrees where a line says that
+    angles are in these.
 
     Parameters
     ----------
@@ -69,7 +72,8 @@ def heading_among(
         names = without_paths(written)
         if are_names(names, request) or are_names(with_units(names, below), request):
             units = (x for _, x in of_width(above[max(i - 1, 0) : i], width) if are_units(x))
-            return with_units(names, below or next(units, [])), i
+            names = with_units(names, below or next(units, []))
+            return (with_degrees(names) if _are_in_degrees(above) else names), i
         if not below and are_units(names):
             below = names
     return None, None
@@ -98,3 +102,9 @@ def with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
         f"{name} [{u}]" if quantities(u := unit.strip(_AROUND_UNITS)) else name
         for name, unit in zip(plain, units, strict=True)
     ]
+
+
+def _are_in_degrees(above: Sequence[Sequence[list[str]]]) -> bool:
+    """True if one of the lines says that all angles and their rates are in degrees."""
+    alone = (names[0] for line in above for names in line if len(names) == 1)
+    return any(map(_IN_DEGREES.fullmatch, alone))
