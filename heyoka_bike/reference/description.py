@@ -146,6 +146,11 @@ FILES: Mapping[str, Holding] = {
 """The files of the published set."""
 
 
+def title_of(version: str) -> str:
+    """Title of a dataset of this version: that of the benchmark, or of one's own."""
+    return "Reference solutions of an uncontrolled bicycle" if version == CUSTOM else TITLE
+
+
 def shared_attributes(version: str) -> dict[str, str]:
     """Attributes of every HDF5 file of a dataset version, or made from it, but its title.
 
@@ -209,7 +214,9 @@ def about(
     """
     bicycle, of_file = inputs["bicycle"], FILES[name]
     said = {} if version == CUSTOM else {"id": f"heyoka_bike/{version}/{name}"}
-    said |= {"title": of_file.title, "summary": of_file.summary, **shared_attributes(version)}
+    of_set = version == CUSTOM and name == layout.HDF5
+    title = title_of(version) if of_set else of_file.title
+    said |= {"title": title, "summary": of_file.summary, **shared_attributes(version)}
     comment = {"comment": _COMMENTS[name]}
     hashed = {} if content is None else {"content_sha256": content}
     hashed |= {"bicycle": bicycle["name"], "parameters": json.dumps(bicycle["parameters"])}

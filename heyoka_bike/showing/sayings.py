@@ -5,7 +5,7 @@ One function makes that of one class of evidence; nothing is decided here, and n
 reads a finding.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import singledispatch
 from math import floor, inf
 from typing import Any
@@ -624,33 +624,28 @@ def _(e: seen.OrderNotSettled) -> Finding:
 
 @_finding.register
 def _(e: seen.ErrorStays) -> Finding:
-    is_rounding = e.how == seen.Staying.ROUNDING
-    size = f"{e.max_rel_error:.1g}" if is_rounding else f"up to {e.max_rel_error:.1g}"
-    code, rest = _STAYING[e.how]
-    find: Callable[..., Finding] = info if is_rounding else warning
-    said = f"{named(e.places, _KEYS_NAMED)}: the error, {size} of the scale{rest.format(e.by)}"
-    return find(code, said, columns=list(e.places), max_rel_error=e.max_rel_error)
-
-
-_STAYING = {
-    seen.Staying.ROUNDING: (
-        "limited_by_rounding",
-        " or less, does not fall with the {}, and need not: at this size it is rounding of "
-        "binary64 arithmetic, not the model; only longer numbers make it smaller",
-    ),
-    seen.Staying.NOISE: (
-        "noise_does_not_fall",
-        ", does not fall with the {}, but is another curve in each run: it is noise, of "
-        "single-precision numbers (1e-7), of iterations that stop early, or of rough "
-        "interpolation, and not the model",
-    ),
-    seen.Staying.SAME_CURVE: (
-        "error_stays",
-        ", is the same curve in both runs and does not fall with the {}: it is not the "
-        "integrator's, but that of the model, its parameters, the start or the output; ask "
-        "heyoka-bike diagnose",
-    ),
-}
+    places, size = named(e.places, _KEYS_NAMED), f"{e.max_rel_error:.1g}"
+    numbers = {"columns": list(e.places), "max_rel_error": e.max_rel_error}
+    if e.how == seen.Staying.ROUNDING:
+        said = (
+            f"{places}: the error, {size} of the scale or less, does not fall with the {e.by}, and "
+            "need not: at this size it is rounding of binary64 arithmetic, not the model; only "
+            "longer numbers make it smaller"
+        )
+        return info("limited_by_rounding", said, **numbers)
+    if e.how == seen.Staying.NOISE:
+        said = (
+            f"{places}: the error, up to {size} of the scale, does not fall with the {e.by}, but "
+            "is another curve in each run: it is noise, of single-precision numbers (1e-7), of "
+            "iterations that stop early, or of rough interpolation, and not the model"
+        )
+        return warning("noise_does_not_fall", said, **numbers)
+    said = (
+        f"{places}: the error, up to {size} of the scale, is the same curve in both runs and does "
+        f"not fall with the {e.by}: it is not the integrator's, but that of the model, its "
+        "parameters, the start or the output; ask heyoka-bike diagnose"
+    )
+    return warning("error_stays", said, **numbers)
 
 
 # What came of a requirement.

@@ -370,19 +370,19 @@ def worst_error_words(report: Report) -> str:
 
 
 def performance_remark(report: Report) -> str:
-    """Return eq. (1) of the maneuver that the benchmark judges by it, and what it sees.
+    """Return eq. (1) of the maneuvers that the benchmark judges by it, and what it sees.
 
-    Empty without such a maneuver, or without an energy. What it sees is left out where the file is
+    Empty without such a maneuver that has an energy. What it sees is left out where the file is
     right, and where a warning says it.
     """
-    judged = [m for m in report.maneuvers if m.performance_limit is not None]
-    if all(m.performance is None for m in judged):
+    said = [
+        f"{readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
+        for m in report.maneuvers
+        if m.performance_limit is not None and m.performance is not None
+    ]
+    if not said:
         return ""
-    said = ", ".join(
-        f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
-        for m in judged
-    )
-    found = f"eq. (1), the benchmark's own measure, {said}"
+    found = f"eq. (1), the benchmark's own measure, is {' and '.join(said)}"
     if report.is_right or _has(report.seen, EnergyHidesError):
         return found
     return (

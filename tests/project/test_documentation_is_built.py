@@ -13,6 +13,8 @@ import pytest
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
+from heyoka_bike.scoring import evidence
+from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.system.resources import data_folder
 
@@ -46,6 +48,18 @@ def test_the_table_of_formats_is_that_of_the_code():
     text = made.PAGE.read_text(encoding="utf-8")
     assert made.page(text) == text, "run python docs/_site/formats_table.py"
     assert all(f"| {f.label} | {f.about}" in text for f in FORMATS)
+
+
+def test_the_table_of_findings_is_that_of_the_code():
+    made = module(DOCS / "_site" / "findings_table.py")
+    text = made.PAGE.read_text(encoding="utf-8")
+    assert made.page(text) == text, "run python docs/_site/findings_table.py"
+    # Of every class of evidence but those that others are made from.
+    classes = [
+        c for c in vars(evidence).values() if isinstance(c, type) and issubclass(c, Evidence)
+    ]
+    bases = {base for c in classes for base in c.__mro__[1:]}
+    assert {c.__name__ for c in classes if c not in bases} == {*made.findings()}
 
 
 @pytest.mark.parametrize("page", ["start.md", "installation.md"])

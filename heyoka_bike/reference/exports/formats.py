@@ -26,8 +26,9 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import shortest_decimal
-from heyoka_bike.reference.description import CONVENTIONS, COPYRIGHT, TITLE, shared_attributes
+from heyoka_bike.reference.description import CONVENTIONS, COPYRIGHT, shared_attributes, title_of
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.reference.values import Values
 from heyoka_bike.version import __version__
 
@@ -97,6 +98,11 @@ def choose(reference: Reference, maneuver: int | None, columns: str | None) -> S
     return Selection(reference, numbers, tuple(there[name] for name in names))
 
 
+def _licence(reference: Reference) -> str:
+    """A sentence; nothing for a set of one's own, whose maker's licence is not known."""
+    return "" if reference.dataset_version == CUSTOM else f" Licence: {COPYRIGHT}."
+
+
 def about(selection: Selection, content: str, use: str) -> list[str]:
     """Lines that say what a file is, in printable ASCII.
 
@@ -110,10 +116,10 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
     """
     reference = selection.reference
     paragraphs = [
-        f"{TITLE}: {content}.",
+        f"{title_of(reference.dataset_version)}: {content}.",
         f"Dataset version {reference.dataset_version}, bicycle {quoted(reference.bicycle)}.",
         f"content_sha256 {reference.content_sha256}",
-        f"Written by heyoka-bike export {__version__}. Licence: {COPYRIGHT}.",
+        f"Written by heyoka-bike export {__version__}.{_licence(reference)}",
         AXES,
         use,
         "Maneuvers:",
@@ -336,7 +342,7 @@ def _about_file(selection: Selection) -> dict[str, str]:
     history = f"{shared['history']}; by heyoka-bike export {__version__}"
     return {
         "_NCProperties": f"version=2,h5py={h5py.__version__}",
-        "title": TITLE,
+        "title": title_of(reference.dataset_version),
         "summary": "Rows of " + ", ".join(c.long_name for c in selection.columns),
         **shared,
         "Conventions": CONVENTIONS,

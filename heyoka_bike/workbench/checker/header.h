@@ -1164,6 +1164,18 @@ BICYCLE_API size_t ub_put(char *text, size_t size, size_t at, const char *more)
     return at;
 }
 
+/* A whole number that is not negative. */
+BICYCLE_API size_t ub_put_number(char *text, size_t size, size_t at, int number)
+{
+    char digits[24];
+    size_t i = sizeof digits - 1;
+    digits[i] = 0;
+    do
+        digits[--i] = (char)('0' + number % 10);
+    while (number /= 10);
+    return ub_put(text, size, at, digits + i);
+}
+
 /* Names of the columns that are marked, with commas between them; how many there are. */
 BICYCLE_API int ub_put_marked(char *text, size_t size, size_t *at, const int marked[BICYCLE_KEYS])
 {
@@ -1179,8 +1191,7 @@ BICYCLE_API int ub_put_marked(char *text, size_t size, size_t *at, const int mar
 /* The verdict as one line for a test's log, at most size - 1 letters and a zero. */
 BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t size)
 {
-    char tenths[8];
-    int maneuver = 0, column = 0, n, i = 0, m, key;
+    int maneuver = 0, column = 0, n, m, key;
     int own[BICYCLE_KEYS] = {0}, odd[BICYCLE_KEYS] = {0}, has_own = 0, has_odd = 0;
     int others = BICYCLE_UNKNOWN;
     size_t at = 0;
@@ -1225,20 +1236,14 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
         at = ub_put(text, size, at, ", " UB_NO_DIGIT " (");
     else {
         n = (int)floor(10 * digits + 0.5);
-        if (n >= 100)
-            tenths[i++] = (char)('0' + n / 100);
-        tenths[i++] = (char)('0' + n / 10 % 10);
-        tenths[i++] = '.';
-        tenths[i++] = (char)('0' + n % 10);
-        tenths[i] = 0;
         at = ub_put(text, size, at, ", " UB_WORST " ");
-        at = ub_put(text, size, at, tenths);
+        at = ub_put_number(text, size, at, n / 10);
+        at = ub_put(text, size, at, ".");
+        at = ub_put_number(text, size, at, n % 10);
         at = ub_put(text, size, at, " " UB_CORRECT_DIGITS " (");
     }
-    tenths[0] = (char)('0' + maneuver);
-    tenths[1] = 0;
     at = ub_put(text, size, at, UB_MANEUVER " ");
-    at = ub_put(text, size, at, tenths);
+    at = ub_put_number(text, size, at, maneuver);
     at = ub_put(text, size, at, " ");
     at = ub_put(text, size, at, ub_names[column].key);
     ub_put(text, size, at, ")");
