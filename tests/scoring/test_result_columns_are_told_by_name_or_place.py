@@ -216,9 +216,21 @@ def test_nine_columns_of_which_not_all_names_are_known(tmp_path):
     results = read_results(written(tmp_path, names))
     assert results.findings == ()
     assert found(results)[None, "steer_rate"] == 8
-    # The place decides, and it is said that a name contradicts.
+    # Names in an order of their own decide, and it is said which of them are not known.
     names = ["time", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"]
     results = read_results(written(tmp_path, names))
+    assert found(results) == {
+        "time": 0, (None, "steer_angle"): 1, (None, "roll_rate"): 2, (None, "forward_speed"): 3,
+        (None, "roll_angle"): 7,
+    }  # fmt: skip
+    (finding,) = results.findings
+    assert (finding.code, finding.evidence["names"]) == ("columns_left_out", ["x1", "x2", "x3", "r"])
+
+
+def test_nine_names_of_which_the_time_is_not_known():
+    # The place decides, and it is said that a name contradicts.
+    names = ["i", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"]
+    results = read_results({name: [j + 0.5, 100.5 + j] for j, name in enumerate(names)})
     assert found(results)[None, "roll_angle"] == 1
     (finding,) = results.findings
     assert (finding.code, finding.severity) == ("names_not_used", "warning")

@@ -42,6 +42,11 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
         No rows of numbers, rows of different lengths, or something else among them.
     """
     lines = [_trimmed(row) for row in rows]
+    width = max(map(len, lines), default=0)
+    first = next((i for i, row in enumerate(lines) if any(map(is_number, row))), 0)
+    # Columns at the end may have no name, or no unit.
+    for row in lines[:first]:
+        row += [None] * (width - len(row)) if row else []
     try:
         opening = opened(lines, _CELLS, request)
     except InputError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,16 +9,19 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.evidence import Evidence, NamesNotUsed
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, recognise, unit_in
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    is_maneuver,
+    nanoseconds_beside,
+    recognise,
+    unit_in,
+)
 from heyoka_bike.scoring.reading.names.left_out import left_out, set_aside, unknown_units
 from heyoka_bike.scoring.reading.names.meanings import Found, meanings
 from heyoka_bike.scoring.reading.names.units import is_si, quantities
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadTable
-
-_WHOLE_SECONDS = re.compile(r"(.*?)secs?", re.IGNORECASE)
-_NANOSECONDS = re.compile(r"(.*?)n(?:ano)?secs?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +51,9 @@ class ColumnLayout:
 def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     """Find out which column is what.
 
-    Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
-    else those names that are known.
+    Names decide if they are all known, or if one that is known has another place than in the
+    benchmark; else the place does, if there are 9 or 1 + 8 count columns; else those names that are
+    known.
 
     Raises
     ------
@@ -66,11 +69,12 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS}
     is_beyond |= any(map(is_maneuver, names))
     places = _meanings_by_place(width, request.count) if vectors.is_ordered else None
-    if request.names or (is_named and (places is None or None not in found or is_beyond)):
+    unused = _names_unused(names, found, places or ())
+    names_decide = places is None or None not in found or is_beyond or bool(unused)
+    if request.names or (is_named and names_decide):
         return _settled(names, found, vectors, request)
     if places is not None:
-        settled = _settled([""] * width, places, vectors, request)
-        return replace(settled, seen=_names_unused(names, found, places))
+        return replace(_settled([""] * width, places, vectors, request), seen=unused)
     raise request.not_columns(names_found(names, found), vectors.heading)
 
 
@@ -111,20 +115,12 @@ def _settled(
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
         said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
         raise request.error(said, vectors.heading)
-    nanoseconds = _nanoseconds(names, names[time])
+    nanoseconds = nanoseconds_beside(names, names[time])
     used = {*meant.values(), *([] if nanoseconds is None else [nanoseconds])}
     seen = _not_used(names, found, used, request)
     seen += unknown_units({names[i]: key for (key, _), i in meant.items()})
     unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
     return ColumnLayout(time, maneuvers, tuple(seen), unit, nanoseconds)
-
-
-def _nanoseconds(names: Sequence[str], time: str) -> int | None:
-    """Return the index of the nanoseconds beside a column of whole seconds, as ROS writes both."""
-    if not (match := _WHOLE_SECONDS.fullmatch(time.strip(" \"'"))):
-        return None
-    beside = (_NANOSECONDS.fullmatch(name.strip(" \"'")) for name in names)
-    return next((i for i, m in enumerate(beside) if m and m[1] == match[1]), None)
 
 
 def _not_used(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from heyoka_bike.errors import quoted
@@ -12,8 +12,8 @@ from heyoka_bike.scoring.reading.names.columns import group_number, is_time
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.request import Request
 
-DEEPEST = 4
-"""Groups in groups: of a program, of a maneuver, of its columns. A group may contain itself."""
+DEEPEST = 6
+"""Groups in groups: of a program, of a maneuver, of its parts. A group may contain itself."""
 
 MOST_MEMBERS = 100_000
 """Arrays and groups of a file; a group may be in itself, many times."""
@@ -68,6 +68,20 @@ class ArrayGroup:
             else:
                 self.groups[name] = columns
         self.times = {name: x for name, x in self.arrays.items() if is_time(name)}
+
+    def with_all_below(self) -> ArrayGroup:
+        """All arrays in one group: those in groups by the path to them."""
+
+        def paths(members: Mapping[str, Any], depth: int) -> Iterator[tuple[str, Any]]:
+            for name, x in members.items():
+                inner = by_name(x) if depth < DEEPEST else None
+                if inner is None:
+                    yield name, x
+                else:
+                    yield from ((f"{name}.{n}", y) for n, y in paths(inner, depth + 1))
+
+        flat = self.request.by_name(paths({**self.arrays, **self.groups}, 0))
+        return ArrayGroup(flat, self.request)
 
     def of_maneuvers(self) -> list[ArrayGroup]:
         """The group of each maneuver, with the times that may be stored once for all of them.

@@ -13,7 +13,7 @@ import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.columns import read_maneuvers
 from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup
-from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, is_time
+from heyoka_bike.scoring.reading.names.columns import is_maneuver, is_time
 
 # As pandas, R and others call the column of names and that of values.
 _NAMES_OF_VARIABLE = ("variable", "name", "quantity", "signal", "column", "key", "measure")
@@ -44,6 +44,8 @@ def pivoted(group: ArrayGroup) -> ArrayGroup:
     kinds = long_columns(group.names)
     if not kinds or not group.groups.keys().isdisjoint(kinds.values()):
         return group
+    # The name of the times may have their unit.
+    time = kinds["time"]
     cells = {kind: np.ravel(group.arrays[name][()]).tolist() for kind, name in kinds.items()}
     numbers = np.full(len(cells["time"]), np.nan)
     if "maneuver" in kinds:
@@ -62,6 +64,6 @@ def pivoted(group: ArrayGroup) -> ArrayGroup:
     for maneuver, columns in found.items():
         times = list(dict.fromkeys(at for column in columns.values() for at in column))
         cells = {name: [column.get(at) for at in times] for name, column in columns.items()}
-        cells = {TIME: times, **cells}
+        cells = {time: times, **cells}
         wide[maneuver] = {name: np.array(x, object) for name, x in cells.items()}
     return ArrayGroup(wide.get("", wide), group.request)

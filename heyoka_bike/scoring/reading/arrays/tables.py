@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -28,6 +29,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     group_number,
     is_maneuver,
     is_time,
+    nanoseconds_beside,
     recognise,
     time_among,
 )
@@ -83,16 +85,41 @@ def _search(group: ArrayGroup, depth: int = 0) -> list[ReadTable]:
     """The tables in a group, or in one of those in it; nothing without any."""
     group = by_maneuver(pivoted(group))
     if parts := group.of_maneuvers():
-        of_each = [_table(part) for part in parts]
-        found = [table for table in of_each if table]
-        if found and None in of_each:
-            raise _refusal(parts[of_each.index(None)])
+        of_each = [_or_all_below(_table(part), part) for part in parts]
+        found = [table for part in of_each for table in part]
+        if found and [] in of_each:
+            raise _refusal(parts[of_each.index([])])
         return _with_known_beside(found, group)
-    if table := _table(group):
-        return [table]
+    if found := _table(group):
+        return _or_all_below(found, group)
     inner = group.groups.values() if depth < DEEPEST else ()
     below = [found for x in inner if (found := _search(_with_times(x, group), depth + 1))]
-    return _with_known_beside(below[0], group) if len(below) == 1 else []
+    return _or_all_below(_with_known_beside(below[0], group) if len(below) == 1 else [], group)
+
+
+def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
+    """The tables; or that of all columns in the group and in those in it, if these are more.
+
+    ``state/roll_angle`` and ``energy/kinetic_energy`` are columns of one table: their paths say it.
+    """
+    request = group.request
+    names = (found[0].names or ()) if found else None
+    if not group.groups or request.names or len(found) > 1 or names == ():
+        return found
+    # Groups of other lengths, or with the same names, are none of one table.
+    with suppress(InputError):
+        every = group.with_all_below()
+        known = _known_vectors(every)
+        is_more = len(known) > len([*filter(request.known or recognise, names or ())])
+        if is_more and are_names(known, request):
+            return [_named(every, known)]
+    return found
+
+
+def _known_vectors(group: ArrayGroup) -> list[str]:
+    """Names of columns that are known."""
+    is_known = group.request.known or recognise
+    return [name for name, x in group.arrays.items() if is_vector(x) and is_known(name)]
 
 
 def _with_times(members: Mapping[str, Any], group: ArrayGroup) -> ArrayGroup:
@@ -126,21 +153,21 @@ def _is_known_column(name: str) -> bool:
     return is_column and group_number(name) is None
 
 
-def _table(group: ArrayGroup) -> ReadTable | None:
-    """Columns by their names, in their order or of one array; None if there are none."""
+def _table(group: ArrayGroup) -> list[ReadTable]:
+    """Columns by their names, in their order or of one array; nothing if there are none."""
     arrays, request = group.arrays, group.request
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
-    known = [name for name in vectors if (request.known or recognise)(name)]
+    known = _known_vectors(group)
     if request.names is None and are_names(known, request):
-        return _named(group, known)
+        return [_named(group, known)]
     is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in request.widths and (request.names or is_all):
-        return _table_by_place(vectors, request, list(vectors) if is_all else None)
+        return [_table_by_place(vectors, request, list(vectors) if is_all else None)]
     if (table := table_among(group)) or list(arrays) == [""]:
         name, is_turned, time = table or ("", False, None)
         found = _of_table(group, name, is_turned, time)
-        return _with_known_beside([found], group, (name, time))[0]
-    return None
+        return _with_known_beside([found], group, (name, time))
+    return []
 
 
 def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
@@ -148,7 +175,8 @@ def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
     parts = group.of_maneuvers()
     if depth < DEEPEST and not parts and len(group.groups) == 1:
         parts = [ArrayGroup(x, group.request) for x in group.groups.values()]
-    if depth < DEEPEST and len(parts) == 1:
+    # Of several maneuvers the first one shows what the others are like.
+    if depth < DEEPEST and parts:
         return _refusal(parts[0], depth + 1)
     found = names_found([name for name in group.names if name])
     return group.request.not_columns(found)
@@ -157,8 +185,11 @@ def _refusal(group: ArrayGroup, depth: int = 0) -> InputError:
 def _named(group: ArrayGroup, known: Sequence[str]) -> ReadTable:
     """Columns that are known by name, with those that say what the others mean."""
     arrays, request = group.arrays, group.request
-    rows = length(arrays[known[time_among(known)]])
+    time = known[time_among(known)]
+    rows, every = length(arrays[time]), list(arrays)
     beside = {n: x for n, x in arrays.items() if is_maneuver(n) or is_coordinate(n)}
+    if (i := nanoseconds_beside(every, time)) is not None:
+        beside[every[i]] = arrays[every[i]]
     fitting = (n for n, x in beside.items() if is_vector(x) and length(x) == rows)
     names = [*known, *fitting]
     others = [n for n in (*arrays, *group.groups) if not _goes_with(n, names)]

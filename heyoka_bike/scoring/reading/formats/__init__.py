@@ -22,6 +22,9 @@ _KINDS_OF_4 = {10 * number + text for number in range(6) for text in (0, 1)}
 # MATLAB puts a text of this length before HDF5.
 _MATLAB_TEXT = 512
 _SIGNATURE_OF_HDF5 = b"\x89HDF\r\n\x1a\n"
+STREAM_OF_ARROW = b"\xff\xff\xff\xff"
+"""What a stream of Arrow begins with, and no text does."""
+
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
 _SPREADSHEET = "a spreadsheet"
@@ -157,8 +160,8 @@ FORMATS = (
         "a Parquet file",
     ),
     Format(
-        "arrow", "Arrow", "a table, as of Feather", _begins(b"ARROW1"), "libraries.read_arrow",
-        "pyarrow", "an Arrow file",
+        "arrow", "Arrow", "a table, as a file, a stream or Feather",
+        _begins(b"ARROW1", STREAM_OF_ARROW), "libraries.read_arrow", "pyarrow", "an Arrow file",
     ),
     # Version 4 is told by the name, if it is none of those.
     Format(

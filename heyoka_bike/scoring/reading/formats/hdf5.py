@@ -5,6 +5,7 @@ others: external links, arrays whose bytes are stored elsewhere, and virtual one
 opened, wherever it stands and whatever leads to it.
 """
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,6 +22,9 @@ from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
 from heyoka_bike.scoring.reading.names.columns import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
+
+_KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
+_BYTES_OF_TIMES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,20 +99,23 @@ class _OwnFile:
         if kind == b"frame_table" and isinstance(members.get("table"), h5py.Dataset):
             table = members["table"]
             rows = self._array(table)[()]
-            index = rows["index"] if "index" in (rows.dtype.names or ()) else None
+            if "index" in (rows.dtype.names or ()):
+                index = _of_kind(rows["index"], table.attrs.get("index_kind"))
             for block in [name for name in rows.dtype.names or () if name.startswith("values_")]:
                 names = texts_of_pickle(bytes(table.attrs.get(f"{block}_kind", b"")))
                 if len(names) == rows[block][0:1].size:
-                    found += zip(names, np.atleast_2d(rows[block].T), strict=True)
+                    values = _of_kind(rows[block], table.attrs.get(f"{block}_dtype"))
+                    found += zip(names, np.atleast_2d(values.T), strict=True)
         elif kind == b"frame" and isinstance(members.get("axis1"), h5py.Dataset):
-            index = self._array(members["axis1"])[()]
+            index = _of_kind(self._array(members["axis1"])[()], members["axis1"].attrs.get("kind"))
             for i in range(len(members)):
                 items, values = (members.get(f"block{i}_{x}") for x in ("items", "values"))
                 if isinstance(items, h5py.Dataset) and isinstance(values, h5py.Dataset):
                     names = [_text(x) for x in self._array(items)[()].ravel()]
-                    found += zip(names, self._array(values)[()].T, strict=True)
+                    kind = values.attrs.get("value_type")
+                    found += zip(names, _of_kind(self._array(values)[()], kind).T, strict=True)
         # The index may be the times; one of integers counts the rows.
-        if index is not None and index.dtype.kind == "f" and not any(is_time(n) for n, _ in found):
+        if index is not None and index.dtype.kind in "fm" and not any(is_time(n) for n, _ in found):
             found.insert(0, (TIME, index))
         return self._request.by_name(found)
 
@@ -191,6 +198,15 @@ def texts_of_pickle(pickled: bytes) -> list[str]:
         operations = genops(pickled.rstrip(b"\0"))
         return [str(x) for operation, x, _ in operations if "UNICODE" in operation.name]
     return []
+
+
+def _of_kind(values: Any, kind: Any) -> Any:
+    """Whole numbers of pandas as the dates or time differences that they stand for."""
+    match = _KIND_OF_PANDAS.fullmatch(_text(kind))
+    is_whole = values.dtype.kind == "i" and values.dtype.itemsize == _BYTES_OF_TIMES
+    if match is None or not is_whole:
+        return values
+    return values.view(f"{'M8' if match[1] == 'datetime' else 'm8'}[{match[2] or 'ns'}]")
 
 
 def _text(x: Any) -> str:

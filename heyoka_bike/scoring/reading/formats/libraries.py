@@ -1,12 +1,15 @@
 """Formats that a library reads in a few lines: of NumPy, netCDF 3, Parquet, Arrow and Excel."""
 
+from collections.abc import Iterable
 from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.packed import unpacked
+from heyoka_bike.scoring.reading.formats import STREAM_OF_ARROW
 from heyoka_bike.scoring.reading.names.columns import with_unit
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
 
@@ -83,7 +86,7 @@ def read_parquet(file: ResultFile) -> dict[str, Any]:
 
 
 def read_arrow(file: ResultFile) -> dict[str, Any]:
-    """Read the columns of the table in a file of Arrow or Feather.
+    """Read the columns of the table in a file or a stream of Arrow, or in Feather.
 
     Raises
     ------
@@ -92,9 +95,21 @@ def read_arrow(file: ResultFile) -> dict[str, Any]:
     """
     from pyarrow import ipc
 
-    return _columns(ipc.open_file(file.stream()).read_all(), file)
+    is_stream = file.signature.startswith(STREAM_OF_ARROW)
+    opened = (ipc.open_stream if is_stream else ipc.open_file)(file.stream())
+    return _columns(opened.read_all(), file)
 
 
 def _columns(table: Any, file: ResultFile) -> dict[str, Any]:
-    columns = zip(table.column_names, table.itercolumns(), strict=True)
-    return file.request.by_name((name, column.to_numpy()) for name, column in columns)
+    return _members(table.column_names, table.itercolumns(), file.request)
+
+
+def _members(names: Iterable[str], columns: Iterable[Any], request: Request) -> dict[str, Any]:
+    """Columns by name; those of structures are groups, with the columns of their fields."""
+
+    def member(column: Any) -> Any:
+        if not str(getattr(column, "type", "")).startswith("struct<"):
+            return column.to_numpy()
+        return _members([field.name for field in column.type], column.flatten(), request)
+
+    return request.by_name((n, member(x)) for n, x in zip(names, columns, strict=True))

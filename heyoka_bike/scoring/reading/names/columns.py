@@ -13,7 +13,7 @@ from heyoka_bike.scoring.reading.names.units import BRACKETS, is_si, quantities,
 from heyoka_bike.scoring.reading.request import Request
 
 # time_s, steer_rate_deg_s, speed_m_per_s
-_ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
+_ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)", re.IGNORECASE)
 TIME = "time"
 _NAMES_OF_TIME = ("t", "times", "timestamp", "sec", "secs", "seconds", "simulationtime", "tout")
 KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **KEYS_BY_WORD}
@@ -43,9 +43,20 @@ _MANEUVERS = frozenset(
 _PATTERN_OF_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
 _ONE_IN_BRACKETS = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_PATTERN_OF_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
+_WHOLE_SECONDS = re.compile(r"(.*?)secs?", re.IGNORECASE)
+_NANOSECONDS = re.compile(r"(.*?)n(?:ano)?secs?", re.IGNORECASE)
 WORD_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
 _MANEUVER_BEFORE = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _MANEUVER_BEHIND = re.compile(rf"(.+?)_?(?:{_PATTERN_OF_MANEUVER}_?)?([0-9]{{1,3}})")
+# The same with the name as it is, which may be anything.
+_FIRST = re.compile(rf"{_PATTERN_OF_MANEUVER}[\s_.-]?([0-9]{{1,3}})[\s_./:-]+(.+)", re.IGNORECASE)
+_LAST = re.compile(
+    rf"(.+?)(?:[\s_.-]*[\[({{]\s*(?:{_PATTERN_OF_MANEUVER}[\s_-]*)?([0-9]{{1,3}})\s*[\])}}]"
+    rf"|[\s_.-]+{_PATTERN_OF_MANEUVER}[\s_-]*([0-9]{{1,3}}))",
+    re.IGNORECASE,
+)
+_NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
+_STEPS_OF_PATH = re.compile(r"[./|:\\]+")
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 
@@ -65,7 +76,11 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     stem, unit, is_ending = unit_in(name)
     word, key, number = by_words(stem)
     if key is None:
-        key, number = of_joint(stem), group_number(stem.partition(".")[0])
+        plain, number = without_maneuver(stem)
+        key = of_joint(plain)
+        # A step of the way may be the maneuver.
+        each = (group_number(step) for step in _STEPS_OF_PATH.split(plain))
+        number = number or next((n for n in each if n), None)
     if key is not None and unit is not None:
         key = _in_unit(word, key, unit, is_ending)
     if key is None or (key == TIME and number is not None):
@@ -83,16 +98,27 @@ def time_among(names: Sequence[str]) -> int:
     return next((i for i, name in enumerate(names) if is_time(name)), 0)
 
 
+def nanoseconds_beside(names: Sequence[str], time: str) -> int | None:
+    """Return the index of the nanoseconds beside a column of whole seconds, as ROS writes both."""
+    if not (match := _WHOLE_SECONDS.fullmatch(time.strip(" \"'"))):
+        return None
+    beside = (_NANOSECONDS.fullmatch(name.strip(" \"'")) for name in names)
+    return next((i for i, m in enumerate(beside) if m and m[1] == match[1]), None)
+
+
 def unit_in(name: str) -> tuple[str, str | None, bool]:
     """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
     stem, unit = split_unit(name)
+    if unit is not None or by_words(name)[1] is not None:
+        return stem, unit, False
     # MATLAB makes underscores of brackets.
-    match = _ENDING.fullmatch(name.strip().lower().rstrip("_"))
-    if unit is None and match and by_words(name)[1] is None:
-        ending = match[2].replace("_per_", "/").replace("_", "/")
-        if quantities(ending):
-            return match[1], ending, True
-    return stem, unit, False
+    plain = name.strip().rstrip("_")
+    match = _ENDING.fullmatch(plain)
+    if match and quantities(ending := match[2].replace("_per_", "/").replace("_", "/")):
+        return match[1], ending, True
+    plain, number = without_maneuver(plain)
+    found, unit, is_ending = (name, None, False) if number is None else unit_in(plain)
+    return (name, None, False) if unit is None else (f"m{number}_{found}", unit, is_ending)
 
 
 def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
@@ -142,7 +168,17 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
 
 def may_mean(name: str) -> tuple[str, ...]:
     """Return all keys that a name may mean, for values to decide; none if it means one thing."""
-    return _ALSO.get(name.strip(" \"'"), ())
+    plain, _ = without_maneuver(name.strip(" \"'"))
+    return _ALSO.get(_NUMBER_BEHIND.sub("", plain), ())
+
+
+def without_maneuver(name: str) -> tuple[str, int | None]:
+    """A name without the maneuver that it says in words or in brackets, and the number of that."""
+    if match := _FIRST.fullmatch(name):
+        return match[2], int(match[1])
+    if match := _LAST.fullmatch(name):
+        return match[1], int(match[2] or match[3])
+    return name, None
 
 
 def is_maneuver(name: str) -> bool:

@@ -55,7 +55,7 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
     found = _without_speeds(names, _from_one(found, count))
     found = _without_indices(names, found, count)
     if not any(f and f[1] is not None for f in found):
-        return _in_turn(found, count)
+        return _in_turn(names, found, count)
     # Beside numbered columns one without a number tells nothing, and no reference has others.
     numbers = range(1, count + 1)
     return [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
@@ -148,11 +148,13 @@ def _without_indices(names: Sequence[str], found: list[Found], count: int) -> li
     return [None if i in out else f for i, f in enumerate(found)]
 
 
-def _in_turn(found: list[Found], count: int) -> list[Found]:
-    """The eight names once for each maneuver mean the maneuvers in order."""
+def _in_turn(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+    """The same names once for each maneuver mean the maneuvers in order."""
     keys = [f[0] if f else None for f in found]
-    times = {keys.count(key) for key in keys if key not in (None, TIME)}
-    if count == 1 or times != {count} or keys.count(TIME) != 1:
+    named = {(key, name.strip(" \"'")) for key, name in zip(keys, names, strict=True)}
+    times = {keys.count(key) for key, _ in named if key not in (None, TIME)}
+    are_same = len({key for key, _ in named if key}) == sum(key is not None for key, _ in named)
+    if count == 1 or times != {count} or keys.count(TIME) != 1 or not are_same:
         return found
     return [
         f if f is None or f[0] == TIME else (f[0], 1 + keys[:i].count(f[0]))

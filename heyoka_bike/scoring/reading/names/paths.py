@@ -14,14 +14,21 @@ from collections.abc import Sequence
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import TIME, WORD_BREAKS, recognise
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    by_words,
+    group_number,
+    recognise,
+    unit_in,
+)
 from heyoka_bike.scoring.reading.names.units import split_unit
 
 _STEPS = re.compile(r"[./|\\]+|(?<!:):(?!:)|::")
 _LEVELS = re.compile(r"\(\s*('[^']*'|\"[^\"]*\")(?:\s*,\s*('[^']*'|\"[^\"]*\"))+\s*,?\s*\)")
 _ONE_LEVEL = re.compile(r"'([^']*)'|\"([^\"]*)\"")
+_QUOTED = re.compile(r"\s*([\"'])([^\"']*)\1\s*")
 # Before the seconds and nanoseconds of a message's time, as ROS has it.
-_STAMP = re.compile(r"^.*\bstamp[./](?=n?(?:ano)?secs?$)")
+_STAMP = re.compile(r"^.*(?<![a-z])stamp[./:|\\_]+(?=n?(?:ano)?secs?$)")
 # What messages call the number that they hold.
 _OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 _WHOLE_NAMES = frozenset({*(key.replace("_", "") for key in COMPARED), TIME})
@@ -31,12 +38,13 @@ _FEWEST_KEYS = 2
 
 def without_paths(names: Sequence[str]) -> list[str]:
     """Names as they are, or the last step of those that are paths to columns of the bicycle."""
-    names = [_STAMP.sub("", _with_points(name)) for name in names]
+    names = [_STAMP.sub("", _with_points(_unquoted(name))) for name in names]
     split = [_split(name) for name in names]
     if not any(part for part, _ in split):
         return list(names)
     plain = {found for name, (part, _) in zip(names, split, strict=True)
              if not part and (found := recognise(name))}  # fmt: skip
+    time = {(TIME, None)}
     parts = grouped((part, last) for part, last in split if part)
     meant = {
         part: {found for x in lasts if (found := recognise(x))} for part, lasts in parts.items()
@@ -47,11 +55,19 @@ def without_paths(names: Sequence[str]) -> list[str]:
     alone = {
         part
         for part in whole
-        if not meant[part] & plain
-        and not any(meant[part] & meant[other] - {(TIME, None)} for other in whole - {part})
+        if not meant[part] & plain - time
+        and not any(meant[part] & meant[other] - time for other in whole - {part})
     }
-    return [last if part in alone and recognise(last) else name
+    # The time of a part is not that of the file beside another one.
+    others = plain & time
+    return [last if part in alone and (found := recognise(last)) and found not in others else name
             for name, (part, last) in zip(names, split, strict=True)]  # fmt: skip
+
+
+def _unquoted(name: str) -> str:
+    """A name without the quotes around it."""
+    match = _QUOTED.fullmatch(name)
+    return match[2] if match else name
 
 
 def _with_points(name: str) -> str:
@@ -64,16 +80,23 @@ def _with_points(name: str) -> str:
 
 
 def _split(name: str) -> tuple[str, str]:
-    """The steps before the last one, and that with its unit; none before a name that is no path."""
+    """The steps before the last one, and that with its unit; none before a name that is no path.
+
+    A step that is a maneuver goes with the last one.
+    """
     stem, unit = split_unit(name.strip(" \"'"))
     steps = [x for x in _STEPS.split(stem) if x]
     if len(steps) > 1 and steps[-1].lower() in _OF_NO_QUANTITY:
         steps.pop()
-    if len(steps) < 2:
+    *before, last = steps or [""]
+    maneuvers = [x for x in before if group_number(x) is not None]
+    before = [x for x in before if x not in maneuvers]
+    if not before or len(maneuvers) > 1:
         return "", name
-    return "/".join(steps[:-1]), steps[-1] if unit is None else f"{steps[-1]} [{unit}]"
+    last = "_".join((*maneuvers, last))
+    return "/".join(before), last if unit is None else f"{last} [{unit}]"
 
 
 def _is_whole(name: str) -> bool:
     """True if a name is the whole one of a quantity, and no letter or word for it."""
-    return WORD_BREAKS.sub("", split_unit(name)[0].lower()) in _WHOLE_NAMES
+    return by_words(unit_in(name)[0])[0] in _WHOLE_NAMES

@@ -67,7 +67,7 @@ _WORDS: Mapping[str, str] = {
 BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
 """Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
 
-_OPEN_BRACKET = re.compile(r"[\[({]")
+_OPEN_BRACKET, _CLOSING_BRACKET = re.compile(r"[\[({]"), re.compile(r"[\])}]")
 _NO_UNITS = ("si", "none", "n/a")
 _ANY_LETTER = re.compile(r"[^\W\d_]")
 # That of a maneuver, or an index; not an exponent.
@@ -138,7 +138,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
             return name[: match.start()].rstrip(" /") + name[match.end() :], unit
     for mark in (" in ", "/"):
         stem, found, unit = name.partition(mark)
-        if found and stem.strip() and not _OPEN_BRACKET.search(stem) and quantities(unit):
+        is_open = len(_OPEN_BRACKET.findall(stem)) != len(_CLOSING_BRACKET.findall(stem))
+        if found and stem.strip() and not is_open and quantities(unit):
             return stem.strip(), unit.strip()
     return name, None
 

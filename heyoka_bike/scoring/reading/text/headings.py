@@ -20,7 +20,10 @@ COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
 # In the lines above the names of OpenSim's .sto and .mot.
 _IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
-_BRACKETED = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
+# With the blanks before it: a name keeps its unit where blanks separate names.
+_BRACKETED = re.compile(r"[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))")
+# The units of a first column without one.
+_NO_UNIT = re.compile(r"-[\s,;]")
 
 
 def headings_in(line: str) -> Iterator[list[str]]:
@@ -30,13 +33,14 @@ def headings_in(line: str) -> Iterator[list[str]]:
         yield DIALECTS[0].split(line)
     text = COMMENT_SIGNS.sub("", line, count=1) if COMMENT_SIGNS.match(line) else line
     text = text.strip()
-    if not (text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0"):
+    if not (text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0" or _NO_UNIT.match(text)):
         return
     for dialect in DIALECTS[::2]:
         if dialect.separator in text:
             yield dialect.split(text)
     yield [part for part in _TWO_BLANKS.split(text) if part]
-    yield _BRACKETED.sub("", text).split()
+    kept = _BRACKETED.sub(lambda match: re.sub(r"\s", "\0", match[0]), text)
+    yield [part.replace("\0", " ").strip() for part in kept.split()]
 
 
 def headings_of_cells(row: Sequence[Any]) -> list[list[str]]:
@@ -80,9 +84,14 @@ def heading_among(
 
 
 def of_width(above: Sequence[Sequence[list[str]]], width: int) -> Iterator[tuple[int, list[str]]]:
-    """Index of each line, from the last to the first, and so many names that it may have."""
+    """Index of each line, from the last to the first, and so many names that it may have.
+
+    Of units the last may be empty: a separator at the end of a line adds none.
+    """
     for i in range(len(above) - 1, -1, -1):
         yield from ((i, names) for names in above[i] if len(names) == width)
+        short = (names for names in above[i] if len(names) == width - 1 and "" in names)
+        yield from ((i, [*names, ""]) for names in short if are_units(names))
 
 
 def are_units(names: Sequence[str]) -> bool:

@@ -13,7 +13,7 @@ from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
-from heyoka_bike.scoring.reading.names.columns import time_among
+from heyoka_bike.scoring.reading.names.columns import is_maneuver, recognise, time_among
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.text.dialects import (
@@ -143,10 +143,12 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         raise request.error(said, first + 1)
     above = [[*notation.headings_in(line)] for line in lines[:first]]
     names, at = heading_among(above, width, request)
-    if names is None and _count_up(rows, dialect):
-        # pandas and R give the index of the rows no name.
-        names, at = heading_among(above, width - 1, request)
-        names = names and [LEFT_OUT[0], *names]
+    if _count_up(rows, dialect):
+        # pandas and R give the index of the rows no name. With blanks in names there may seem to be
+        # one more: fewer that are unknown are meant.
+        others, above_others = heading_among(above, width - 1, request)
+        if others and (names is None or _unknown(others) < _unknown(names)):
+            names, at = [LEFT_OUT[0], *others], above_others
     if width not in widths and (names is None or request.names):
         raise _wrong_width(above, width, len(rows), first + 1, request)
     _refuse_damaged_row(sample, first, dialect, width, request)
@@ -179,6 +181,11 @@ def _first_rows(
             is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
     return [], notation.dialects[0], 0, []
+
+
+def _unknown(names: Sequence[str]) -> int:
+    """How many of the names are not known."""
+    return sum(not (recognise(name) or is_maneuver(name)) for name in names)
 
 
 def _count_up(rows: Sequence[Line], dialect: Dialect) -> bool:
