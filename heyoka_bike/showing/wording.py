@@ -262,7 +262,8 @@ def caveats(report: Report) -> list[str]:
             signs = "roll and steer have opposite senses, see the warning"
         elif isinstance(x, NotCompared):
             left_out += [column.name for column in x.columns]
-    names = [quoted(name)[1:-1] for name in dict.fromkeys(left_out)]
+    # A column without a name, as of an index, is nothing that anybody looks for.
+    names = [quoted(name)[1:-1] for name in dict.fromkeys(left_out) if name.strip(" \"'")]
     lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
     return [said for said in (covered, lost, signs) if said]
 

@@ -15,6 +15,7 @@ from typing import BinaryIO, cast
 
 from heyoka_bike.errors import InputError, printable
 from heyoka_bike.scoring.reading.encodings import encoding_of
+from heyoka_bike.scoring.reading.formats.not_read import folder
 from heyoka_bike.scoring.reading.request import Request
 
 # Whole lines of so much text are read at once; the processor's cache holds what they become.
@@ -120,7 +121,9 @@ class ResultFile:
 
     def _open(self, source: str | PathLike[str]) -> BinaryIO:
         if source != "-" and isdir(source):
-            raise self.request.error("found a directory, expected a result file")
+            found = folder(Path(source))
+            said = f"found {found.found}, expected a result file"
+            raise self.request.error(f"{said}; {found.instead}" if found.instead else said)
         try:
             if source != "-":
                 return self.stack.enter_context(Path(source).open("rb"))

@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.arrays.long_tables import long_columns
 from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.names.columns import TIME, are_names, group_number, recognise
-from heyoka_bike.scoring.reading.names.paths import without_paths
+from heyoka_bike.scoring.reading.names.columns import TIME, group_number, recognise
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
-from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS
+from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, heading_among
 from heyoka_bike.scoring.reading.text.opening import MOST_COLUMNS
 
 _MANEUVER = "maneuver"
+# Lines above the rows: a title, levels of names, units.
+_MOST_ABOVE = 20
 _AROUND_LABELS = "[]():;,=-\"' "
 # A duration of MATLAB, of less than a minute.
 _PATTERN_OF_DURATION = re.compile(
@@ -54,20 +55,22 @@ def _columns(
     rows: Iterable[Sequence[Any]], request: Request, dialect: Dialect
 ) -> dict[str, NDArray[np.object_]] | None:
     """Cells by the names of their columns; None if rows have not all as many."""
-    names, maneuver = [TIME, *BENCHMARK_COLUMNS], None
+    names: list[str] = []
+    maneuver = None
     found: list[list[Any]] = []
+    above: list[list[str]] = []
     for row in rows:
         if len(row) > MOST_COLUMNS:
             return None
         words = [_word(x) for x in row]
-        words = words if found else without_paths(words)
-        if not found and (are_names(words, request) or long_columns(words)):
-            names = words
+        if not found and len(row) > 1 and not any(map(dialect.number, row)):
+            # Names in one line or in several, and units.
+            above = [*above[1 - _MOST_ABOVE :], words]
         elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:
             maneuver = label
-        elif words == names:
+        elif words in above:
             continue
-        elif len(words) == len(names):
+        elif len(words) == len(names := names or _names(above, len(words), request)):
             cells = zip(names, row, words, strict=True)
             found.append([*(_plain(*cell, dialect) for cell in cells), maneuver])
         else:
@@ -75,6 +78,13 @@ def _columns(
     columns = zip([*names, _MANEUVER], zip(*found, strict=True), strict=False)
     held = {name: np.array(x, object) for name, x in columns if name != _MANEUVER or x[0]}
     return held if len({*names}) == len(names) else None
+
+
+def _names(above: Sequence[list[str]], width: int, request: Request) -> list[str]:
+    """The names in the lines above rows of so many cells; those of the benchmark without a line."""
+    names, _ = heading_among([[words] for words in above], width, request)
+    long = (words for words in reversed(above) if len(words) == width and long_columns(words))
+    return names or next(long, [TIME, *BENCHMARK_COLUMNS])
 
 
 def _plain(name: str, cell: Any, word: str, dialect: Dialect) -> Any:

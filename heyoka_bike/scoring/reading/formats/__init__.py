@@ -14,6 +14,7 @@ from struct import unpack_from
 from typing import Any
 
 from heyoka_bike.scoring.reading.encodings import encoding_of
+from heyoka_bike.scoring.reading.formats.not_read import NOT_READ, is_called_spreadsheet, not_read
 
 # Of MATLAB's version 4: its header and a letter; names; types of numbers, text among them.
 _LEAST_OF_MATLAB_4 = 22
@@ -27,19 +28,6 @@ STREAM_OF_ARROW = b"\xff\xff\xff\xff"
 
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
-_SPREADSHEET = "a spreadsheet"
-_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
-_NOT_READ = {
-    _SPREADSHEET: (b"\xd0\xcf\x11\xe0",),
-    "a picture": (b"\x89PNG", b"\xff\xd8\xff", b"GIF8"),
-    "a PDF document": (b"%PDF",),
-    "a database": (b"SQLite format 3",),
-    "a bzip2 file": (b"BZh",),
-    "an xz file": (b"\xfd7zXZ",),
-    "a zstd file": (b"\x28\xb5\x2f\xfd",),
-    "a 7z file": (b"7z\xbc\xaf",),
-    "a pickle": (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +103,7 @@ def _is_matlab(head: bytes, suffix: str) -> bool:
 
 
 def _is_text(head: bytes, _: str) -> bool:
-    return encoding_of(head) is not None and _not_read(head) is None
+    return encoding_of(head) is not None and not_read(head) is None
 
 
 def _is_json(head: bytes, _: str) -> bool:
@@ -182,15 +170,14 @@ FORMATS = (
 
 
 def why_not_read(head: bytes, suffix: str) -> str:
-    """Return words that say that a file is of no format that is read."""
-    found = _not_read(head)
-    if found == _SPREADSHEET or (not found and suffix in _SPREADSHEETS):
-        return "is a spreadsheet; save it as xlsx or CSV"
-    return f"found {found or 'bytes that are no text'}, expected {listed()}"
-
-
-def _not_read(head: bytes) -> str | None:
-    return next((name for name, starts in _NOT_READ.items() if head.startswith(starts)), None)
+    """Return words that say that a file is of no format that is read, and what writes one."""
+    found = not_read(head)
+    if found is None and is_called_spreadsheet(suffix):
+        found = NOT_READ[0]
+    if found == NOT_READ[0]:
+        return f"is {found.found}; {found.instead}"
+    said = f"found {found.found if found else 'bytes that are no text'}, expected {listed()}"
+    return f"{said}; {found.instead}" if found and found.instead else said
 
 
 TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])

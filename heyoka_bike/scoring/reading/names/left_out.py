@@ -50,7 +50,8 @@ def name_held(name: str, request: Request) -> tuple[str | None, int | None]:
     key, maneuver
         None where nothing is held, or where the maneuver is not told.
     """
-    plain = name.partition("[")[0].partition("(")[0]
+    # A unit, in brackets or in what MATLAB and R make of them.
+    plain = _UNIT_BEGINS.split(name, maxsplit=1)[0] or name
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()] or [""]
     last = "".join(_TOKENS.findall(steps[-1])).lower()
     key = KEYS.get(last) if len(last) > 1 else None
@@ -70,6 +71,7 @@ def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
     ]
 
 
+_UNIT_BEGINS = re.compile(r"[\[(]|(?<=\w)(?:__|\.\.)(?=\w)")
 # What separates the steps of a path, and the words of a step: roll_angle, rollAngle.
 _PATH_BREAKS = re.compile(r"[./|:\\]+")
 _TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")

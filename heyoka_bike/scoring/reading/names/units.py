@@ -136,7 +136,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
     for match in BRACKETS.finditer(name):
         if quantities(unit := match[0][1:-1]):
             return name[: match.start()].rstrip(" /") + name[match.end() :], unit
-    for mark in (" in ", "/"):
+    for mark in (" in ", " / ", "/"):
         stem, found, unit = name.partition(mark)
         is_open = len(_OPEN_BRACKET.findall(stem)) != len(_CLOSING_BRACKET.findall(stem))
         if found and stem.strip() and not is_open and quantities(unit):

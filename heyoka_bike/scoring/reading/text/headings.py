@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from heyoka_bike.scoring.reading.names.columns import are_names, with_degrees
+from heyoka_bike.scoring.reading.names.columns import are_names, recognise, with_degrees
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.request import Request
@@ -16,6 +16,8 @@ from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 _AROUND_UNITS = "[](){}<>\"' "
 # What stands before a line of units, in the place of that of the time.
 _CALLED_UNITS = ("unit", "units", "unit:", "units:")
+# Of maneuvers, programs, parts and quantities.
+_MOST_LEVELS = 5
 COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
 # In the lines above the names of OpenSim's .sto and .mot.
@@ -75,12 +77,37 @@ def heading_among(
     for i, written in of_width(above, width):
         names = without_paths(written)
         if are_names(names, request) or are_names(with_units(names, below), request):
+            if _are_repeated(names) and (levels := _levels(above, width, request))[0]:
+                return levels
             units = (x for _, x in of_width(above[max(i - 1, 0) : i], width) if are_units(x))
             names = with_units(names, below or next(units, []))
             return (with_degrees(names) if _are_in_degrees(above) else names), i
         if not below and are_units(names):
             below = names
+    return _levels(above, width, request)
+
+
+def _levels(
+    above: Sequence[Sequence[list[str]]], width: int, request: Request
+) -> tuple[list[str] | None, int | None]:
+    """The names in several lines, as pandas writes those of levels, and the index of the last."""
+    lines = dict(reversed([*of_width(above, width)]))
+    for last in sorted(lines, reverse=True):
+        for first in range(last - 1, last - _MOST_LEVELS, -1):
+            if first not in lines:
+                break
+            levels = zip(*(lines[i] for i in range(first, last + 1)), strict=True)
+            steps = [[x for part in column if (x := part.strip("\"'"))] for column in levels]
+            names = without_paths(list(map(".".join, steps)))
+            if are_names(names, request) and not _are_repeated(names):
+                return names, last
     return None, None
+
+
+def _are_repeated(names: Sequence[str]) -> bool:
+    """True if two names mean the same."""
+    found = [x for name in names if (x := recognise(name))]
+    return len(set(found)) < len(found)
 
 
 def of_width(above: Sequence[Sequence[list[str]]], width: int) -> Iterator[tuple[int, list[str]]]:

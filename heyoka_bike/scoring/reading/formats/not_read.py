@@ -1,0 +1,85 @@
+"""Formats that are not read: how each begins, and the command that writes the same readably."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+_PANDAS = "in pandas: frame.to_csv('results.csv', index=False)"
+_FRAME = f"{_PANDAS}; in polars: frame.write_csv('results.csv')"
+_R = "in R: write.csv(d, 'results.csv', row.names=FALSE)"
+_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
+
+
+@dataclass(frozen=True, slots=True)
+class NotRead:
+    """A format that is not read.
+
+    Attributes
+    ----------
+    found
+        What it is called.
+    begins
+        A regular expression for its first bytes.
+    instead
+        What to do instead, a command if there is one; may be empty.
+    """
+
+    found: str
+    begins: str
+    instead: str = ""
+
+
+NOT_READ = (
+    NotRead("a spreadsheet", r"\xd0\xcf\x11\xe0", "save it as xlsx or CSV"),
+    NotRead("a picture", r"\x89PNG|\xff\xd8\xff|GIF8"),
+    NotRead("a PDF document", r"%PDF"),
+    NotRead(
+        "a database", r"SQLite format 3",
+        "sqlite3 -csv -header FILE 'SELECT * FROM table' > results.csv",
+    ),
+    NotRead("a bzip2 file", r"BZh[1-9]1AY&SY", "bunzip2 FILE"),
+    NotRead("an xz file", r"\xfd7zXZ", "unxz FILE"),
+    NotRead("a zstd file", r"\x28\xb5\x2f\xfd", "unzstd FILE"),
+    NotRead("a 7z file", r"7z\xbc\xaf", "7z x FILE"),
+    NotRead("a pickle", r"\x80[\x02-\x05]", _PANDAS),
+    NotRead("an Avro file", r"Obj\x01", _FRAME),
+    NotRead("an ORC file", r"ORC[^\w,;\s.]", _FRAME),
+    NotRead("Feather of version 1", r"FEA1\x00", "in Python: feather.write_feather(table, FILE)"),
+    NotRead(
+        "a file of Stata", r"<stata_dta>|[\x6e-\x77]\x01\x01\x00",
+        "in Stata: export delimited results.csv",
+    ),
+    NotRead("R's saved objects", r"RD[XAB][23]\n|[XAB]\n\x00\x00\x00", _R),
+    NotRead("R's dput", r"(?:[\w.`\"]+\s*<-\s*)?structure\(list\(", _R),
+    NotRead("a table of Markdown", r"\s*\|[^\n]*\|[ \t]*\r?\n[ \t]*\|[-:| \t]+\|", _FRAME),
+    NotRead("a table of LaTeX", r"\s*\\begin\{(?:table|tabular|longtable)", _FRAME),
+    NotRead("HTML", r"\s*<(?i:!doctype|html|table|body)\b", _FRAME),
+    NotRead("XML", r"\s*<\?xml", _FRAME),
+    NotRead(
+        "fields separated by |", r"[^\n]*\|[^\n]*\n\"?[^\n|]*\"?\|\"?[-+0-9.][^\n|]*\|",
+        "in pandas: frame.to_csv('results.csv', sep=',')",
+    ),
+)  # fmt: skip
+"""Those that are known, by what they begin with."""
+
+_PATTERNS = tuple((x, re.compile(x.begins.encode("latin-1"))) for x in NOT_READ)
+
+
+def not_read(head: bytes) -> NotRead | None:
+    """Return the format of first bytes that is not read; None if they may be of one that is."""
+    return next((x for x, pattern in _PATTERNS if pattern.match(head)), None)
+
+
+def is_called_spreadsheet(suffix: str) -> bool:
+    """True if the end of a name is that of a spreadsheet."""
+    return suffix in _SPREADSHEETS
+
+
+def folder(path: Path) -> NotRead:
+    """What a folder is, of which no result is read."""
+    is_zarr = any((path / name).exists() for name in ("zarr.json", ".zgroup", ".zarray"))
+    if is_zarr:
+        return NotRead("a folder of Zarr", "", "in xarray: data.to_netcdf('results.nc')")
+    return NotRead("a directory", "")

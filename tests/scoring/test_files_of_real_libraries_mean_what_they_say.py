@@ -1,0 +1,145 @@
+"""A file of a real library is judged as the plain text that it means, or refused by name.
+
+`support/library_game.py` draws motions, names, paths, units, times and layouts, and real libraries
+write them. It kept a file of each of its writers in `drawn`, beside the plain text that it means.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.library_game import FINE, play
+from support.library_writers import WRITERS
+
+from heyoka_bike import read_results, score
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading.formats.not_read import NOT_READ
+
+HERE = Path(__file__).parent / "drawn"
+FILES = sorted(p.name for p in HERE.iterdir() if p.suffix != ".plain")
+OF_ARROW = (".parquet", ".feather", ".arrow")
+_ARITHMETIC = 1e-12
+
+
+def columns(report):
+    return {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_kept_file_is_judged_as_its_plain_text(name, reference):
+    if name.endswith(OF_ARROW):
+        pytest.importorskip("pyarrow")
+    plain = HERE / f"{name.partition('.')[0]}.plain"
+    found, expected = (score(path, reference, "scd >= 6") for path in (HERE / name, plain))
+    assert found.is_right == expected.is_right
+    assert found.passed == expected.passed
+    mine, meant = columns(found), columns(expected)
+    assert mine.keys() == meant.keys()
+    sizes = {
+        key: np.nanmax(np.abs(values))
+        for rows in read_results(plain).maneuvers for key, values in rows.values.items()
+    }  # fmt: skip
+    for at, c in meant.items():
+        error = mine[at].max_abs_error
+        size = max(sizes[at[1]], 1e-3)
+        assert error == pytest.approx(c.max_abs_error, rel=1e-6, abs=_ARITHMETIC * size), at
+
+
+def outcomes(count):
+    for name in ("pandas", "scipy", "openpyxl", "xarray"):
+        pytest.importorskip(name, reason=f"pip install {name} writes files for this")
+    found = [x for number in range(count) if (x := play(11, number))]
+    return [x for x in found if x.kind not in FINE]
+
+
+@pytest.mark.proof
+@pytest.mark.filterwarnings("ignore")
+def test_files_drawn_at_random():
+    assert outcomes(60) == []
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_thousand_files_drawn_at_random():
+    if missing := sorted({x for of in WRITERS.values() for x in of.needs if of.missing}):
+        print(f"pip install {' '.join(missing)} would write more of them")
+    assert outcomes(1000) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "fragment"),
+    [
+        ("r.md", "| time | roll |\n|---:|---:|\n| 0 | 1 |\n", "a table of Markdown"),
+        ("r.tex", "\\begin{tabular}{ll}\ntime & roll \\\\\n", "a table of LaTeX"),
+        ("r.html", '<table border="1" class="dataframe">\n', "found HTML"),
+        ("r.xml", "<?xml version='1.0'?>\n<data>", "found XML"),
+        ("r.txt", "structure(list(time = c(0, 1)))", "R's dput"),
+        ("r.csv", "time|roll|v\n0|1|4\n1|2|4\n", "fields separated by |"),
+    ],
+)
+def test_a_refusal_has_the_command_that_writes_it_readably(name, content, fragment, tmp_path):
+    (tmp_path / name).write_text(content)
+    instead = next(x.instead for x in NOT_READ if x.found in fragment or fragment in x.found
+                   or fragment.endswith(x.found))  # fmt: skip
+    with pytest.raises(InputError) as caught:
+        read_results(tmp_path / name)
+    assert fragment in str(caught.value)
+    assert str(caught.value).endswith(instead)
+
+
+def test_a_folder_of_zarr_is_named(tmp_path):
+    (tmp_path / "zarr.json").write_text("{}")
+    with pytest.raises(InputError, match=r"a folder of Zarr, .*; in xarray: data\.to_netcdf"):
+        read_results(tmp_path)
+
+
+def test_a_path_with_bars_is_no_separator(tmp_path):
+    (tmp_path / "r.csv").write_text("time,bike|roll_angle,bike|roll_rate\n0,1,2\n1,2,3\n")
+    assert sorted(read_results(tmp_path / "r.csv").maneuvers[0].values) == [
+        "roll_angle",
+        "roll_rate",
+    ]
+
+
+# What the game found, in its plainest form.
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        # The time of a long table keeps its unit.
+        ("t_ms,variable,value\n0,roll_angle,1\n0,v,4\n500,roll_angle,2\n500,v,4\n", [1, 2]),
+        # A heading with units beside an index is not one name longer.
+        ("   time [ms]  roll_angle\n0  0  1\n1  500  2\n", [1, 2]),
+        # Levels of names beside words.
+        (",bike,bike,\ntime,roll_angle,forward_speed,phase\n0,1,4,a\n0.5,2,4,b\n", [1, 2]),
+        # Nanoseconds of a stamp, whose path has other signs.
+        ("stamp::sec,stamp::nanosec,phi,word\n7,0,1,a\n7,500000000,2,a\n", [1, 2]),
+        # A unit as R writes it.
+        ("time..ms.,roll..rad.\n0,1\n500,2\n", [1, 2]),
+    ],
+)
+def test_times_and_names_are_those_that_are_meant(text, values, tmp_path):
+    (tmp_path / "r.csv").write_text(text)
+    (rows,) = read_results(tmp_path / "r.csv").maneuvers
+    assert rows.values["roll_angle"].tolist() == values
+    assert np.diff(rows.time).tolist() == [0.5]
+
+
+def test_a_maneuver_in_a_path_is_that_and_not_its_place(tmp_path):
+    names = [f"field.man{n}.{k}" for k in ("roll_angle", "steer_rate") for n in (3, 1, 2)]
+    (tmp_path / "r.csv").write_text(",".join(["time", *names]) + "\n0,3,1,2,3,1,2\n1,3,1,2,3,1,2\n")
+    found = {r.maneuver: r.values for r in read_results(tmp_path / "r.csv").maneuvers}
+    assert {n: v["steer_rate"][0] for n, v in found.items()} == {1: 1, 2: 2, 3: 3}
+
+
+def test_columns_may_be_split_over_groups(reference):
+    m = reference[2]
+    state = {k: m[k] for k in ("roll_angle", "roll_rate", "forward_speed")}
+    energy = {k: m[k] for k in ("potential_energy", "kinetic_energy")}
+    given = {"time": m.time, "state": state, "energy": energy}
+    report = score(given, reference, maneuver=2)
+    assert {c.key for c in report[2].columns} == {*state, *energy}
+    assert report.is_right
+    given["energy"] = {k: 1.1 * x for k, x in energy.items()}
+    assert not score(given, reference, maneuver=2).is_right
