@@ -13,7 +13,7 @@ from support.library_writers import WRITERS
 
 from heyoka_bike import read_results, score
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.formats.not_read import NOT_READ
+from heyoka_bike.scoring.reading.not_read import NOT_READ
 
 HERE = Path(__file__).parent / "drawn"
 FILES = sorted(p.name for p in HERE.iterdir() if p.suffix != ".plain")

@@ -15,7 +15,7 @@ from typing import BinaryIO, cast
 
 from heyoka_bike.errors import InputError, printable
 from heyoka_bike.scoring.reading.encodings import encoding_of
-from heyoka_bike.scoring.reading.formats.not_read import folder
+from heyoka_bike.scoring.reading.not_read import folder
 from heyoka_bike.scoring.reading.request import Request
 
 # Whole lines of so much text are read at once; the processor's cache holds what they become.

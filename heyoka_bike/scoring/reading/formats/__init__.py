@@ -14,7 +14,7 @@ from struct import unpack_from
 from typing import Any
 
 from heyoka_bike.scoring.reading.encodings import encoding_of
-from heyoka_bike.scoring.reading.formats.not_read import NOT_READ, is_called_spreadsheet, not_read
+from heyoka_bike.scoring.reading.not_read import NOT_READ, is_called_spreadsheet, not_read
 
 # Of MATLAB's version 4: its header and a letter; names; types of numbers, text among them.
 _LEAST_OF_MATLAB_4 = 22
