@@ -141,5 +141,10 @@ def test_columns_may_be_split_over_groups(reference):
     report = score(given, reference, maneuver=2)
     assert {c.key for c in report[2].columns} == {*state, *energy}
     assert report.is_right
+    # One name alone may be that of a part: it is named, and the file is not right without it.
+    one = {"time": m.time, "state": state, "energy": {"potential_energy": m["potential_energy"]}}
+    report = score(one, reference, maneuver=2)
+    assert not report.is_right
+    assert [x.name for x in report.not_compared] == ["energy.potential_energy"]
     given["energy"] = {k: 1.1 * x for k, x in energy.items()}
     assert not score(given, reference, maneuver=2).is_right

@@ -214,7 +214,10 @@ def pyarrow_csv(random, drawn, path):
 
     file = path.with_suffix(".csv")
     options = arrow_csv.WriteOptions(delimiter=_pick(random, [",", ";", "\t"]))
-    arrow_csv.write_csv(_arrow(drawn), file, options)
+    # Of a time difference it keeps the nanoseconds, as a number without a unit.
+    plain = [replace(c, values=np.array(_plain(c.values))) if c.values.dtype.kind == "m" else c
+             for c in drawn.table]  # fmt: skip
+    arrow_csv.write_csv(_arrow(replace(drawn, tables={None: plain})), file, options)
     return file
 
 

@@ -33,7 +33,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     recognise,
     time_among,
 )
-from heyoka_bike.scoring.reading.names.left_out import left_out, set_aside
+from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside
 from heyoka_bike.scoring.reading.names.meanings import is_coordinate
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import Request
@@ -113,7 +113,17 @@ def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
         is_more = len(known) > len([*filter(request.known or recognise, names or ())])
         if is_more and are_names(known, request):
             return [_named(every, known)]
+        return _with_held_below(found, every) if names else found
     return found
+
+
+def _with_held_below(found: list[ReadTable], every: ArrayGroup) -> list[ReadTable]:
+    """The one table, with the evidence that groups hold columns that it lacks."""
+    known = {x[0] for name in found[0].names or () if (x := recognise(name))}
+    paths = [name for name, x in every.arrays.items() if "." in name and length(x) > 1]
+    held = [n for n in paths if name_held(n, every.request)[0] not in (None, *known)]
+    seen = (left_out(held, every.request),) if held else ()
+    return [replace(found[0], seen=(*found[0].seen, *seen))]
 
 
 def _known_vectors(group: ArrayGroup) -> list[str]:

@@ -116,6 +116,9 @@ def of_width(above: Sequence[Sequence[list[str]]], width: int) -> Iterator[tuple
     Of units the last may be empty: a separator at the end of a line adds none.
     """
     for i in range(len(above) - 1, -1, -1):
+        # Millions of lines may be blank.
+        if not above[i]:
+            continue
         yield from ((i, names) for names in above[i] if len(names) == width)
         short = (names for names in above[i] if len(names) == width - 1 and "" in names)
         yield from ((i, [*names, ""]) for names in short if are_units(names))
