@@ -294,8 +294,12 @@ def _outcome(m: ManeuverScore) -> str:
 
 
 def limit_words(limit: float) -> str:
-    """What eq. (1) must be less than, as "1e-3 %"."""
-    return f"{limit:.0e} %".replace("e-0", "e-")
+    """What eq. (1) must be less than, as "1e-3 %", with all its digits: "2.5e-3 %"."""
+    if limit >= 1:
+        return f"{limit:.12g} %"
+    # Twelve digits are more than anybody gives; a third is not written with sixteen.
+    digits, exponent = f"{limit:.11e}".split("e")
+    return f"{digits.rstrip('0').rstrip('.')}e{int(exponent)} %"
 
 
 def requirement_words(scored: Report | Series) -> str:
@@ -383,7 +387,7 @@ def performance_remark(report: Report) -> str:
     ]
     if not said:
         return ""
-    found = f"eq. (1), the benchmark's own measure, is {' and '.join(said)}"
+    found = f"eq. (1), the benchmark's own measure, is {', and '.join(said)}"
     if report.is_right or _has(report.seen, EnergyHidesError):
         return found
     return (

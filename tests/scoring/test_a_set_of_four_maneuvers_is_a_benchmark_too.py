@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.made_sets import manifest
 
 from heyoka_bike import diagnose, load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
@@ -85,7 +86,7 @@ def test_a_file_of_it_is_right(four, tmp_path, capsys):
     assert main(["score", str(path), *asked, "--require", "4.scd >= 12"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "right, worst column" in said
-    assert "in maneuver 2, which passes: less than 1e-2 % is asked for and " in said
+    assert "in maneuver 2, which passes: less than 1e-2 % is asked for, and " in said
     assert "in maneuver 4, which passes: less than 2e-4 % is asked for" in said
     assert said.count("eq. (1), the benchmark's own measure, is ") == 1
 
@@ -96,6 +97,18 @@ def test_its_own_limit_judges(four, tmp_path, capsys):
     assert report[4].meets_limit is False
     assert [r.met for r in report.requirements] == [False, False, True]
     assert [m.meets_limit for m in report.maneuvers[:3]] == [None, True, None]
+
+
+def test_the_first_and_the_last_are_judged_by_limits_of_two_digits(four, tmp_path):
+    # A limit is no input of the motion, so that the same set serves.
+    other = shutil.copytree(four.folder, tmp_path / "set")
+    manifest(other, performance_limits={"1": "1/400", "4": "1/10000"})
+    judged = load_reference(other)
+    assert judged.judged == (1, 4)
+    said = performance_remark(score(written(tmp_path / "a.txt", four, drifting), judged))
+    assert "maneuver 1, which passes: less than 2.5e-3 % is asked for, and " in said
+    assert "maneuver 4, which FAILS: less than 1e-4 % is asked for" in said
+    assert "maneuver 2" not in said
 
 
 def test_what_is_said_of_eq_1_leaves_out_what_has_no_energy(four):
