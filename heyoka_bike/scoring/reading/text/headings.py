@@ -20,7 +20,7 @@ _CALLED_UNITS = ("unit", "units", "unit:", "units:")
 _MOST_LEVELS = 5
 COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
-# In the lines above the names of OpenSim's .sto and .mot.
+# In the lines above the names in OpenSim's files of storage and motion.
 _IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
 # With the blanks before it: a name keeps its unit where blanks separate names.
 _BRACKETED = re.compile(r"[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))")
