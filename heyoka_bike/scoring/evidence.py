@@ -713,3 +713,113 @@ class ErrorStays(Evidence):
     places: tuple[str, ...]
     max_rel_error: float
     by: str
+
+
+# What was done to columns or rows that are written of a motion, seen on the numbers alone.
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseGrid(Evidence):
+    """A column whose values are multiples of a step that is far coarser than its digits.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    step
+        The largest of the maneuvers [SI unit].
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    step: float
+
+
+@dataclass(frozen=True, slots=True)
+class RateOfDifferences(Evidence):
+    """A rate that is a difference of its own angle: ``forward``, ``backward`` or ``central``."""
+
+    key: str
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class OtherClock(Evidence):
+    """The rows of one maneuver are the right ones of other times.
+
+    Attributes
+    ----------
+    maneuver
+    scale, shift
+        Time meant = scale * time written + shift [s].
+    rows
+        The shift in distances of the rows; None if these are not even.
+    """
+
+    maneuver: int
+    scale: float
+    shift: float
+    rows: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnRatio(Evidence):
+    """A column is a factor times the right one, with another zero.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    factor, offset
+        Written = factor * right + offset [SI unit].
+    unit
+        The unit that has this factor; None if there is none.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    factor: float
+    offset: float
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ClippedColumn(Evidence):
+    """A column stays at a bound where the right one is beyond it.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    low, high
+        The bounds [SI unit]; None without one.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothedColumns(Evidence):
+    """Columns (``2.roll_angle``) that are moving averages over so many rows."""
+
+    places: tuple[str, ...]
+    rows: int
+
+
+@dataclass(frozen=True, slots=True)
+class Remainder(Evidence):
+    """What is left where all that is wrong is explained: the largest error, and its place.
+
+    Attributes
+    ----------
+    max_rel_error
+        In the scale of the column.
+    place
+        Maneuver and column (``2.roll_angle``).
+    """
+
+    max_rel_error: float
+    place: str

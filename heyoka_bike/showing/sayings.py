@@ -41,6 +41,8 @@ from heyoka_bike.showing.wording import (
 
 _KEYS_NAMED = 6
 """Columns that a sentence about conventions names."""
+_PART_OF_A_ROW = 0.05
+"""A shift by less is not told in rows."""
 _NAMES_OF_EVIDENCE = 100
 """Names that the evidence of a finding has, each cut as in a message."""
 
@@ -646,6 +648,91 @@ def _(e: seen.ErrorStays) -> Finding:
         "parameters, the start or the output; ask heyoka-bike diagnose"
     )
     return warning("error_stays", said, **numbers)
+
+
+# What was done to what is written.
+
+
+@_finding.register
+def _(e: seen.CoarseGrid) -> Finding:
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)}: every value is a multiple of {e.step:.6g} (SI), far "
+        "coarser than the digits written. So it was rounded on the way: by an encoder or another "
+        "sensor, a table, or a number of few digits. It is compared as far as that tells"
+    )
+    return warning("coarse_grid", said, column=e.key, maneuvers=list(e.maneuvers), step=e.step)
+
+
+@_finding.register
+def _(e: seen.RateOfDifferences) -> Finding:
+    said = (
+        f"{e.key} is the {e.how} difference of its own angle in this file, in every maneuver, and "
+        "not the rate of the motion. Write the rate that your program integrates; the rest is "
+        "diagnosed without it"
+    )
+    return warning("rate_of_differences", said, column=e.key, how=e.how)
+
+
+@_finding.register
+def _(e: seen.OtherClock) -> Finding:
+    if e.scale == 1.0:
+        when = f"{abs(e.shift):.6g} s {'later' if e.shift > 0.0 else 'earlier'}"
+        rows = e.rows and round(e.rows, 2)
+        if rows and abs(e.rows or 0.0) >= _PART_OF_A_ROW:
+            distances = "the distance" if abs(rows) == 1 else f"{abs(rows):g} times the distance"
+            when += f", {distances} of its rows"
+    else:
+        more = f" and {e.shift:+.3g} s more" if e.shift else ""
+        when = f"{e.scale:.7g} times those written{more}"
+    said = (
+        f"The rows of maneuver {e.maneuver} are the right ones of other times: {when}. Look at "
+        "how the times of this maneuver are written, and at when its rows are"
+    )
+    numbers = {"scale": e.scale, "shift": e.shift, "rows": e.rows}
+    return warning("other_clock", said, maneuver=e.maneuver, **numbers)
+
+
+@_finding.register
+def _(e: seen.ColumnRatio) -> Finding:
+    times = "" if e.factor == 1.0 else f"{e.factor:.7g} times "
+    more = "" if not e.offset else f" {'+-'[e.offset < 0]} {abs(e.offset):.6g} (SI)"
+    unit = f", as in {e.unit}" if e.unit else ""
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)} is {times}the right one{more}{unit}. Look at how "
+        "this column is computed and written"
+    )
+    numbers = {"factor": e.factor, "offset": e.offset, "unit": e.unit}
+    where = {"column": e.key, "maneuvers": list(e.maneuvers)}
+    return warning("column_ratio", said, **where, **numbers)
+
+
+@_finding.register
+def _(e: seen.ClippedColumn) -> Finding:
+    bounds = " and ".join(f"{x:.6g}" for x in (e.low, e.high) if x is not None)
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)} is clipped at {bounds} (SI): the right one goes "
+        "beyond, and is what is written elsewhere"
+    )
+    where = {"column": e.key, "maneuvers": list(e.maneuvers)}
+    return warning("clipped_column", said, **where, low=e.low, high=e.high)
+
+
+@_finding.register
+def _(e: seen.SmoothedColumns) -> Finding:
+    said = (
+        f"{named(e.places)}: each value is the mean of {e.rows} rows about its own, a moving "
+        "average of the right column. Write the rows as they are computed, without a filter"
+    )
+    return warning("smoothed_columns", said, columns=list(e.places), rows=e.rows)
+
+
+@_finding.register
+def _(e: seen.Remainder) -> Finding:
+    said = (
+        f"Nothing else is wrong: with this taken back, the largest error is {e.max_rel_error:.1g} "
+        f"of the scale ({e.place})"
+    )
+    return info("remainder", said, max_rel_error=e.max_rel_error, place=e.place)
 
 
 # What came of a requirement.

@@ -38,6 +38,8 @@ _UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.item
 _LEAST_UNCERTAINTY_SHOWN = 1e-6
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _REST_WORTH_A_WORD = 1e-6
+# Of the bicycle [m]: a wheel's radius.
+_LENGTH = 0.3
 # A part of a term that is all of it.
 _WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -177,14 +179,21 @@ def _forces(causes: Residual | None) -> Iterator[Finding]:
     """
     best = causes.best if causes else None
     if best is not None:
+        more = (
+            ". This is its first order; what is left can be the next one"
+            if _is_of_next_order(best)
+            else ""
+        )
         yield info(
             "direction",
             f"Nearly explained by this: {_said(best.mistakes)}. What disagrees with the exact "
-            f"equations falls by a factor of {best.relief:.2g} with it",
+            f"equations falls by a factor of {best.relief:.2g} with it{more}",
             mistakes=list(best.codes),
             relief=best.relief,
         )
     if causes is None or not causes.is_open or causes.is_blown_up:
+        return
+    if best is not None and _is_of_next_order(best):
         return
     what = (
         "A force or a term is missing, or one too many, or constraints drift, slip or yield, and "
@@ -204,6 +213,19 @@ def _forces(causes: Residual | None) -> Iterator[Finding]:
         acts_in=causes.acts_in,
         above=causes.above,
     )
+
+
+def _is_of_next_order(best: Hypothesis) -> bool:
+    """True if what is left can be the next order of a force whose law is the first order only.
+
+    That is smaller by the coefficient in parts of a length of the bicycle, a wheel's radius.
+    """
+    orders = [
+        abs(x.value) / _LENGTH
+        for x in best.found
+        if x.name in FORCES and FORCES[x.name].is_first_order
+    ]
+    return bool(orders) and 1.0 / best.relief < max(orders)
 
 
 def _said(mistakes: Sequence[Mistake]) -> str:
@@ -342,6 +364,7 @@ def _no_mistake(
         f"No usual mistake explains the difference, alone or with another: {diagnosis.tried} such "
         f"programs were tried. The largest error is {worst:.2g} of the scale, {where}"
     )
-    if diagnosis.causes is not None and diagnosis.causes.is_shown:
+    seen = diagnosis.causes
+    if seen is not None and seen.is_shown and not seen.is_resolved:
         text += ". The equations of motion show no changed parameter, force or initial condition"
     return info("no_mistake_found", text, tried=diagnosis.tried, max_rel_error=worst)

@@ -19,8 +19,10 @@ from heyoka_bike.scoring.diagnosis.answers import (
     is_right,
     nothing_wrong,
 )
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.plain import beside
+from heyoka_bike.scoring.diagnosis.written import AsMeant, as_meant, worst
 from heyoka_bike.scoring.evidence import DefinitionUnknown, SignContradiction, TimeShift
 from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.report import Report
@@ -85,6 +87,9 @@ def diagnosed(
         rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
         said = (shown_by("sayings").finding(late), *rest)
         return replace(report, diagnosis=said, explanation=inner.explanation)
+    meant = as_meant(report)
+    if meant is not None:
+        return _beside(report, meant, reference, progress)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
@@ -100,6 +105,28 @@ def diagnosed(
         # What is wrong comes first.
         return replace(found, diagnosis=(*more, _right(report, keys)))
     return replace(found, diagnosis=(*found.diagnosis, *more))
+
+
+def _beside(
+    report: Report,
+    meant: AsMeant,
+    reference: Reference,
+    progress: Callable[[float], None] | None,
+) -> Report:
+    """The report with what is seen in its rows, and the diagnosis of the rows as they were meant.
+
+    What is left of these is no cause of its own where it is right, and far less than before.
+    """
+    found = (*map(shown_by("sayings").finding, meant.seen),)
+    rest = scored(meant.alignment(report), reference)
+    before, left = worst(report), worst(rest)
+    if left.max_rel_error < min(WEIGHTS.little, before.max_rel_error / WEIGHTS.mostly):
+        if not is_right(rest):
+            found = (*found, shown_by("sayings").finding(left))
+        return replace(report, diagnosis=found)
+    inner = diagnosed(rest, reference, progress)
+    more = tuple(f for f in inner.diagnosis if f.code != NOTHING_WRONG)
+    return replace(report, diagnosis=(*found, *more), explanation=inner.explanation)
 
 
 def _right(report: Report, keys: Sequence[str]) -> Finding:

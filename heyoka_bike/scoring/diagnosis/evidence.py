@@ -268,10 +268,18 @@ class Hypothesis:
 
     @property
     def unexplained(self) -> Place | None:
-        """A column that is written wrongly, and still is much farther off than the motion."""
+        """A column that mistakes of what is written should make right, and do not.
+
+        It still is much farther off than the motion. Or they do not change it, and it is wrong
+        however they are: then they must explain far more of those that they change.
+        """
         w = WEIGHTS
         if any(m.kind != "output" for m in self.mistakes):
             return None
+        others = {k: x for k, x in self.after.items() if k not in self.changed}
+        worst = max(others, key=others.__getitem__, default=None)
+        if worst is not None and others[worst] > w.little and self.relief < w.mostly:
+            return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
         limit = w.of_motion * max(lateral, w.nothing)
         # ... or was much less so, whatever else is wrong.

@@ -126,9 +126,9 @@ class SeenFile:
         self._reference = reference
         starts = {n: _start(reference[n].inputs) for n in reference}
         self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
-        first = reference[1]
-        numbers = tuple(reference)
-        self._library = mistakes_of(numbers, len(first.time), float(first.duration))
+        times = max((part.time for part in parts), key=len)
+        duration = float(reference[1].duration)
+        self._library = mistakes_of(tuple(reference), times.tolist(), duration)
         self.simulator = simulator
         self.tried = 0
         self._parts = [_SeenPart(part) for part in parts]

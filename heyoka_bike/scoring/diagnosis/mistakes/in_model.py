@@ -77,6 +77,13 @@ def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
     return change
 
 
+def _rounded(decimals: int, prefix: str) -> Callable[[Parameters], None]:
+    """Values of the table with so many places, of those whose symbols begin so."""
+    return lambda p: p.update(
+        {s: round(x, decimals) for s, x in p.items() if s.startswith(prefix) and s != "g"}
+    )
+
+
 _SAME_AXES = "the same for all bodies: the benchmark gives matrix elements"
 _ABOUT = "the point that your program takes inertias about"
 _ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
@@ -86,6 +93,7 @@ _RADIUS_OF = "the radii of the wheels: rear 0.3 m, front 0.35 m"
 _GRAVITY = "gravity: the benchmark has 9.81 m/s^2, down"
 _AT_GROUND = "where the steer axis meets the ground: ahead of the front contact point"
 
+_DIGITS = "the digits of the values that are typed: Table 1 has up to six after the point"
 _OFF_DIAGONAL = "the products of inertia"
 _FRAMES_AND_HUBS = (("B", "rear frame", "rear hub"), ("H", "fork", "front hub"))
 _WHEEL_NAMES = (("R", "rear"), ("F", "front"))
@@ -113,6 +121,12 @@ def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
 
 MODEL_MISTAKES: tuple[Mistake, ...] = (
     *(mistake for frame in _FRAMES_AND_HUBS for mistake in _of_frame(*frame)),
+    *(_model(f"{code}_{n}_decimals", f"{what} have {n} places after the point", _DIGITS,
+             _rounded(n, prefix))
+      for code, what, prefix, places in (("inertia", "all moments and products of inertia", "I",
+                                          (1, 2, 3)),
+                                         ("all", "all values of the table", "", (2, 3)))
+      for n in places),
     _model("products_of_inertia", "both products of inertia have the opposite sign",
            "whether your program wants -integral(x z dm) or the matrix element",
            _negate("IBxz", "IHxz")),

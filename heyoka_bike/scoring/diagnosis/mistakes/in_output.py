@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -117,30 +116,37 @@ _SUMMED = (
 )
 
 
-@cache
-def misspaced(rows: int, duration: float) -> tuple[Mistake, ...]:
-    """So many rows over a duration [s], written one step too close, or too far apart."""
-    steps = rows - 1
-    step = duration / steps
-    check = (
-        f"the times of the rows: 0 to {duration:g} s by {step:g} s are {rows} of them, both ends "
-        "included"
-    )
-    as_if = f"written as if {step:g} s apart"
-    return (
-        clock_mistake(
-            "end_left_out",
-            f"{rows} rows are spread over {duration:g} s without its end and {as_if}",
-            check,
-            scale=steps / rows,
-        ),
-        clock_mistake(
-            "one_row_less",
-            f"{steps} rows are spread over {duration:g} s and {as_if}",
-            check,
-            scale=steps / (steps - 1),
-        ),
-    )
+_FEWEST_ROWS = 3
+# Times are even, and end where they are said to, to this part of a step.
+_OF_A_STEP = 1e-4
+
+
+def misspaced(times: Sequence[float], duration: float) -> tuple[Mistake, ...]:
+    """Rows over a duration [s], written one step too close or too far apart, as the times allow.
+
+    Rows up to the end may be spread over the run without its end; rows up to a step before it may
+    be spread over all of it. Other times are of no such rows.
+    """
+    count = len(times)
+    ends = {"end_left_out": (count, count - 1), "one_row_less": (count, count)}
+    found = []
+    for code, (rows, steps) in ends.items():
+        step = duration / max(steps, 1)
+        even = [i * step for i in range(rows)]
+        apart = max((abs(x - y) for x, y in zip(times, even, strict=True)), default=0.0)
+        if rows < _FEWEST_ROWS or apart > _OF_A_STEP * step:
+            continue
+        over = f"{duration:g} s" + (" without its end" if code == "end_left_out" else "")
+        found.append(
+            clock_mistake(
+                code,
+                f"{rows} rows are spread over {over} and written as if {step:g} s apart",
+                f"the times of the rows: 0 to {duration:g} s by {step:g} s are {steps + 1} of "
+                "them, both ends included",
+                scale=(rows - 1) / rows if code == "end_left_out" else rows / (rows - 1),
+            )
+        )
+    return tuple(found)
 
 
 OUTPUT_MISTAKES: tuple[Mistake, ...] = (

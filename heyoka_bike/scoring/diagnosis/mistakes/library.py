@@ -24,15 +24,21 @@ _OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
 )  # fmt: skip
 
 
-def mistakes_of(numbers: tuple[int, ...], rows: int, duration: float) -> tuple[Mistake, ...]:
-    """The library for maneuvers of these numbers, with so many rows over a duration [s]."""
-    return (*_OF_ANY_BENCHMARK, *misplaced(numbers), *misspaced(rows, duration))
+def mistakes_of(
+    numbers: tuple[int, ...], times: Sequence[float], duration: float
+) -> tuple[Mistake, ...]:
+    """The library for maneuvers of these numbers, and rows at these times of a duration [s]."""
+    return (*_OF_ANY_BENCHMARK, *misplaced(numbers), *misspaced(times, duration))
 
 
 def _of_the_benchmark() -> tuple[Mistake, ...]:
     _, maneuvers = benchmark()
     numbers = tuple(range(1, len(maneuvers) + 1))
-    return mistakes_of(numbers, maneuvers[0].rows, float(maneuvers[0].duration))
+    steps, duration = maneuvers[0].rows - 1, float(maneuvers[0].duration)
+    # One row less than there should be may be the last one, too.
+    whole = [i * duration / steps for i in range(steps + 1)]
+    return tuple({m.code: m for times in (whole, whole[:-1])
+                  for m in mistakes_of(numbers, times, duration)}.values())  # fmt: skip
 
 
 MISTAKES: tuple[Mistake, ...] = _of_the_benchmark()

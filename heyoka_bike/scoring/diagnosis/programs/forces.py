@@ -163,10 +163,17 @@ class Moving:
         if not amounts:
             return self.rates
         force: list[Number] = [0.0] * 3
+        rotors: list[Number] = [0.0] * 3
         for name, amount in amounts.items():
             each = self.powers(FORCES[name].law(self))
             force = [f + amount * x for f, x in zip(force, each, strict=True)]
-        changed = [x + y for x, y in zip(self.rates[3:6], self.added(force), strict=True)]
+            if (hinge := FORCES[name].turns_with) is not None:
+                rotors[hinge] = rotors[hinge] + amount
+        mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
+                for i, row in enumerate(self.mass)]  # fmt: skip
+        # What a rotor takes up: its inertia times the right acceleration.
+        force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
+        changed = [x + y for x, y in zip(self.rates[3:6], solved(mass, force), strict=True)]
         return [*self.rates[:3], *changed, self.rates[6]]
 
 
@@ -234,6 +241,10 @@ class Force:
         True if the coefficient is the part of a term that is missing, 1 for all of it.
     is_fitted
         True if it is one of the unknowns; not where it is a sum or a multiple of others.
+    is_first_order
+        True if the law is the first order of what a coefficient of any size does.
+    turns_with
+        Index of the independent speed with which a rotor of this inertia turns; None of a force.
     """
 
     says: str
@@ -242,6 +253,8 @@ class Force:
     law: Law
     is_part: bool = False
     is_fitted: bool = True
+    is_first_order: bool = False
+    turns_with: int | None = None
 
 
 _PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
@@ -411,6 +424,13 @@ def _held_speed(m: Moving) -> Linear:
     return {"rates": (0.0, 0.0, -m.rates[5] / unit / length)}
 
 
+def _held_spin(m: Moving) -> Linear:
+    """A motor between rear wheel and frame that keeps the rate between them constant."""
+    change = m.added(m.powers({"spin_R": _SIDE}))
+    by_unit_torque = sum(unit["spin_R"][1] * x for unit, x in zip(m.units, change, strict=True))
+    return {"spin_R": (0.0, -m.acceleration("spin_R")[1] / by_unit_torque, 0.0)}
+
+
 _BRAKED_WHEELS = (
     ("", "RF", "each wheel", "the wheels'"),
     ("_R", "R", "the rear wheel", "the rear wheel's"),
@@ -496,11 +516,15 @@ FORWARD: Mapping[str, Force] = {
     "angular_damping": Force("rate at which all angular velocities are damped", "s-1", 0.01,
                              _spin_down),
     "speed_held": _part("change of the rear wheel's speed (a drive holds it)", _held_speed),
+    "spin_held": _part("change of the rear wheel's rate against the frame (a motor holds it)",
+                       _held_spin),
 }  # fmt: skip
 """Forces that change the speed first, and so the motion: all others change roll and steer."""
 
 FORCES: Mapping[str, Force] = {
     **FORWARD,
+    "steer_rotor": Force("inertia of a rotor that turns with the steer axis (armature)", "kg m2",
+                         1e-3, lambda _: {}, turns_with=1),
     "steer_damping": Force("damping of the steer axis", "N m s", 0.1,
                            _along(1, ["steer rate"], sign=-1.0)),
     "steer_stiffness": Force("stiffness of a spring on the steer axis", "N m", 1.0,
@@ -521,15 +545,17 @@ FORCES: Mapping[str, Force] = {
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
                           _slope_of_ground(_SIDE)),
-    "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH")),
-    "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B")),
-    "crown_F": Force("radius of the front tyre's section", "m", 1e-3, _crown("H")),
+    "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH"), is_first_order=True),
+    "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B"),
+                     is_first_order=True),
+    "crown_F": Force("radius of the front tyre's section", "m", 1e-3, _crown("H"),
+                     is_first_order=True),
     "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("B")),
     "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("H")),
     **{f"side_{b}": Force(f"place of the {_BODIES[b]}'s centre of mass to the right", "m", 1e-3,
-                          _to_the_side(b)) for b in "BH"},
+                          _to_the_side(b), is_first_order=True) for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
        for end, wheels, _, whose in _BRAKED_WHEELS},

@@ -1,0 +1,468 @@
+"""What is written of a motion, seen on the rows themselves; no program is simulated.
+
+The question: is a column a simple function of the right one, or of another column of the file? It
+may be on a coarse grid, clipped, times a constant ratio, smoothed, the difference of its own angle;
+the rows of a maneuver may be those of other times. Each is seen on the numbers alone, and takes
+milliseconds, so these come before all that is simulated.
+
+Each step returns what it saw as evidence, and the rows *as they were meant*: with the deviation
+taken back, a column that says nothing put aside, or a grid in the place of digits. What is left of
+these rows is diagnosed as of any file. So what is seen here is the cause as far as it explains, and
+what it leaves is told beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.evidence import (
+    ClippedColumn,
+    CoarseGrid,
+    ColumnRatio,
+    Evidence,
+    OtherClock,
+    RateOfDifferences,
+    Remainder,
+    SmoothedColumns,
+)
+from heyoka_bike.scoring.grouped import grouped
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.units import UNITS, factor
+
+# A grid has so many levels, and is so many times coarser than the digits: of smooth values, whose
+# distances are anything, all are multiples of one by chance once in 1e5 columns.
+_FEWEST_LEVELS, _TIMES_COARSER = 5, 100.0
+# Floors within which sums and conversions leave a right value.
+_FLOORS_OF_ROUNDING = 4.0
+_FEWEST_ROWS = 20
+# Rows at a bound, and at least so many of a column: a turning point has one or two.
+_FEWEST_CLIPPED = 5
+# Columns that tell the times of a maneuver.
+_COLUMNS_OF_CLOCK = 3
+_ROUNDS_OF_NEWTON = 8
+# The simpler clock is meant if it leaves less than so many times what the other one does.
+_AS_GOOD = 2.0
+# Two maneuvers have one clock, and columns one filter, if these differ by less than this part.
+_SAME = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class AsMeant:
+    """What is seen in the rows, and the rows without it.
+
+    Attributes
+    ----------
+    seen : tuple of Evidence
+    parts : tuple of Part
+    """
+
+    seen: tuple[Evidence, ...]
+    parts: tuple[Part, ...]
+
+    def alignment(self, report: Report) -> Alignment:
+        """The rows as they were meant, laid beside the reference as those of the file."""
+        return Alignment(report.file, self.parts, ())
+
+
+def worst(report: Report) -> Remainder:
+    """The largest error of a column, in its scale, and where it is."""
+    errors = (
+        (c.as_understood.measures.max_rel_error or 0.0, f"{m.maneuver}.{c.key}")
+        for m, c in _places(report)
+    )
+    return Remainder(*max(errors, default=(0.0, "")))
+
+
+Step = Callable[[Report], AsMeant | None]
+
+
+def as_meant(report: Report) -> AsMeant | None:
+    """The first of the steps that sees something; None if none does."""
+    return next((found for step in STEPS if (found := step(report)) is not None), None)
+
+
+def _coarse_grids(report: Report) -> AsMeant | None:
+    """Columns whose values are all multiples of a step that is far coarser than their digits."""
+    steps: dict[tuple[int, str], float] = {}
+    for m, c in _places(report):
+        quantum = m.part.quantum.get(c.key)
+        values = m.part.values[c.key]
+        values = values[np.isfinite(values)]
+        least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
+        if quantum is not None:
+            least = max(least, float(np.max(quantum.at(values))) / 2)
+        step = _step_of(np.unique(values), least)
+        if step is not None:
+            steps[m.maneuver, c.key] = step
+    if not steps:
+        return None
+    parts = []
+    for m in report.maneuvers:
+        own = {key: step for (n, key), step in steps.items() if n == m.maneuver}
+        parts.append(_on_grid(m.part, own))
+    by_key = grouped((key, (n, step)) for (n, key), step in steps.items())
+    seen = tuple(
+        CoarseGrid(
+            key,
+            tuple(n for n, _ in places),
+            max(x for _, x in places) * factor(_column(report, key).as_understood.unit)[0],
+        )
+        for key, places in by_key.items()
+    )
+    return AsMeant(seen, tuple(parts))
+
+
+def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
+    """The rows with exact multiples of the steps, in the place of the digits written."""
+    quantum = {key: Quantum(base=10, places=0, step=step) for key, step in steps.items()}
+    values = {key: step * np.rint(part.values[key] / step) for key, step in steps.items()}
+    return replace(
+        part,
+        values={**part.values, **values},
+        quantum={**part.quantum, **quantum},
+        lo={key: x for key, x in part.lo.items() if key not in steps},
+    )
+
+
+def _step_of(levels: Array, least: float) -> float | None:
+    """The step of which all levels are multiples; None if there is none."""
+    apart = np.diff(levels)
+    apart = apart[apart > _FLOORS_OF_ROUNDING * least]
+    if len(levels) < _FEWEST_LEVELS or not len(apart):
+        return None
+    span = float(levels[-1] - levels[0])
+    # Over the whole span, in which rounding counts least.
+    step = span / max(round(span / float(apart.min())), 1)
+    off = np.max(np.abs(levels - step * np.rint(levels / step)))
+    is_grid = step > _TIMES_COARSER * least and off <= _FLOORS_OF_ROUNDING * least
+    return step if is_grid else None
+
+
+def _own_differences(report: Report) -> AsMeant | None:
+    """A rate that is a difference of its own angle, where the other rate is not.
+
+    Where both are, whole programs that make this mistake are compared.
+    """
+    found: dict[str, set[str]] = {}
+    rates = [key for key in _ANGLE_OF if any(key in m for m in report.maneuvers)]
+    for key in rates:
+        found[key] = set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
+    told = {key: next(iter(sorted(ways))) for key, ways in found.items() if ways}
+    if not told or len(told) == len(rates) > 1:
+        return None
+    seen = tuple(RateOfDifferences(key, how) for key, how in told.items())
+    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
+    return AsMeant(seen, tuple(parts))
+
+
+_ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+
+
+def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
+    """``forward``, ``backward`` or ``central`` if a rate is such a difference, to its digits."""
+    if key not in m or _ANGLE_OF[key] not in m:
+        return set()
+    rate, angle = m[key], m[_ANGLE_OF[key]]
+    if not (rate.values == angle.values == m.rows > _FEWEST_ROWS):
+        return set()
+    time, x = rate.trace.time, angle.trace.value
+    slopes = np.diff(x) / np.diff(time)
+    ways = {
+        "forward": (slopes, slice(0, -1)),
+        "backward": (slopes, slice(1, None)),
+        "central": ((x[2:] - x[:-2]) / (time[2:] - time[:-2]), slice(1, -1)),
+    }
+    step = float(np.min(np.diff(time)))
+    least = _FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
+    return {
+        how
+        for how, (slope, rows) in ways.items()
+        if np.mean(np.abs(rate.trace.value[rows] - slope) <= least) > _PART_OF_ROWS
+        # A slope that is as right as the rate itself tells nothing.
+        and rms(slope - rate.trace.reference[rows]) > WEIGHTS.beside * least
+    }
+
+
+# An end, or a row at which the step changes, is written otherwise.
+_PART_OF_ROWS = 0.98
+
+
+def _other_clocks(report: Report) -> AsMeant | None:
+    """Rows that are the right ones of other times, in some of the maneuvers but not in all.
+
+    Where all have one clock, whole programs that make this mistake are compared.
+    """
+    clocks = {m.maneuver: found for m in report.maneuvers if (found := _clock(m)) is not None}
+    same = {_rounded(clock) for clock in clocks.values()}
+    if not clocks or (len(clocks) == len(report.maneuvers) and len(same) == 1):
+        return None
+    seen, parts = [], []
+    for m in report.maneuvers:
+        part = m.part
+        if m.maneuver in clocks:
+            scale, shift = clocks[m.maneuver]
+            rows = shift / m.step if m.step else None
+            seen.append(OtherClock(m.maneuver, scale, shift, rows))
+            part = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
+            inside = (part.time >= 0.0) & (part.time <= float(part.reference.duration))
+            part = part.at(inside)
+        parts.append(part)
+    return AsMeant(tuple(seen), tuple(parts))
+
+
+def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
+    scale, shift = clock
+    return round(scale - 1, 6), float(f"{shift:.2g}")
+
+
+def _clock(m: ManeuverScore) -> tuple[float, float] | None:
+    """Scale and shift of the times that make all columns of a maneuver right."""
+    columns = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
+    columns = [c for c in columns if c.key in BENCHMARK_COLUMNS]
+    wrong = [c for c in columns if not c.is_at_floor(_FLOORS_OF_ROUNDING)]
+    if len(wrong) < _COLUMNS_OF_CLOCK or m.rows < _FEWEST_ROWS:
+        return None
+    time = wrong[0].trace.time
+    end = float(m.part.reference.duration)
+    names = [next(c2.name for c2 in m.part.reference.definitions[c.key]
+                  if c2.definition == c.definition) for c in wrong]  # fmt: skip
+    values = np.array([c.trace.value / c.scale for c in wrong])
+
+    def off(clock: Array) -> tuple[Array, Array]:
+        """Errors in scales with such a clock, and the rows that are then within the run."""
+        meant = time * (1.0 + clock[0]) + clock[1]
+        rows = (meant >= 0.0) & (meant <= end)
+        right = m.part.reference.approximate(np.clip(meant, 0.0, end), names)
+        each = np.array([right[n] / c.scale for n, c in zip(names, wrong, strict=True)])
+        return values - each, rows
+
+    def fitted(of: Sequence[int]) -> tuple[Array, Array]:
+        """Newton's method with some of scale and shift; what it leaves of each column."""
+        clock, small = np.zeros(2), np.array([1e-7, 1e-6])
+        for _ in range(_ROUNDS_OF_NEWTON):
+            here, rows = off(clock)
+            slopes = []
+            for i in of:
+                there = clock.copy()
+                there[i] += small[i]
+                slopes.append(((off(there)[0] - here) / small[i])[:, rows].ravel())
+            change = np.linalg.lstsq(np.array(slopes).T, -here[:, rows].ravel(), rcond=None)[0]
+            clock[list(of)] += change
+            if abs(clock[0]) > _MOST_SCALED or abs(clock[1]) > _PART_SHIFTED * end:
+                return clock, np.full(len(wrong), np.inf)
+        left, rows = off(clock)
+        return clock, np.array([rms(x[rows]) for x in left])
+
+    before = np.array([rms(x) for x in off(np.zeros(2))[0]])
+    floors = np.array([_FLOORS_OF_ROUNDING * (c.floor or 0.0) / c.scale for c in wrong])
+    found = [fitted(of) for of in ((1,), (0,), (0, 1))]
+    least = found[-1][1]
+    for clock, left in found:
+        is_as_good = np.all(left <= np.maximum(_AS_GOOD * least, floors))
+        explains = np.all((left * WEIGHTS.mostly < before) | (left <= floors))
+        if is_as_good and explains and np.max(left) < WEIGHTS.little:
+            return 1.0 + float(clock[0]), float(clock[1])
+    return None
+
+
+# A larger scale or shift is seen when the file is read, or looks like another motion.
+_MOST_SCALED, _PART_SHIFTED = 0.2, 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class _Deviation:
+    """What a column has more than the right one, if something simple was done to it [SI].
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        NaN in rows of which it tells nothing.
+    about
+        Factor and offset, bounds, or a width.
+    """
+
+    values: Array
+    about: tuple[float, ...]
+
+
+def _deviating_columns(report: Report) -> AsMeant | None:
+    """Columns that are times a constant, clipped or smoothed: what explains each best."""
+    found: dict[tuple[int, str], tuple[str, _Deviation]] = {}
+    for m, c in _places(report):
+        if c.is_at_floor(_FLOORS_OF_ROUNDING) or c.values < _FEWEST_ROWS or not c.scale:
+            continue
+        before, best = rms(c.trace.error), WEIGHTS.mostly
+        for how, describe in _DESCRIPTIONS.items():
+            if (deviation := describe(m, c)) is None:
+                continue
+            told = np.isfinite(deviation.values)
+            left = rms((c.trace.error - deviation.values)[told])
+            relief = before / max(left, (c.floor or 0.0) / 2, np.finfo(np.float64).tiny)
+            # Of two the simpler one, which is tried first, unless the other explains more.
+            if relief > best and left < WEIGHTS.little * c.scale:
+                found[m.maneuver, c.key], best = (how, deviation), _AS_GOOD * relief
+    if not found or not _is_beside_right(report, found):
+        return None
+    parts = []
+    for m in report.maneuvers:
+        values = dict(m.part.values)
+        lo = dict(m.part.lo)
+        for (n, key), (_, deviation) in found.items():
+            if n == m.maneuver:
+                values[key] = _taken_back(m, m[key], deviation)
+                lo.pop(key, None)
+        parts.append(replace(m.part, values=values, lo=lo))
+    return AsMeant(tuple(_told(report, found)), tuple(parts))
+
+
+def _is_beside_right(
+    report: Report, found: Mapping[tuple[int, str], tuple[str, _Deviation]]
+) -> bool:
+    """True if all other columns of these maneuvers are right to three digits, and far better."""
+    for m in report.maneuvers:
+        errors = {c.key: c.as_understood.measures.max_rel_error or 0.0 for c in m.columns}
+        mine = {key for n, key in found if n == m.maneuver}
+        rest = max((x for key, x in errors.items() if key not in mine), default=0.0)
+        if any(rest > min(WEIGHTS.little, errors[key] / WEIGHTS.beside) for key in mine):
+            return False
+    return True
+
+
+def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array:
+    """The column as it was meant, in the unit and with the sign of the file."""
+    written = m.part.values[c.key]
+    per_unit = c.as_understood.sign * factor(c.as_understood.unit)[0]
+    meant = np.array(written)
+    meant[np.isfinite(written)] -= deviation.values / per_unit
+    return meant
+
+
+def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+    """A factor, an offset, or both: the fewest that explain."""
+    value, right = c.trace.value, c.trace.reference
+    one = np.ones_like(right)
+    for of in ((right,), (one,), (right, one)):
+        has_factor, has_offset = of[0] is right, of[-1] is one
+        fit = np.linalg.lstsq(np.array(of).T, value - (0.0 if has_factor else right), rcond=None)[0]
+        by, more = float(fit[0]) if has_factor else 1.0, float(fit[-1]) if has_offset else 0.0
+        deviation = by * right + more - right
+        if rms(c.trace.error - deviation) * WEIGHTS.mostly < rms(c.trace.error):
+            return _Deviation(deviation, (by, more))
+    return None
+
+
+def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+    """Values at a bound where the right ones are beyond it."""
+    value, right = c.trace.value, c.trace.reference
+    low, high = float(np.min(value)), float(np.max(value))
+    bounds = [
+        bound if np.sum(value == bound) >= _FEWEST_CLIPPED else inf
+        for bound, inf in ((low, -np.inf), (high, np.inf))
+    ]
+    if not np.any(np.isfinite(bounds)):
+        return None
+    clipped = np.minimum(np.maximum(right, bounds[0]), bounds[1])
+    # What was at a bound cannot be known.
+    return _Deviation(np.where(clipped == right, 0.0, clipped - right), tuple(bounds))
+
+
+def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+    """A moving average over an odd number of even rows; NaN at both ends."""
+    time, right = c.trace.time, c.trace.reference
+    steps = np.diff(time)
+    if c.values < m.rows or np.ptp(steps) > _SAME * steps[0]:
+        return None
+    # The average of 2 k + 1 rows is off by k (k + 1) / 6 second differences.
+    bend = np.diff(right, 2)
+    if not np.any(bend):
+        return None
+    inside = c.trace.error[1:-1]
+    tenth = max(1, len(inside) // 10)
+    middle = slice(tenth, -tenth)
+    k = (-1 + np.sqrt(max(1 + 24 * _slope(inside[middle], bend[middle]), 1))) / 2
+    best = None
+    for half in {int(k), int(k) + 1} - {0}:
+        count = 2 * half + 1
+        if count > len(right) // 4:
+            continue
+        smooth = np.full_like(right, np.nan)
+        smooth[half:-half] = np.convolve(right, np.full(count, 1.0 / count), "valid")
+        deviation = smooth - right
+        told = np.isfinite(deviation)
+        left = rms((c.trace.error - deviation)[told])
+        if best is None or left < best[0]:
+            best = left, _Deviation(deviation, (float(count),))
+    return best[1] if best else None
+
+
+def _slope(y: Array, x: Array) -> float:
+    return float(np.dot(x, y) / np.dot(x, x)) if np.any(x) else 0.0
+
+
+_DESCRIPTIONS: Mapping[str, Callable[[ManeuverScore, ColumnScore], _Deviation | None]] = {
+    "ratio": _ratio,
+    "clipped": _clipped,
+    "averaged": _averaged,
+}
+
+
+def _told(
+    report: Report, found: Mapping[tuple[int, str], tuple[str, _Deviation]]
+) -> Iterator[Evidence]:
+    """Evidence of the columns, those of one kind and size together."""
+    averaged = grouped(
+        (d.about[0], (n, key)) for (n, key), (how, d) in found.items() if how == "averaged"
+    )
+    for count, places in averaged.items():
+        yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in places), int(count))
+    by_key = grouped((key, n) for n, key in found)
+    for key, numbers in by_key.items():
+        ways = grouped(
+            ((how, *(float(f"{x:.5g}") for x in d.about)), n)
+            for n in numbers
+            for how, d in [found[n, key]]
+        )
+        for (how, *_), of in ways.items():
+            _, deviation = found[of[0], key]
+            if how == "ratio":
+                by, more = deviation.about
+                yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
+            elif how == "clipped":
+                low, high = (x if np.isfinite(x) else None for x in deviation.about[:2])
+                yield ClippedColumn(key, tuple(of), low, high)
+
+
+def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
+    """The unit in which a factor is that of a column, if there is one."""
+    if more:
+        return None
+    c = _column(report, key)
+    taken = factor(c.as_understood.unit)[0]
+    units = (u for u in UNITS[c.unit] if u != c.as_understood.unit)
+    return next((u for u in units if abs(taken / factor(u)[0] / by - 1.0) < WEIGHTS.little), None)
+
+
+def _column(report: Report, key: str) -> ColumnScore:
+    return report.by_column()[key][0][1]
+
+
+def _places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:
+    """Columns of the benchmark with values."""
+    for m in report.maneuvers:
+        for c in m.columns:
+            if c.key in BENCHMARK_COLUMNS and c.values:
+                yield m, c
+
+
+STEPS: tuple[Step, ...] = (_coarse_grids, _own_differences, _other_clocks, _deviating_columns)
+"""What is held against the rows, in this order."""
