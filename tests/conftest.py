@@ -32,6 +32,7 @@ from heyoka_bike.reference.proof import certificate
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
 from heyoka_bike.reference.verification import schema
+from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.system.parallel import using
@@ -165,13 +166,15 @@ class RememberingSimulator(Simulator):
         super().__init__()
         self.known: dict[Hashable, dict[str, Array]] = {}
 
-    def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
+    def run_all(
+        self, motions: Sequence[AskedMotion], deadline: Deadline = NEVER
+    ) -> list[dict[str, Array]]:
         keys = [
             (*m.bicycle.values.items(), *m.start, *m.amounts.items(), m.time.tobytes())
             for m in motions
         ]
         new = {k: m for k, m in zip(keys, motions, strict=True) if k not in self.known}
-        made = dict(zip(new, super().run_all(list(new.values())), strict=True))
+        made = dict(zip(new, super().run_all(list(new.values()), deadline), strict=True))
         for key in list(new)[: self.most - len(self.known)]:
             self.known[key] = made[key]
             for values in made[key].values():

@@ -4,11 +4,14 @@ Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, 
 gravity, the start, rates by differences, ...), alone and two together, and name those that explain
 the file; else the one, two or three parameters whose other values do; else what the error looks
 like: a step size and its order, damping, noise, interpolation. Files are read as by 'score'. Takes
-1 to 5 seconds, up to 30 where columns contradict each other; heyoka is not needed. The same is
-part of 'score --diagnose', with a figure in its HTML. The first lines say which conventions the
-file follows (axes, units, zero of the energy, definitions), which are no errors.
+1 to 5 seconds of processor time, and at most 30 (--budget): a search that is not over then says
+what it found, and that it stopped early. heyoka is not needed. The same is part of 'score
+--diagnose', with a figure in its HTML. The first lines say which conventions the file follows
+(axes, units, zero of the energy, definitions), which are no errors.
 
 example: heyoka-bike diagnose my-results.txt
+
+exit codes: 0 the diagnosis is complete; 4 it stopped early
 """
 
 from __future__ import annotations
@@ -31,19 +34,20 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__, files)
     options.add_format(p, ("text", "json"))
     maneuver = {"--maneuver N": "maneuver that a file of one maneuver holds"}
-    options.add_arguments(p, maneuver | options.COLUMNS | options.REFERENCE)
+    options.add_arguments(p, maneuver | options.COLUMNS | options.BUDGET | options.REFERENCE)
     options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.commands.result_files import maneuvers_of, read
+    from heyoka_bike.commands.result_files import budget_told, maneuvers_of, read
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnosed_elsewhere
     from heyoka_bike.scoring.score import score
     from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
+    budget = budget_told(args.budget)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.file), reference)
     files = [
@@ -52,13 +56,13 @@ def run(args: argparse.Namespace) -> int:
     ]
     with progress_bar("simulating mistakes") as progress:
         (found,) = side_by_side(
-            diagnosed_elsewhere, [(score(files, reference), reference)], [("", 1.0)],
+            diagnosed_elsewhere, [(score(files, reference), reference, budget)], [("", 1.0)],
             lambda name, stage, share: progress(share),
         )  # fmt: skip
     if NOTHING in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
     print(_as_json(found) if args.format == "json" else diagnosis(found))
-    return Exit.OK
+    return Exit.STOPPED_EARLY if found.is_stopped_early else Exit.OK
 
 
 def _as_json(found: Report) -> str:
@@ -66,5 +70,5 @@ def _as_json(found: Report) -> str:
 
     # Those of the diagnosis come first, then those of `score`.
     whole = document(found)
-    keys = ("schema_version", "dataset_version", "bicycle", "file", "findings")
+    keys = ("schema_version", "dataset_version", "bicycle", "file", "findings", "stopped_early")
     return json.dumps({key: whole[key] for key in keys}, indent=2, allow_nan=False)

@@ -96,6 +96,10 @@ COLUMNS = {
     "time,roll_angle,m2_steer_angle,...; - for one that is left out",
     "--max-bytes N": "bytes that a packed file may unpack to (default: 500000000)",
 }
+BUDGET = {
+    "--budget S": "processor time that the diagnosis may take [s]; then what was found until then "
+    "is said, with exit code 4 (default: 30)"
+}
 REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
 """Arguments that several commands have."""
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import InputError, printable
+from heyoka_bike.errors import InputError, printable, quoted
 from heyoka_bike.system.console import patience, told_after
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
+    from heyoka_bike.scoring.diagnosis.budget import Budget
     from heyoka_bike.scoring.reading.results import Results
 
 STANDARD_INPUT = "-"
@@ -46,6 +47,25 @@ def bytes_told(text: str) -> int:
     if not (text.isascii() and text.isdigit() and int(text)):
         raise InputError(f"--max-bytes: found {text:.40}, expected a whole number above zero")
     return int(text)
+
+
+def budget_told(text: str | None) -> Budget:
+    """The processor time of ``--budget``.
+
+    Raises
+    ------
+    InputError
+        It is no number above zero.
+    """
+    from heyoka_bike.numbers.exact import positive_numbers
+    from heyoka_bike.scoring.diagnosis.budget import USUAL, Budget
+
+    if text is None:
+        return USUAL
+    seconds, *more = positive_numbers("--budget", text)
+    if more:
+        raise InputError(f"--budget: found {quoted(text)}, expected one number")
+    return Budget(seconds)
 
 
 def _waiting(file: str) -> AbstractContextManager[Any]:

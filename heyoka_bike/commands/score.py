@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_text
-from heyoka_bike.commands.result_files import STANDARD_INPUT, maneuvers_of, read
+from heyoka_bike.commands.result_files import STANDARD_INPUT, budget_told, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
@@ -43,6 +43,7 @@ from heyoka_bike.system.console import has_colors, progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
+    from heyoka_bike.scoring.diagnosis.budget import Budget
     from heyoka_bike.scoring.report import Report
     from heyoka_bike.scoring.runs import Series
 
@@ -68,6 +69,7 @@ def add_parser(subparsers: Any) -> None:
         "repeated",
         "--diagnose": "say why the file differs, too, and show it in the HTML; see 'heyoka-bike "
         "diagnose'",
+        **options.BUDGET,
         "--maneuver N": "maneuver that a file of one maneuver holds (default: recognised by its "
         "values); separated by commas, one for each file",
         **options.COLUMNS,
@@ -94,6 +96,7 @@ def run(args: argparse.Namespace) -> int:
     for text in args.require:
         requirements.parse(text)
     files, steps, tolerances, cpu = _inputs(args)
+    budget = _budget(args)
     refuse_overwriting(files, [path for path, _ in written])
     reference = load_reference(args.reference)
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
@@ -107,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
         is_one_program=(args.step or args.tolerance) is not None or bool(_lists(args.file)),
     )  # fmt: skip
     if args.diagnose:
-        scored = _diagnosed(scored, reference)
+        scored = _diagnosed(scored, reference, budget)
     made = origin(args.words)
     for path, name in written:
         write_output(path, render(scored, name, made).encode())
@@ -122,10 +125,19 @@ def run(args: argparse.Namespace) -> int:
     unmet = [(r, x) for r in reports(scored) for x in r.requirements if not x.met]
     for report, required in unmet:
         complain(f"{report.file.path}: required {required.text}, found {required.message}")
-    return Exit.OK if scored.passed else Exit.CHECK_FAILED
+    if not scored.passed:
+        return Exit.CHECK_FAILED
+    is_early = any(report.is_stopped_early for report in reports(scored))
+    return Exit.STOPPED_EARLY if is_early else Exit.OK
 
 
-def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
+def _budget(args: argparse.Namespace) -> Budget:
+    if args.budget is not None and not args.diagnose:
+        raise InputError("--budget: expected beside --diagnose")
+    return budget_told(args.budget)
+
+
+def _diagnosed(scored: Report | Series, reference: Reference, budget: Budget) -> Report:
     from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
     from heyoka_bike.scoring.runs import Series
 
@@ -134,7 +146,7 @@ def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
             f"--diagnose: found {len(scored.runs)} runs, expected the files of one run"
         )
     with progress_bar("simulating mistakes") as progress:
-        return diagnosed(scored, reference, progress)
+        return diagnosed(scored, reference, progress, budget)
 
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:

@@ -529,6 +529,19 @@ class TimeShift(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class StoppedEarly(Evidence):
+    """The diagnosis ended before every cause was tried, as its time was spent.
+
+    Attributes
+    ----------
+    seconds
+        Processor time that it was given [s].
+    """
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
 class CoveredInPart(Evidence):
     """Parts of the run that no complete rows show.
 

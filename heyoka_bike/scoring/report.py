@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.display import Held, shown_by
 from heyoka_bike.scoring import verdict
-from heyoka_bike.scoring.evidence import Evidence, LostColumn
+from heyoka_bike.scoring.evidence import Evidence, LostColumn, StoppedEarly
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.grades import Grade
@@ -113,6 +113,11 @@ class Report(Scored, Held[int, ManeuverScore]):
     def is_whole(self) -> bool:
         """True if all of the run was compared, and all that the file has under known names."""
         return verdict.is_whole(self.maneuvers, self.not_compared)
+
+    @property
+    def is_stopped_early(self) -> bool:
+        """True if the time of the diagnosis was spent before every cause was tried."""
+        return any(isinstance(x, StoppedEarly) for x in self.seen)
 
     @property
     def not_compared(self) -> tuple[LostColumn, ...]:

@@ -77,7 +77,7 @@ def warnings(found: Iterable[Finding]) -> list[str]:
 
 def cause(diagnosis: Sequence[Finding]) -> str:
     """The first sentence of a diagnosis that names a cause, or else the first; empty without."""
-    told = [f for f in diagnosis if f.code != "no_mistake_found"]
+    told = [f for f in diagnosis if f.code not in ("no_mistake_found", "stopped_early")]
     return next(iter(sentences(told or diagnosis)), "")
 
 
@@ -457,6 +457,17 @@ def _(e: seen.TimeShift) -> Finding:
         f"taken {'off' if e.shift > 0 else 'into account'} the motion fits"
         f"{starts if e.begins_at_start else ''}. The errors here are those at the times as written",
         shift=e.shift,
+    )
+
+
+@_finding.register
+def _(e: seen.StoppedEarly) -> Finding:
+    return warning(
+        "stopped_early",
+        f"Stopped early: {e.seconds:g} s of processor time were spent before every cause was "
+        "tried. One that was not tried may explain the file as well or better. For more time: "
+        "--budget, or budget= in Python",
+        seconds=e.seconds,
     )
 
 

@@ -79,6 +79,10 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
         return (*named, *said, *units, *falls)
     if any(f.code in _EXPLAIN for f in first):
         return first
+    if not diagnosis.is_whole:
+        # What follows is concluded from that nothing else explains the file.
+        until_then = [*_until_then(diagnosis.likeliest)] or [*_direction(diagnosis.causes)]
+        return (*first, *until_then)
     times = plain.other_times(report)
     if times is not None:
         return (times,)
@@ -87,7 +91,7 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     nothing = _no_mistake(diagnosis, columns)
     if whole is not None:
         return *first, whole, nothing
-    forces = [*_forces(diagnosis.causes)]
+    forces = [*_direction(diagnosis.causes), *_unexplained(diagnosis.causes)]
     if falls:
         return *forces, *first
     shape = [f for f in numerical.findings(report) if not forces or f.code != "smooth_error"]
@@ -124,6 +128,16 @@ def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation |
     if not diagnosis.curves or found[0].code not in ("mistake", "parameters", LINEARISED):
         return None
     return Explanation(found[0].message, diagnosis.curves)
+
+
+def _until_then(h: Hypothesis | None) -> Iterator[Finding]:
+    """Name what was the likeliest when the search was stopped, as such and no more."""
+    if h is not None:
+        text = (
+            f"The likeliest cause until then: {_said(h.mistakes)}. Simulated with this, the error "
+            f"falls by a factor of {h.relief:.1g}"
+        )
+        yield info("likeliest_until_then", text, mistakes=list(h.codes), **_evidence(h))
 
 
 def _linearised(found: Hypothesis) -> Finding:
@@ -172,11 +186,8 @@ def _method(causes: Residual | None) -> Finding | None:
     )
 
 
-def _forces(causes: Residual | None) -> Iterator[Finding]:
-    """Name the cause that explains nearly all of the residual, but not the whole run.
-
-    Say that there is a force or a term which nothing explains, alone or beside it.
-    """
+def _direction(causes: Residual | None) -> Iterator[Finding]:
+    """Name the cause that explains nearly all of the residual, but not the whole run."""
     best = causes.best if causes else None
     if best is not None:
         more = (
@@ -191,8 +202,13 @@ def _forces(causes: Residual | None) -> Iterator[Finding]:
             mistakes=list(best.codes),
             relief=best.relief,
         )
+
+
+def _unexplained(causes: Residual | None) -> Iterator[Finding]:
+    """Say that there is a force or a term which nothing explains, alone or beside the best."""
     if causes is None or not causes.is_open or causes.is_blown_up:
         return
+    best = causes.best
     if best is not None and _is_of_next_order(best):
         return
     what = (

@@ -19,11 +19,17 @@ from heyoka_bike.scoring.diagnosis.answers import (
     is_right,
     nothing_wrong,
 )
+from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.plain import beside
 from heyoka_bike.scoring.diagnosis.written import AsMeant, as_meant, worst
-from heyoka_bike.scoring.evidence import DefinitionUnknown, SignContradiction, TimeShift
+from heyoka_bike.scoring.evidence import (
+    DefinitionUnknown,
+    SignContradiction,
+    StoppedEarly,
+    TimeShift,
+)
 from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
@@ -44,6 +50,7 @@ def diagnose(
     *,
     maneuver: int | None = None,
     columns: str | Sequence[str] | None = None,
+    budget: float = SECONDS,
     **named: Any,
 ) -> Report:
     """Compare results with the reference, and say why they differ.
@@ -56,6 +63,9 @@ def diagnose(
         Called with the part of the work that is done, 0 to 1.
     maneuver, columns, named
         As in `score`.
+    budget
+        Processor time that looking for causes may take, in all threads of this process [s]. When it
+        is spent the report has what was found until then, and `is_stopped_early`.
 
     Returns
     -------
@@ -68,52 +78,74 @@ def diagnose(
     Raises
     ------
     InputError
-        See `score`; or a reference that does not start upright and straight.
+        See `score`; or a reference that does not start upright and straight, or a budget that is
+        not more than zero.
     NothingScoredError
         Nothing can be compared.
     """
+    given = Budget(budget)
     known = load_reference(reference)
     found = score(results, known, maneuver=maneuver, columns=columns, **named)
-    return diagnosed(found, known, progress)
+    return diagnosed(found, known, progress, given)
 
 
 def diagnosed(
-    report: Report, reference: Reference, progress: Callable[[float], None] | None = None
+    report: Report,
+    reference: Reference,
+    progress: Callable[[float], None] | None = None,
+    budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
+    found, is_whole = _explained(report, reference, progress or (lambda _: None), budget.begun())
+    if is_whole:
+        return found
+    stopped = StoppedEarly(budget.seconds)
+    said = shown_by("sayings").finding(stopped)
+    return replace(found, seen=(*found.seen, stopped), diagnosis=(*found.diagnosis, said))
+
+
+def _explained(
+    report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
+) -> tuple[Report, bool]:
+    """The report with its diagnosis, and whether every cause was tried."""
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
     if late is not None:
-        inner = diagnosed(_shifted(report, reference, late.shift), reference, progress)
+        shifted = _shifted(report, reference, late.shift)
+        inner, is_whole = _explained(shifted, reference, progress, deadline)
         rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
         said = (shown_by("sayings").finding(late), *rest)
-        return replace(report, diagnosis=said, explanation=inner.explanation)
+        return replace(report, diagnosis=said, explanation=inner.explanation), is_whole
     meant = as_meant(report)
     if meant is not None:
-        return _beside(report, meant, reference, progress)
+        return _beside(report, meant, reference, progress, deadline)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
-    found = _of_columns(report, reference, keys, progress)
+    found, is_whole = _of_columns(report, reference, keys, progress, deadline)
     if unknown and found.explanation is None:
         # It may be another column, or be computed wrongly.
-        whole = _of_columns(report, reference, BENCHMARK_COLUMNS, progress, only_output=True)
-        if whole.diagnosis[0].code == "mistake":
+        other, is_other_whole = _of_columns(
+            report, reference, BENCHMARK_COLUMNS, progress, deadline, only_output=True
+        )
+        if any(f.code == "mistake" for f in other.diagnosis[:1]):
             others = tuple(x for x in report.seen if not isinstance(x, DefinitionUnknown))
-            return replace(whole, seen=others)
+            return replace(other, seen=others), is_other_whole
+        is_whole = is_whole and is_other_whole
     more = () if NOTHING in found.diagnosis else beside(report, unknown)
-    if found.diagnosis[0].code == NOTHING_WRONG:
+    if any(f.code == NOTHING_WRONG for f in found.diagnosis):
         # What is wrong comes first.
-        return replace(found, diagnosis=(*more, _right(report, keys)))
-    return replace(found, diagnosis=(*found.diagnosis, *more))
+        return replace(found, diagnosis=(*more, _right(report, keys))), is_whole
+    return replace(found, diagnosis=(*found.diagnosis, *more)), is_whole
 
 
 def _beside(
     report: Report,
     meant: AsMeant,
     reference: Reference,
-    progress: Callable[[float], None] | None,
-) -> Report:
-    """The report with what is seen in its rows, and the diagnosis of the rows as they were meant.
+    progress: Callable[[float], None],
+    deadline: Deadline,
+) -> tuple[Report, bool]:
+    """What is seen in the rows of a report, and the diagnosis of the rows as they were meant.
 
     What is left of these is no cause of its own where it is right, and far less than before.
     """
@@ -123,10 +155,10 @@ def _beside(
     if left.max_rel_error < min(WEIGHTS.little, before.max_rel_error / WEIGHTS.mostly):
         if not is_right(rest):
             found = (*found, shown_by("sayings").finding(left))
-        return replace(report, diagnosis=found)
-    inner = diagnosed(rest, reference, progress)
+        return replace(report, diagnosis=found), True
+    inner, is_whole = _explained(rest, reference, progress, deadline)
     more = tuple(f for f in inner.diagnosis if f.code != NOTHING_WRONG)
-    return replace(report, diagnosis=(*found, *more), explanation=inner.explanation)
+    return replace(report, diagnosis=(*found, *more), explanation=inner.explanation), is_whole
 
 
 def _right(report: Report, keys: Sequence[str]) -> Finding:
@@ -141,33 +173,38 @@ def _right(report: Report, keys: Sequence[str]) -> Finding:
     return nothing_wrong(which)
 
 
-def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.TellStage) -> Report:
+def diagnosed_elsewhere(
+    report: Report, reference: Reference, budget: Budget, told: jobs.TellStage
+) -> Report:
     """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
-    return diagnosed(report, reference, lambda share: told("diagnose", share))
+    return diagnosed(report, reference, lambda share: told("diagnose", share), budget)
 
 
 def _of_columns(
     report: Report,
     reference: Reference,
     keys: Sequence[str],
-    progress: Callable[[float], None] | None,
+    progress: Callable[[float], None],
+    deadline: Deadline,
     *,
     only_output: bool = False,
-) -> Report:
-    """The report with the diagnosis of these columns, or by mistakes of what is written only."""
+) -> tuple[Report, bool]:
+    """The report with the diagnosis of these columns, and whether every cause was tried.
+
+    With `only_output` by mistakes of what is written only.
+    """
     maneuvers = tuple(
         replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
         for m in report.maneuvers
     )
     parts = [m.part for m in maneuvers]
     if not any(part.has_values() for part in parts):
-        return replace(report, diagnosis=(NOTHING,))
+        return replace(report, diagnosis=(NOTHING,)), True
     if is_right(replace(report, maneuvers=maneuvers)):
-        return replace(report, diagnosis=(nothing_wrong("every column"),))
-    told = progress or (lambda _: None)
-    found = explain(parts, reference, only_output=only_output, progress=told)
+        return replace(report, diagnosis=(nothing_wrong("every column"),)), True
+    found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
     said = findings(found, replace(report, maneuvers=maneuvers))
-    return replace(report, diagnosis=said, explanation=explanation(found, said))
+    return replace(report, diagnosis=said, explanation=explanation(found, said)), found.is_whole
 
 
 def _shifted(report: Report, reference: Reference, shift: float) -> Report:

@@ -5,11 +5,13 @@ mistakes of the model, which parameters and which forces can be the cause, witho
 The likeliest are then simulated, with mistakes of the start and of what is written, which leave
 nothing in the equations, and the file is compared with each motion as it is with the reference.
 Where a file does not show its motion (columns are missing, rows are few) all mistakes of the
-library are simulated. All are compared in one way, by their odds (`evidence`).
+library are simulated. All are compared in one way, by their odds (`evidence`). A search that has no
+time left (`budget`) ends with what was found until then.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from math import log
 
 import numpy as np
@@ -18,6 +20,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.budget import NEVER, BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
@@ -52,7 +55,8 @@ class Diagnosis:
     Attributes
     ----------
     classes : tuple of tuple of Hypothesis
-        Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
+        Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it, and of a
+        search that was stopped also if what it did not try might explain more.
     tried
         Number of hypotheses tried.
     causes : Residual or None
@@ -62,6 +66,10 @@ class Diagnosis:
     units : mapping of str to str
         Units that columns have if the best of all is true, where they seem to have others beside
         the correct motion.
+    is_whole
+        False if the time was spent before all was tried.
+    likeliest : Hypothesis or None
+        Where `classes` are empty only for that, the best until then.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -69,60 +77,79 @@ class Diagnosis:
     causes: Residual | None = None
     curves: tuple[Curve, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    is_whole: bool = True
+    likeliest: Hypothesis | None = None
 
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
     only_output: bool = False, progress: Callable[[float], None] = lambda _: None,
+    deadline: Deadline = NEVER,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
     With `only_output` of what is written only. `progress` is called with the part of the work that
-    is done, 0 to 1.
+    is done, 0 to 1. At the `deadline` what was found until then is compared.
     """
     # Of rows at one time the first: an event is often written twice.
     parts = [part.at(np.diff(part.time, prepend=-np.inf) > 0.0) for part in parts]
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
         return Diagnosis((), 0)
-    file = SeenFile(parts, reference, simulator or Simulator(), () if only_output else _OF_MODEL)
-    residual = file.residual
+    library = () if only_output else _OF_MODEL
+    found: list[Hypothesis] = []
+    starts: list[Hypothesis] = []
+    try:
+        file = SeenFile(parts, reference, simulator or Simulator(), library, deadline)
+    except BudgetSpentError:
+        return Diagnosis((), 0, is_whole=False)
+    residual, is_whole = file.residual, True
     progress(0.3)
-    if only_output:
-        found = file.judged((m,) for m in (*file.of_kind("output"), *file.order_beside(file.right)))
-    else:
-        found = _alone(file)
-        progress(0.6)
-        found = _together(file, found)
-    progress(0.9)
-    classes = _compared(file, found)
-    is_explained = bool(classes) and _explains_mostly(classes[0][0], residual)
-    if not (only_output or is_explained) and residual is not None and not residual.methods:
-        # The start leaves nothing in the equations.
-        classes = _compared(file, [*found, *_of_start(file)])
+    # What was judged before the time is spent stays in the lists.
+    try:
+        if only_output:
+            written = (*file.of_kind("output"), *file.order_beside(file.right))
+            found.extend(file.judged((m,) for m in written))
+        else:
+            _search(file, found, progress)
+        progress(0.9)
+        is_explained = any(_explains_mostly(c[0], residual) for c in _compared(file, found)[:1])
+        if not (only_output or is_explained) and residual is not None and not residual.methods:
+            # The start leaves nothing in the equations.
+            starts.extend(_of_start(file))
+    except BudgetSpentError:
+        is_whole = False
     progress(1.0)
+    classes = _compared(file, found, starts)
     tried = file.tried + (len(_OF_MODEL) if residual else 0)
     if not classes:
-        return Diagnosis((), tried, residual)
+        return Diagnosis((), tried, residual, is_whole=is_whole)
     best, usual = classes[0][0], file.right.understood
+    if not (is_whole or _ends_search(best, residual)):
+        return Diagnosis((), tried, residual, is_whole=False, likeliest=best)
     units = {key: u.unit for key, u in best.understood.items() if u.unit != usual[key].unit}
-    return Diagnosis(classes, tried, residual, file.curves(best), units)
+    return Diagnosis(classes, tried, residual, file.curves(best), units, is_whole)
 
 
-def _alone(file: SeenFile) -> list[Hypothesis]:
-    """Single mistakes and values, and pairs that the equations speak for.
+def _search(file: SeenFile, found: list[Hypothesis], progress: Callable[[float], None]) -> None:
+    """Add single mistakes and values, and pairs, to what was found.
 
-    The likeliest first; what leaves next to nothing ends the search.
+    The likeliest first; what leaves next to nothing ends the search for single ones.
     """
-    found: list[Hypothesis] = []
     for judged in _in_order(file):
-        found += judged
-        if any(h.leaves_nothing or _explains_mostly(h, file.residual) for h in found):
+        found.extend(judged)
+        if any(_ends_search(h, file.residual) for h in found):
             break
-    return found
+    progress(0.6)
+    found.extend(file.judged(_pairs(file, found)))
 
 
-def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
+def _ends_search(h: Hypothesis, residual: Residual | None) -> bool:
+    """True if no single cause that is tried later could take its place."""
+    return h.leaves_nothing or _explains_mostly(h, residual)
+
+
+def _in_order(file: SeenFile) -> Iterator[Iterable[Hypothesis]]:
     """Programs that are worth a simulation, the likeliest by the equations of motion first."""
     seen = file.residual
     others: list[Mistakes] = []
@@ -130,7 +157,7 @@ def _in_order(file: SeenFile) -> Iterator[list[Hypothesis]]:
         yield file.judged((m,) for m in LINEAR_PROGRAMS)
     if seen is not None:
         likely, others = _of_equations(seen)
-        yield [*file.judged(likely), *_values(file, seen)]
+        yield chain(file.judged(likely), _values(file, seen))
     yield file.judged(others)
     written = (*file.of_kind("output"), *file.order_beside(file.right))
     beside = (*LINEAR_PROGRAMS, *written, *_clock(seen))
@@ -164,7 +191,7 @@ def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
     return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
 
 
-def _values(file: SeenFile, residual: Residual) -> Sequence[Hypothesis]:
+def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
     """Values of parameters and forces that the equations speak for, as whole runs show them."""
     least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
     likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
@@ -175,27 +202,30 @@ def _values(file: SeenFile, residual: Residual) -> Sequence[Hypothesis]:
         likely = [h for h in likely if h.relief > WEIGHTS.explains]
     if residual.is_open or residual.is_blown_up:
         # Where a force is left, or no motion is seen, no values are those of the file.
-        return file.judged(h.mistakes for h in likely)
+        yield from file.judged(h.mistakes for h in likely)
+        return
     # Whole runs show a small value beside a large one, and another start.
     names = [*PARAMETERS, *_names_of_starts(file)]
-    return _fitted(file, names, [h.mistakes[0] for h in likely]) if likely else ()
+    if likely:
+        yield from _fitted(file, names, [h.mistakes[0] for h in likely])
 
 
 def _names_of_starts(file: SeenFile) -> list[str]:
     return [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
 
 
-def _of_whole_runs(file: SeenFile) -> list[Hypothesis]:
+def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
     """Values of parameters, forces and starts that whole runs speak for, and mistakes of these."""
     starts = _names_of_starts(file)
     # What the equations of roll and steer show they have shown.
     is_half = file.residual is not None and file.residual.is_judged and not file.residual.is_open
     names = [*(FORWARD if is_half else UNKNOWNS), *starts]
     found = [h for h in _fitted(file, names) if h.relief > WEIGHTS.mostly]
+    yield from found
     keys = {x.key for h in found for x in h.found}
     alike = [m for m in _OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
     of_start = file.of_kind("start") if keys & {*starts} else ()
-    return [*found, *file.judged((m,) for m in (*alike, *of_start))]
+    yield from file.judged((m,) for m in (*alike, *of_start))
 
 
 def _fitted(
@@ -222,13 +252,13 @@ def _starts(file: SeenFile) -> list[Mistake]:
     return seen.starts_nearby(file.of_kind("start"))
 
 
-def _together(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Single mistakes, and pairs that are likelier than each of their mistakes alone.
+def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Mistakes]:
+    """Pairs of mistakes that are worth a simulation.
 
-    The best mistakes are tried with those of the output, the very best with those of the start; and
-    where the equations do not tell which mistakes of the model there are, with these.
+    The best single ones are tried with those of the output, the very best with those of the start;
+    and where the equations do not tell which mistakes of the model there are, with these.
     """
-    alone = {h.codes[0]: h for h in found if len(h.mistakes) == 1}
+    alone = _alone(found)
     ranked = sorted((h for h in alone.values() if h.gain > 1.0), key=lambda h: -h.log_odds)
     leaders = [h for h in ranked if h.log_odds > ranked[0].log_odds - WEIGHTS.refuted]
     leaders = leaders[: WEIGHTS.leaders]
@@ -246,13 +276,24 @@ def _together(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
         elif file.residual is None or not file.residual.is_shown:
             others += [h.mistakes[0] for h in ranked[: WEIGHTS.rivals]]
         asked += _with_others(first, others)
+    return asked
+
+
+def _alone(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
+    """Single mistakes, by their codes."""
+    return {h.codes[0]: h for h in found if len(h.mistakes) == 1}
+
+
+def _likelier(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Single mistakes, and pairs that are likelier than each of their mistakes alone."""
+    alone = _alone(found)
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
         return all(file.log_odds(h, one) > WEIGHTS.said for one in each)
 
-    both = [h for h in found if len(h.mistakes) > 1] + file.judged(asked)
-    return [*alone.values(), *filter(is_likelier, both)]
+    pairs = [h for h in found if len(h.mistakes) > 1]
+    return [*alone.values(), *filter(is_likelier, pairs)]
 
 
 def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
@@ -261,7 +302,7 @@ def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
     return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
 
 
-def _of_start(file: SeenFile) -> list[Hypothesis]:
+def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
     """Starts that whole runs speak for: that of each maneuver must be likely by itself.
 
     They begin where the file's own rows lead back to.
@@ -273,7 +314,7 @@ def _of_start(file: SeenFile) -> list[Hypothesis]:
     for n in file.maneuvers:
         values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
         found += [h for h in values if h.is_possible and h.log_odds > WEIGHTS.said][:1]
-    return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
+    return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
 
 
 def _clock(residual: Residual | None) -> list[Mistake]:
@@ -291,9 +332,12 @@ def _clock(residual: Residual | None) -> list[Mistake]:
     ]
 
 
-def _compared(file: SeenFile, found: Sequence[Hypothesis]) -> tuple[tuple[Hypothesis, ...], ...]:
+def _compared(
+    file: SeenFile, found: Sequence[Hypothesis], starts: Sequence[Hypothesis] = ()
+) -> tuple[tuple[Hypothesis, ...], ...]:
     """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
-    worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
+    all_of_them = (*_likelier(file, found), *starts)
+    worth = [h for h in all_of_them if h.is_possible and h.log_odds > WEIGHTS.said]
     count = len({n for h in worth for n, _ in h.after})
     worth.sort(
         key=lambda h: WEIGHTS.values * count * log(h.gain) + log_odds_before(h.mistakes),

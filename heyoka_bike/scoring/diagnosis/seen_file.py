@@ -13,6 +13,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
+from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.evidence import (
     WEIGHTS,
     Hypothesis,
@@ -122,8 +123,9 @@ class SeenFile:
         reference: Reference,
         simulator: Simulator,
         library: Sequence[Mistake],
+        deadline: Deadline,
     ) -> None:
-        self._reference = reference
+        self._reference, self._deadline = reference, deadline
         starts = {n: _start(reference[n].inputs) for n in reference}
         self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
         times = max((part.time for part in parts), key=len)
@@ -147,10 +149,16 @@ class SeenFile:
         """Mistakes of the library, for the maneuvers of the reference: ``start`` or ``output``."""
         return [m for m in self._library if m.kind == kind]
 
-    def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> list[Hypothesis]:
+    def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> Iterator[Hypothesis]:
         """Simulate programs with these mistakes and compare them with the file.
 
-        Without those that are, as far as the file shows it, a program that was tried before.
+        Without those that are, as far as the file shows it, a program that was tried before. Each
+        is there as soon as it is found.
+
+        Raises
+        ------
+        BudgetSpentError
+            The time of the diagnosis is spent.
         """
         new: dict[object, tuple[tuple[Mistake, ...], Program]] = {}
         for mistakes in hypotheses:
@@ -158,19 +166,20 @@ class SeenFile:
             new.setdefault(self._key(program), (mistakes, program))
         chosen = [x for key, x in new.items() if key not in self._seen]
         self._seen |= new.keys()
-        self.tried += len(chosen)
-        found = []
         for i in range(0, len(chosen), _PROGRAMS_AT_ONCE):
             together = chosen[i : i + _PROGRAMS_AT_ONCE]
             made = self._written([program for _, program in together])
-            found += [self._judge(*x, e) for x, e in zip(together, made, strict=True)]
-        return found
+            for x, expected in zip(together, made, strict=True):
+                self._deadline.check()
+                yield self._judge(*x, expected)
+                self.tried += 1
 
     def possible(self, hypotheses: Sequence[tuple[Mistake, ...]]) -> list[tuple[Mistake, ...]]:
         """Return hypotheses that leave the first maneuver no farther off, simulated alone."""
         if len(self._parts) == 1:
             return list(hypotheses)
-        first = SeenFile([self._parts[0].part], self._reference, self.simulator, ())
+        parts = [self._parts[0].part]
+        first = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
         kept = [h.mistakes for h in first.judged(hypotheses) if h.gain > 1.0 / WEIGHTS.worse]
         self.tried += first.tried - len(kept)
         return kept
@@ -189,7 +198,9 @@ class SeenFile:
         def leaves(programs: Sequence[Program]) -> list[list[Array]]:
             asked = [[p.motion(one, p.time[p.pick]) for one in programs] for p in parts]
             found: list[list[Array]] = [[] for _ in programs]
-            for made, rows in zip(self.simulator.run_near(asked), written, strict=True):
+            for made, rows in zip(
+                self.simulator.run_near(asked, self._deadline), written, strict=True
+            ):
                 for blocks, columns in zip(found, made, strict=True):
                     for key, values in rows.items():
                         off = _part_off(columns[understood[key].column.name], values)
@@ -283,7 +294,7 @@ class SeenFile:
                 motions = [m for m in seen if m is not None]
                 if not motions:
                     continue
-                found.append(Residual(motions, self.program, library))
+                found.append(Residual(motions, self.program, library, self._deadline))
             if not (found[-1].is_open or found[-1].is_blown_up):
                 break
         # Rates that contradict the angles are not understood.
@@ -299,7 +310,9 @@ class SeenFile:
     def _written(self, programs: Sequence[Program]) -> Iterator[Expected]:
         """Columns that each program writes."""
         asked = [(p, part, part.motion(p, part.time)) for p in programs for part in self._parts]
-        made = iter(self.simulator.run_all([m for p, _, m in asked if not p.linear]))
+        made = iter(
+            self.simulator.run_all([m for p, _, m in asked if not p.linear], self._deadline)
+        )
         each = (
             part.written_by(
                 p, linear_columns(m.bicycle, m.start, m.time, p.linear) if p.linear else next(made)

@@ -51,6 +51,7 @@ def _report(report: Report) -> dict[str, Any]:
         "is_right": report.is_right,
         "grade": max(report.grades, default=Grade.UNKNOWN).style,
         "is_whole": report.is_whole,
+        "stopped_early": report.is_stopped_early,
     }
 
 

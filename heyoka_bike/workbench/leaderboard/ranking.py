@@ -39,6 +39,7 @@ from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_m
 from heyoka_bike.bicycle.toml_source import TomlSource, kind
 from heyoka_bike.errors import BicycleError, InputError, quoted
 from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.diagnosis.budget import USUAL
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
 from heyoka_bike.scoring.evidence import RowsOutside
 from heyoka_bike.scoring.findings import named
@@ -296,7 +297,7 @@ def leaderboard(
             refused.append(str(e))
         progress(i / len(files) * (_SCORING if is_diagnosed else 1.0))
     if is_diagnosed:
-        inputs = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
+        inputs = [(e.report, known[PROBLEMS[e.submission.problem].inputs], USUAL) for e in entries]
         share = 1.0 - _SCORING
         reports = side_by_side(
             diagnosed_elsewhere, inputs, done=lambda n: progress(_SCORING + share * n / len(inputs))

@@ -20,6 +20,7 @@ from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.following import following
+from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     TENSORS_TURNING,
     Moving,
@@ -96,8 +97,16 @@ class Simulator:
         """
         return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
-    def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
-        """Return the columns that `run` has of each motion, in less time."""
+    def run_all(
+        self, motions: Sequence[AskedMotion], deadline: Deadline = NEVER
+    ) -> list[dict[str, Array]]:
+        """Return the columns that `run` has of each motion, in less time.
+
+        Raises
+        ------
+        BudgetSpentError
+            The time is spent before all are known.
+        """
         values = [tuple(m.bicycle.values.items()) for m in motions]
         constants = [_constants(v) for v in values]
         keys = [_key(m) for m in motions]
@@ -114,7 +123,7 @@ class Simulator:
                 for length in _INTERVALS:
                     if not lost:
                         break
-                    made = self._nodes([new[k] for k in lost], length)
+                    made = self._nodes([new[k] for k in lost], length, deadline)
                     self._known.update(zip(lost, made, strict=True))
                     lost = [k for k in lost if np.isnan(self._known[k]).any()]
         found = []
@@ -125,20 +134,31 @@ class Simulator:
                 found.append(self._columns(m, c[0], _at(self._known[key], m.time, _intervals(m))))
         return found
 
-    def run_near(self, groups: Sequence[Sequence[AskedMotion]]) -> list[list[dict[str, Array]]]:
+    def run_near(
+        self, groups: Sequence[Sequence[AskedMotion]], deadline: Deadline = NEVER
+    ) -> list[list[dict[str, Array]]]:
         """Return the columns of the first motion of each group, and of the others, near it.
 
         Those differ by next to nothing, and are found to first order in the difference, in a small
         part of the time.
+
+        Raises
+        ------
+        BudgetSpentError
+            As of `run_all`.
         """
-        first = self.run_all([motion for motion, *_ in groups])
+        first = self.run_all([motion for motion, *_ in groups], deadline)
         return [
-            [columns, *self._near(columns, *group)]
+            [columns, *self._near(columns, *group, deadline=deadline)]
             for columns, group in zip(first, groups, strict=True)
         ]
 
     def _near(
-        self, columns: Mapping[str, Array], motion: AskedMotion, *others: AskedMotion
+        self,
+        columns: Mapping[str, Array],
+        motion: AskedMotion,
+        *others: AskedMotion,
+        deadline: Deadline,
     ) -> Iterator[dict[str, Array]]:
         """Columns of motions near one that is known."""
         values = [tuple(m.bicycle.values.items()) for m in (motion, *others)]
@@ -149,17 +169,19 @@ class Simulator:
         asked = list(zip((motion, *others), constants, strict=True))
         equations, amounts, starts = self._side_by_side(asked)
         apart, duration = starts[:, 1:] - starts[:, :1], _INTERVALS[0] * _intervals(motion)
+        deadline.check()
         nodes = _nodes_nearby(equations, amounts, apart, self._known[_key(motion)], duration)
         for k, (m, (found, _)) in enumerate(asked[1:]):
+            deadline.check()
             yield self._columns(m, found, _at(nodes[..., k], m.time, _intervals(m)))
 
     def _nodes(
-        self, asked: Sequence[tuple[AskedMotion, _Constants]], length: float
+        self, asked: Sequence[tuple[AskedMotion, _Constants]], length: float, deadline: Deadline
     ) -> Iterator[Array]:
         """States of motions, see `_nodal_states`."""
         each = round(_INTERVALS[0] / length)
         counts = [each * _intervals(m) for m, _ in asked]
-        nodes = _nodal_states(*self._side_by_side(asked), max(counts), length)
+        nodes = _nodal_states(*self._side_by_side(asked), max(counts), length, deadline)
         for k, count in enumerate(counts):
             yield nodes[:count, ..., k]
 
@@ -234,8 +256,9 @@ def _intervals(motion: AskedMotion) -> int:
 
 
 def _nodal_states(
-    equations: Equations, amounts: Mapping[str, Array], start: Array, count: int, h: float
-) -> Array:
+    equations: Equations, amounts: Mapping[str, Array], start: Array, count: int, h: float,
+    deadline: Deadline,
+) -> Array:  # fmt: skip
     """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
     x, integral, whole = _points()
     n = start.shape[1]
@@ -245,6 +268,7 @@ def _nodal_states(
     y, guess = start, np.repeat(start[None], _POINTS_OF_VECTOR, axis=0)
     with np.errstate(all="ignore"):
         for i in range(count):
+            deadline.check()
             for _ in range(_MOST_PROCESSES_STEPS):
                 f, slopes = _rates(equations, amounts, guess)
                 left = guess - y - h * np.tensordot(integral, f, 1)

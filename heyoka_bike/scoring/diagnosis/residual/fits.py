@@ -56,7 +56,7 @@ class Fits:
     def fewest(
         self,
         names: Sequence[str],
-        judged: Callable[[Mistake], Sequence[Hypothesis]],
+        judged: Callable[[Mistake], Iterable[Hypothesis]],
         is_enough: Callable[[Hypothesis], bool],
         *,
         least: float = 0.0,

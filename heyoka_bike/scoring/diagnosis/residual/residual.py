@@ -18,6 +18,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
@@ -60,6 +61,8 @@ class Residual:
         The right one.
     library : sequence of Mistake
         Mistakes of the model.
+    deadline : Deadline
+        Until when causes are looked for.
 
     Attributes
     ----------
@@ -90,9 +93,10 @@ class Residual:
     """
 
     def __init__(
-        self, motions: Sequence[Observed], program: Program, library: Sequence[Mistake]
-    ) -> None:
-        self.program = program
+        self, motions: Sequence[Observed], program: Program, library: Sequence[Mistake],
+        deadline: Deadline = NEVER,
+    ) -> None:  # fmt: skip
+        self.program, self._deadline = program, deadline
         count = min(len(m.accelerations) for m in motions)
         self.motions = tuple(m.without_speed() for m in motions) if count == 2 else tuple(motions)
         self.equations = EQUATIONS[:count]
@@ -262,7 +266,7 @@ class Residual:
 
     def _known(self, library: Sequence[Mistake]) -> tuple[Hypothesis, ...]:
         """Mistakes of the library, alone and two together."""
-        alone = {m.code: self.of(apply(self.program, (m,))) for m in library}
+        alone = {m.code: self._tried(apply(self.program, (m,))) for m in library}
         found = [self._compared((m,), alone[m.code]) for m in library]
         relief = {h.codes[0]: h.relief for h in found}
         ranked = sorted(library, key=lambda m: -relief[m.code])
@@ -296,7 +300,12 @@ class Residual:
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
         """Blocks of what the accelerations of each program leave."""
-        return [self.blocks(self._weights * (self.observed - self.of(p))) for p in programs]
+        return [self.blocks(self._weights * (self.observed - self._tried(p))) for p in programs]
+
+    def _tried(self, program: Program) -> Array:
+        """`of` a program that is one of many, if time is left."""
+        self._deadline.check()
+        return self.of(program)
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Mistakes of the start that come nearer to the file's own than the right one does."""

@@ -1,0 +1,162 @@
+"""A diagnosis ends with its budget: what was found until then is said, and that it stopped early.
+
+The clock is one that goes on by a second with each look at it, so a budget is a number of steps.
+"""
+
+import json
+import re
+from itertools import count
+from math import inf, nan
+
+import numpy as np
+import pytest
+from support.made_results import exact_columns, rows, smooth_error
+
+from heyoka_bike import InputError, diagnose, score
+from heyoka_bike.cli import main
+from heyoka_bike.scoring.diagnosis.budget import Budget
+from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.system.resources import data_folder
+
+pytestmark = pytest.mark.proof
+
+RIGHT = data_folder() / "peers" / "scipy-rtol1e-10.txt"
+CAUSES = ("mistake", "parameters", "linearised")
+# What is concluded from that nothing else explains the file.
+CONCLUSIONS = ("no_mistake_found", "integrator", "term_unexplained", "smooth_error", "cannot_tell")
+
+
+def exchanged(reference, error):
+    """A score of maneuver 2, its angles exchanged, with an error of an integrator in scales."""
+    columns = exact_columns(reference[2])
+    columns["roll_angle"], columns["steer_angle"] = columns["steer_angle"], columns["roll_angle"]
+    for key, values in columns.items():
+        size = error * float(np.max(np.abs(values)))
+        columns[key] = values + smooth_error(reference, 2, size)
+    return score(Results("made.txt", "text", (rows(reference, 2, columns),), 16), reference)
+
+
+def after(report, reference, steps):
+    """The report with a diagnosis of so many steps, and the number of those that it took."""
+    clock = map(float, count())
+    found = diagnosed(report, reference, None, Budget(steps, lambda: next(clock)))
+    return found, int(next(clock))
+
+
+def codes(report):
+    return [f.code for f in report.diagnosis]
+
+
+@pytest.fixture(scope="module", params=[1e-4, 2e-2], ids=["sure", "unsure"])
+def file(request, reference):
+    """Score, its whole diagnosis and the number of its steps; and whether the cause is sure."""
+    report = exchanged(reference, request.param)
+    # Once the motions are known the steps are the same every time.
+    after(report, reference, inf)
+    whole, steps = after(report, reference, inf)
+    return report, whole, steps, request.param < 1e-3
+
+
+def test_a_budget_that_suffices_changes_nothing(file, reference):
+    report, whole, steps, _ = file
+    assert whole.diagnosis[0].evidence["mistakes"] == [
+        "columns_steer_angle_as_roll_angle_roll_angle_as_steer_angle"
+    ]
+    found, _ = after(report, reference, steps)
+    assert not found.is_stopped_early
+    assert found.said == whole.said
+
+
+def test_without_time_nothing_is_claimed(file, reference):
+    report, _, _, _ = file
+    found, looks = after(report, reference, 1)
+    assert looks == 2
+    assert found.is_stopped_early
+    assert codes(found) == ["stopped_early"]
+    assert found.explanation is None
+    assert not {*codes(found)} & {*CAUSES, *CONCLUSIONS}
+
+
+def test_what_was_found_until_then_is_said_and_no_more(file, reference):
+    report, whole, steps, is_sure = file
+    said = {}
+    for k in (steps // 2, steps - 40, steps - 1):
+        found, looks = after(report, reference, k)
+        assert looks == k + 1
+        assert found.is_stopped_early
+        assert codes(found)[-1] == "stopped_early"
+        assert not {*codes(found)} & {*CONCLUSIONS}
+        # A cause that is named is the one that the whole search names.
+        causes = [f.evidence["mistakes"] for f in found.diagnosis if f.code in CAUSES]
+        assert causes in ([], [whole.diagnosis[0].evidence["mistakes"]])
+        said[k] = found.diagnosis[0]
+    last = said[steps - 1]
+    assert last.code == ("mistake" if is_sure else "likeliest_until_then")
+    assert last.evidence["mistakes"] == whole.diagnosis[0].evidence["mistakes"]
+
+
+def test_every_format_says_it(file, reference, tmp_path):
+    report, _, _, _ = file
+    found, _ = after(report, reference, 1)
+    for name in ("r.txt", "r.html", "r.xml", "r.json"):
+        text = " ".join(found.save(tmp_path / name).read_text().split())
+        assert "Stopped early: 1" in re.sub(r"<[^>]*>", "", text), name
+    assert json.loads(found.to_json())["stopped_early"] is True
+    assert json.loads(report.to_json())["stopped_early"] is False
+
+
+def wrong(tmp_path):
+    """A file whose steer angle is in the place of the roll angle."""
+    table = np.loadtxt(RIGHT)
+    table[:, [1, 7]] = table[:, [7, 1]]
+    np.savetxt(tmp_path / "x.txt", table, "%.17g")
+    return str(tmp_path / "x.txt")
+
+
+def test_the_commands_end_with_a_code_of_their_own(tmp_path, capsys):
+    path = wrong(tmp_path)
+    assert main(["diagnose", path, "--budget", "1e-9"]) == 4
+    assert "Stopped early: 1e-09 s of processor time" in capsys.readouterr().out
+    assert main(["diagnose", path, "--budget", "1e-9", "--format", "json"]) == 4
+    told = json.loads(capsys.readouterr().out)
+    assert told["stopped_early"] is True
+    assert told["findings"][0] == {
+        "code": "stopped_early", "severity": "warning", "evidence": {"seconds": 1e-9},
+        "message": told["findings"][0]["message"],
+    }  # fmt: skip
+    asked = ["score", path, "--diagnose", "--budget", "1e-9"]
+    assert main([*asked, "--format", "json"]) == 4
+    assert json.loads(capsys.readouterr().out)["stopped_early"] is True
+    # What is not met comes first.
+    assert main([*asked, "--require", "scd >= 6"]) == 3
+    # A file that is right is not searched.
+    assert main(["diagnose", str(RIGHT), "--budget", "1e9"]) == 0
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "x", "", "1,2", "1e999"])
+@pytest.mark.parametrize("command", [["diagnose"], ["score", "--diagnose"]])
+def test_a_budget_that_is_none_is_refused(capsys, command, text):
+    name, *more = command
+    assert main([name, str(RIGHT), *more, f"--budget={text}"]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert "--budget: " in told.err
+
+
+def test_a_budget_needs_a_diagnosis(capsys):
+    assert main(["score", str(RIGHT), "--budget", "5"]) == 1
+    assert "--budget: expected beside --diagnose" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("budget", [0, -1.0, nan, "5", None, [30]])
+def test_in_python_a_budget_that_is_none_is_refused(budget):
+    with pytest.raises(InputError, match=r"budget: found .*, expected seconds, more than zero"):
+        diagnose(RIGHT, budget=budget)
+
+
+def test_in_python_it_is_a_keyword(tmp_path):
+    found = diagnose(wrong(tmp_path), budget=1e-9)
+    assert found.is_stopped_early
+    assert codes(found) == ["stopped_early"]
