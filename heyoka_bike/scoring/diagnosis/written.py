@@ -93,33 +93,36 @@ def as_meant(report: Report) -> AsMeant | None:
 
 def _coarse_grids(report: Report) -> AsMeant | None:
     """Columns whose values are all multiples of a step that is far coarser than their digits."""
-    steps: dict[tuple[int, str], float] = {}
-    for m, c in _places(report):
-        quantum = m.part.quantum.get(c.key)
-        values = m.part.values[c.key]
-        values = values[np.isfinite(values)]
-        least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
-        if quantum is not None:
-            least = max(least, float(np.max(quantum.at(values))) / 2)
-        step = _step_of(np.unique(values), least)
-        if step is not None:
-            steps[m.maneuver, c.key] = step
-    if not steps:
-        return None
-    parts = []
-    for m in report.maneuvers:
-        own = {key: step for (n, key), step in steps.items() if n == m.maneuver}
-        parts.append(_on_grid(m.part, own))
-    by_key = grouped((key, (n, step)) for (n, key), step in steps.items())
-    seen = tuple(
-        CoarseGrid(
-            key,
-            tuple(n for n, _ in places),
-            max(x for _, x in places) * factor(_column(report, key).as_understood.unit)[0],
-        )
-        for key, places in by_key.items()
+    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in _places(report)}
+    found = {place: _step_of(*x) for place, x in levels.items()}
+    steps = {key: step for (_, key), step in found.items() if step is not None}
+    # Few levels show no step, but are of one that other maneuvers show.
+    on_grid = grouped(
+        (key, n)
+        for (n, key), (values, least) in levels.items()
+        if key in steps and _are_multiples(values, steps[key], least)
     )
-    return AsMeant(seen, tuple(parts))
+    if not on_grid:
+        return None
+    parts = (
+        _on_grid(m.part, {key: steps[key] for key, of in on_grid.items() if m.maneuver in of})
+        for m in report.maneuvers
+    )
+    seen = (
+        CoarseGrid(key, tuple(of), steps[key] * factor(_column(report, key).as_understood.unit)[0])
+        for key, of in on_grid.items()
+    )
+    return AsMeant(tuple(seen), tuple(parts))
+
+
+def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
+    """The different values of a column, and half of what its digits can tell, as written."""
+    quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
+    values = values[np.isfinite(values)]
+    least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
+    if quantum is not None:
+        least = max(least, float(np.max(quantum.at(values))) / 2)
+    return np.unique(values), least
 
 
 def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
@@ -143,9 +146,12 @@ def _step_of(levels: Array, least: float) -> float | None:
     span = float(levels[-1] - levels[0])
     # Over the whole span, in which rounding counts least.
     step = span / max(round(span / float(apart.min())), 1)
-    off = np.max(np.abs(levels - step * np.rint(levels / step)))
-    is_grid = step > _TIMES_COARSER * least and off <= _FLOORS_OF_ROUNDING * least
-    return step if is_grid else None
+    return step if _are_multiples(levels, step, least) else None
+
+
+def _are_multiples(levels: Array, step: float, least: float) -> bool:
+    off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
+    return step > _TIMES_COARSER * least and off <= _FLOORS_OF_ROUNDING * least
 
 
 def _own_differences(report: Report) -> AsMeant | None:
@@ -173,7 +179,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     if key not in m or _ANGLE_OF[key] not in m:
         return set()
     rate, angle = m[key], m[_ANGLE_OF[key]]
-    if not (rate.values == angle.values == m.rows > _FEWEST_ROWS):
+    if rate.values < _FEWEST_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
         return set()
     time, x = rate.trace.time, angle.trace.value
     slopes = np.diff(x) / np.diff(time)
@@ -377,37 +383,29 @@ def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
 
 
 def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
-    """A moving average over an odd number of even rows; NaN at both ends."""
-    time, right = c.trace.time, c.trace.reference
+    """A moving average over an odd number of even rows, of any definition; NaN at both ends."""
+    time, value = c.trace.time, c.trace.value
     steps = np.diff(time)
     if c.values < m.rows or np.ptp(steps) > _SAME * steps[0]:
         return None
-    # The average of 2 k + 1 rows is off by k (k + 1) / 6 second differences.
-    bend = np.diff(right, 2)
-    if not np.any(bend):
-        return None
-    inside = c.trace.error[1:-1]
-    tenth = max(1, len(inside) // 10)
-    middle = slice(tenth, -tenth)
-    k = (-1 + np.sqrt(max(1 + 24 * _slope(inside[middle], bend[middle]), 1))) / 2
-    best = None
-    for half in {int(k), int(k) + 1} - {0}:
+    names = [x.name for x in m.part.reference.definitions[c.key]]
+    right = np.array([*m.part.reference.approximate(time, names).values()])
+    sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
+    best: tuple[float, _Deviation] | None = None
+    for half in range(1, len(time) // _PART_AVERAGED):
         count = 2 * half + 1
-        if count > len(right) // 4:
-            continue
-        smooth = np.full_like(right, np.nan)
-        smooth[half:-half] = np.convolve(right, np.full(count, 1.0 / count), "valid")
-        deviation = smooth - right
-        told = np.isfinite(deviation)
-        left = rms((c.trace.error - deviation)[told])
-        if best is None or left < best[0]:
-            best = left, _Deviation(deviation, (float(count),))
+        smooth = (sums[:, count:] - sums[:, :-count]) / count
+        left = np.sqrt(np.mean((value[half:-half] - smooth) ** 2, axis=1))
+        which = int(np.argmin(left))
+        if best is None or left[which] < best[0]:
+            whole = np.full_like(time, np.nan)
+            whole[half:-half] = smooth[which]
+            best = float(left[which]), _Deviation(whole - c.trace.reference, (float(count),))
     return best[1] if best else None
 
 
-def _slope(y: Array, x: Array) -> float:
-    return float(np.dot(x, y) / np.dot(x, x)) if np.any(x) else 0.0
-
+# An average over more of the rows leaves too few to tell it.
+_PART_AVERAGED = 16
 
 _DESCRIPTIONS: Mapping[str, Callable[[ManeuverScore, ColumnScore], _Deviation | None]] = {
     "ratio": _ratio,

@@ -1,0 +1,160 @@
+"""What was done to columns or rows of a motion is seen on the numbers, and named with its size.
+
+The files are the published rows with one thing done to them; what remains once that is taken back
+is diagnosed as of any file. Nothing is said of files whose columns are only a little off.
+"""
+
+import numpy as np
+import pytest
+from support.mistaken_programs import correct, motion
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
+from heyoka_bike.scoring.diagnosis.programs.program import initial_state
+from heyoka_bike.scoring.diagnosis.written import as_meant
+from heyoka_bike.scoring.score import score
+
+ROWS = slice(0, 1001, 2)
+
+
+def columns(reference):
+    """By maneuver and key, at the published rows."""
+    return {n: {k: reference[n].rows[k][ROWS].copy() for k in KEYS} for n in reference}
+
+
+def table(reference, by_maneuver):
+    """Columns of one maneuver each, which share their times."""
+    return {"time": reference[1].time[ROWS]} | {
+        f"m{n}_{key}": x for n, held in by_maneuver.items() for key, x in held.items()
+    }
+
+
+def said(reference, by_maneuver):
+    return diagnose(table(reference, by_maneuver), reference).diagnosis
+
+
+@pytest.mark.parametrize("step", [2 * np.pi / 4096, 2 * np.pi / 1000])
+def test_a_coarse_grid(step, reference, tmp_path):
+    held = columns(reference)
+    for n in held:
+        held[n]["steer_angle"] = step * np.rint(held[n]["steer_angle"] / step)
+    path = tmp_path / "r.csv"
+    made = table(reference, held)
+    # As text the multiples are not exact.
+    lines = zip(*([f"{x:.12g}" for x in v] for v in made.values()), strict=True)
+    path.write_text("\n".join([",".join(made), *map(",".join, lines)]) + "\n")
+    (found,) = diagnose(path, reference).diagnosis
+    assert found.code == "coarse_grid"
+    assert (found.evidence["column"], found.evidence["maneuvers"]) == ("steer_angle", [1, 2, 3])
+    assert found.evidence["step"] == pytest.approx(step, rel=1e-9)
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, -0.01), (1.0, 0.0037), (0.998, 0.0)])
+def test_the_clock_of_one_maneuver(scale, shift, reference):
+    held = columns(reference)
+    time = reference[1].time[ROWS]
+    meant = np.clip(scale * time + shift, 0.0, 10.0)
+    held[3] = {key: reference[3].approximate(meant, [key])[key] for key in KEYS}
+    first, *rest = said(reference, held)
+    assert first.code == "other_clock"
+    assert first.evidence["maneuver"] == 3
+    assert first.evidence["scale"] == pytest.approx(scale, abs=1e-7)
+    assert first.evidence["shift"] == pytest.approx(shift, abs=1e-7)
+    # The first row of one shifted back is that of the start.
+    assert {f.code for f in rest} <= {"remainder"}
+
+
+@pytest.mark.parametrize("count", [3, 11, 25])
+def test_a_moving_average(count, reference):
+    held = columns(reference)
+    weights = np.full(count, 1.0 / count)
+    for n in held:
+        padded = {k: np.pad(x, count // 2, "edge") for k, x in held[n].items()}
+        held[n] = {k: np.convolve(x, weights, "valid") for k, x in padded.items()}
+    first, *rest = said(reference, held)
+    assert (first.code, first.evidence["rows"]) == ("smoothed_columns", count)
+    assert {f.code for f in rest} <= {"remainder"}
+
+
+@pytest.mark.parametrize(
+    ("key", "numbers", "factor", "offset", "unit"),
+    [
+        ("roll_angle", (1, 2, 3), 1.0005, 0.0, None),
+        ("roll_angle", (2,), 180 / np.pi, 0.0, "degree"),
+        ("steer_rate", (3,), 1.0, 0.02, None),
+        ("kinetic_energy", (1, 2, 3), 1.01, 0.0, None),
+    ],
+)
+def test_a_ratio_or_a_zero(key, numbers, factor, offset, unit, reference):
+    held = columns(reference)
+    for n in numbers:
+        held[n][key] = factor * held[n][key] + offset
+    found = [f for f in said(reference, held) if f.code == "column_ratio"]
+    assert [f.evidence["column"] for f in found] == [key]
+    (evidence,) = (f.evidence for f in found)
+    assert evidence["maneuvers"] == list(numbers)
+    assert evidence["factor"] == pytest.approx(factor, rel=1e-9)
+    assert evidence["offset"] == pytest.approx(offset, abs=1e-9)
+    assert evidence["unit"] == unit
+
+
+def test_a_ratio_of_two_columns_alone(reference):
+    held = {n: {k: x for k, x in c.items() if k in ("roll_angle", "steer_angle")}
+            for n, c in columns(reference).items()}  # fmt: skip
+    for n in held:
+        held[n]["roll_angle"] *= 1.0005
+    found = said(reference, held)
+    assert [f.code for f in found if f.severity == "warning"] == ["column_ratio"]
+
+
+def test_a_clipped_column(reference):
+    held = columns(reference)
+    held[2]["roll_rate"] = np.clip(held[2]["roll_rate"], -0.2, 0.25)
+    found = next(f for f in said(reference, held) if f.code == "clipped_column")
+    assert (found.evidence["low"], found.evidence["high"]) == (-0.2, 0.25)
+    assert found.evidence["maneuvers"] == [2]
+
+
+@pytest.mark.parametrize("how", ["backward", "forward", "central"])
+def test_a_rate_of_differences_beside_another_mistake(how, reference):
+    """The column is put aside, and the mistake of the model is found without it."""
+    program = apply(correct(reference), [m for m in MISTAKES if m.code == "inertia_2_decimals"])
+    time = reference[1].time[ROWS]
+    held = {}
+    for n in reference:
+        made = motion(program.bicycle, initial_state(program.bicycle, program.starts[n]), time)
+        held[n] = {key: made[key] for key in KEYS}
+        slopes = np.diff(held[n]["steer_angle"]) / np.diff(time)
+        rates = {
+            "backward": np.insert(slopes, 0, slopes[0]),
+            "forward": np.append(slopes, slopes[-1]),
+            "central": np.gradient(held[n]["steer_angle"], time),
+        }
+        held[n]["steer_rate"] = rates[how]
+    first, second, *_ = said(reference, held)
+    assert (first.code, first.evidence["how"]) == ("rate_of_differences", how)
+    assert (second.code, second.evidence["mistakes"]) == ("mistake", ["inertia_2_decimals"])
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-4])
+def test_nothing_is_seen_in_files_of_integrators(size, reference):
+    """Errors that grow as those of integrators do, in every column."""
+    held = columns(reference)
+    time = reference[1].time[ROWS]
+    for n in held:
+        for i, key in enumerate(KEYS):
+            scale = size * reference[n].scale(key)
+            held[n][key] += scale * (time / 10) ** 2 * np.sin((2 + i / 3) * time + n)
+    assert as_meant(score(table(reference, held), reference)) is None
+
+
+def test_rows_that_are_spread_are_those_of_the_file():
+    """Other times refute the stories of rows that are one too many or too few."""
+    even = [0.01 * i for i in range(1001)]
+    assert [m.code for m in misspaced(even, 10.0)] == ["end_left_out"]
+    assert [m.code for m in misspaced(even[:-1], 10.0)] == ["one_row_less"]
+    assert misspaced([0.999 * t for t in even], 10.0) == ()
+    assert misspaced(even[:500], 10.0) == ()
+    assert misspaced([0.0], 10.0) == ()
