@@ -10,6 +10,7 @@ import zlib
 import numpy as np
 import pytest
 from checker_wasm import build, source_hash
+from support.bad_links import CELL
 from support.pages import CHROMIUM, Page, browser
 
 from heyoka_bike import read_results, score
@@ -234,14 +235,6 @@ def test_a_file_is_dropped_and_its_result_is_linked(page, tmp_path):
     assert 'class="verdict shared"' in linked
     assert matrix(linked) == matrix(dom)
     assert "drop the file to judge it" in said(linked, "facts")
-
-
-CELL = {
-    "maneuver": 1, "key": 0, "rows": 11, "digits": 14.0, "mescd": 14.0, "max_error": 0.0,
-    "time_of_max": 0.0, "rms_error": 0.0, "column": 0, "sign": 1, "factor": 1, "offset": 0,
-    "grade": 1, "never_filled": 0, "errors": [None] * 40,
-}  # fmt: skip
-"""A cell of a link as the page writes it."""
 
 
 def shared(*cells, **changes):

@@ -6,6 +6,8 @@ const bytes = Uint8Array.from(atob(data.wasm), (c) => c.charCodeAt(0));
 const judge = new WebAssembly.Instance(new WebAssembly.Module(bytes), { env: GIVEN }).exports;
 const MANEUVERS = Array.from({ length: judge.maneuvers() }, (_, i) => i + 1);
 const EXPECTED = `expected 9 or ${1 + 8 * MANEUVERS.length}`;
+// UB_LARGEST of the header: what is larger is no value.
+const MOST_VALUE = 1e150;
 // In the order of `number` of checker.c.
 const MEASURES = ["rows", "digits", "mescd", "max_error", "time_of_max", "rms_error", "column", "sign", "factor", "offset", "grade", "never_filled"];
 

@@ -79,9 +79,11 @@ async function open() {
   if (!location.hash) return;
   const [, kind, text] = location.hash.match(/^#(text|result)=([\w-]+)$/) || [];
   at("result").hidden = true;
+  const isNewest = begun();
   let problem = "the link has no result, or not all of it";
   try {
     const found = kind && JSON.parse(await unpacked(text));
+    if (!isNewest()) return;
     if (kind === "text" && hasOnly(found, ["name", "text"]) && isText(found.name) && typeof found.text === "string") return judgeText(found.text, found.name);
     const result = kind === "result" && linked(found);
     if (result) {
@@ -91,6 +93,7 @@ async function open() {
   } catch (e) {
     if (e instanceof Unreadable) problem = e.message;
   }
+  if (!isNewest()) return;
   at("problem").textContent = `${problem}.`;
 }
 

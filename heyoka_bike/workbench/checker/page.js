@@ -21,8 +21,16 @@ function svg(tag, attributes = {}, ...children) {
 }
 
 let shown = null;
+let asked = 0;
+
+// What is asked for now takes the place of what is still being read: true until the next is.
+function begun() {
+  const mine = ++asked;
+  return () => mine === asked;
+}
 
 function judgeText(text, name, chosen = 0) {
+  begun();
   at("problem").textContent = "";
   at("result").hidden = true;
   try {
@@ -92,13 +100,15 @@ function show(result) {
   prepareReplay();
 }
 
+const value = (x) => (Math.abs(x) <= MOST_VALUE ? x : NaN);
+
 // Times, values in SI units as they are taken, and errors of a column.
 function series(c) {
   if (!shown.file) return null;
   const { numbers, width, columns, rows } = shown.file;
   const found = { t: [], value: [], exact: [], error: [], row: [] };
   for (let i = 0; i < rows.length; i++) {
-    const t = numbers[i * width + columns.time], x = c.sign * c.factor * numbers[i * width + c.at] - c.offset;
+    const t = numbers[i * width + columns.time], x = c.sign * c.factor * value(numbers[i * width + c.at]) - c.offset;
     const exact = judge.exact(c.maneuver, c.column, t);
     if (!Number.isFinite(x - exact)) continue;
     found.t.push(t); found.value.push(x); found.exact.push(exact); found.error.push(Math.abs(x - exact)); found.row.push(i);
@@ -262,13 +272,25 @@ function play() {
 /* ---- What is done ---- */
 
 function refuse(said) {
+  begun();
   at("result").hidden = true;
   at("problem").textContent = said;
 }
 
 async function take(file) {
+  const isNewest = begun();
   if (file.size > MOST_BYTES) refuse(`${file.name}: found ${file.size} bytes, expected at most ${MOST_BYTES}: heyoka-bike score takes longer files.`);
-  else judgeText(await file.text(), file.name);
+  else {
+    let text = null;
+    try {
+      text = await file.text();
+    } catch {
+      // A folder, or a file that is gone.
+    }
+    if (!isNewest()) return;
+    if (text === null) refuse(`${file.name}: cannot be read, expected a file.`);
+    else judgeText(text, file.name);
+  }
   at("verdict").focus();
 }
 

@@ -1,11 +1,13 @@
 /* What a text holds, read as heyoka-bike score reads it, or refused with the reason. Nothing is guessed:
    a heading is understood word by word, and a text has one separator. */
 
-const isNumber = (text) => /^[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?$|^[+-]?(nan|inf(inity)?)$/i.test(text);
+const isNumber = (text) => /^[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?$|^[+-]?(nan|inf(inity)?)$/i.test(text);
 const number = (text) => (/n/i.test(text) ? NaN : Number(text.replace(/d/i, "e")));
 const SEPARATORS = ["\t", ";", ",", ""];
 const FEWEST_COUNTED = 9;
 const LONGEST_SHOWN = 40;
+// Patterns below take the square of the time for longer ones.
+const LONGEST_HEADING = 200;
 
 class Unreadable extends Error {}
 
@@ -15,7 +17,7 @@ function read(text, name) {
   if (text.includes("\0")) stop(0, 0, "found a file that is no text, expected rows of numbers");
   if (!text.trim()) stop(0, 0, "found an empty file, expected rows of numbers");
   const lines = text.replace(/^\uFEFF/, "").replaceAll("\u2212", "-").replaceAll("\u00a0", " ").split(/\r\n|\n|\r/);
-  const plain = lines.map((line) => line.replace(/[#%!].*$|\/\/.*$/, "").trim());
+  const plain = lines.map((line) => line.replace(/([#%!]|\/\/)[^]*$/, "").trim());
   const dialect = dialectOf(plain);
   if (!dialect) stop(0, 0, `found no row of numbers, ${EXPECTED} columns of numbers`);
   let { first } = dialect;
@@ -92,6 +94,7 @@ const known = ({ meant }) => meant.filter(Boolean).length;
 
 // Column, maneuver (0: not said) and unit that a heading means; null if it is not known.
 function meaning(text) {
+  if (text.length > LONGEST_HEADING) return null;
   const [, stem, unit = ""] = text.match(/^(.*?)\s*(?:[[(]([^\])]*)[\])])?$/);
   const word = stem.toLowerCase().replace(/[\s_.:/\\-]+/g, "_").replace(/^_|_$/g, "");
   const [, before = 0, rest = word] = word.match(/^(?:m|man|maneuver|manoeuvre)_?(\d)_(.+)$/) || [];

@@ -1,0 +1,199 @@
+"""The page of ``export --page`` under damaged and forged links and files: each has a message.
+
+Whatever it is given, the page has a result or says why not, and raises nothing.
+"""
+
+import base64
+import json
+import re
+import subprocess
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from queue import SimpleQueue
+from threading import Thread
+
+import numpy as np
+import pytest
+from support.bad_links import CELL, bad_files, bad_links, packed
+from support.pages import CHROMIUM, browser
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.cli import main
+
+pytestmark = pytest.mark.proof
+
+# What a page says of each thing that it is given, one after the other.
+DRIVER = """
+const raised = [];
+addEventListener("error", (e) => raised.push(`${e.message} ${e.lineno}`));
+addEventListener("unhandledrejection", (e) => raised.push(String(e.reason)));
+const by = (id) => document.getElementById(id);
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+async function outcome(give) {
+  by("problem").textContent = by("verdict").textContent = "";
+  by("result").hidden = true;
+  raised.length = 0;
+  give();
+  const isOver = () => by("problem").textContent || !by("result").hidden || raised.length;
+  for (let i = 0; i < 6000 && !isOver(); i++) await pause(5);
+  await pause(5);
+  return {
+    problem: by("problem").textContent, verdict: by("verdict").textContent,
+    isShown: !by("result").hidden, style: by("verdict").className, raised: [...raised],
+    extra: Object.keys(Object.prototype).length + document.querySelectorAll("#result img").length,
+  };
+}
+const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+const file = ([name, data]) => new File([bytesOf(data)], name);
+function drop(given) {
+  const all = new DataTransfer();
+  all.items.add(given);
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer: all }));
+}
+function choose(given) {
+  const all = new DataTransfer();
+  all.items.add(given);
+  by("file").files = all.files;
+  by("file").dispatchEvent(new Event("change"));
+}
+async function tell(steps) {
+  const found = [];
+  for (const step of steps) found.push(await outcome(step));
+  await fetch("/", { method: "POST", body: JSON.stringify(found) });
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    assert main(["export", "--page", "-o", f"{folder}/"]) == 0
+    return (folder / "uncontrolled_bicycle.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def rows(reference):
+    columns = [reference[2][key] for key in BENCHMARK_COLUMNS]
+    return np.column_stack([reference[2].time, *columns])[::50].tolist()
+
+
+class Conversation(BaseHTTPRequestHandler):
+    """Gives a browser the page, and takes what it became."""
+
+    def do_GET(self):
+        body = self.server.page if self.path == "/page.html" else b""
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.end_headers()
+        self.wfile.write(body)
+
+    def do_POST(self):
+        body = self.rfile.read(int(self.headers["Content-Length"]))
+        self.send_response(200)
+        self.end_headers()
+        self.server.told.put(json.loads(body))
+
+    def log_message(self, *_):
+        pass
+
+
+def outcomes(page, folder, script):
+    """What the page becomes by each step of a script in one start of a browser; its complaints.
+
+    Time is the real one: what a browser makes virtual passes while a file is read.
+    """
+    allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'; connect-src 'self'"
+    page = re.sub(r"script-src [^\"]*", allowed, page)
+    page = page.replace("</body>", f"<script>{DRIVER}{script}</script></body>")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Conversation)
+    server.page, server.told = page.encode("utf-8", "replace"), SimpleQueue()
+    Thread(target=server.serve_forever, daemon=True).start()
+    command = [
+        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0",
+        f"--user-data-dir={folder / 'profile'}", "--enable-logging=stderr", "--v=0",
+        # A browser lets a page go to 200 places at once.
+        "--disable-ipc-flooding-protection",
+        f"http://127.0.0.1:{server.server_port}/page.html",
+    ]  # fmt: skip
+    log = folder / "console.txt"
+    with log.open("w") as stream:
+        browser_process = subprocess.Popen(command, stderr=stream, stdout=subprocess.DEVNULL)
+        try:
+            found = server.told.get(timeout=300)
+        finally:
+            browser_process.terminate()
+            browser_process.wait()
+            server.shutdown()
+            server.server_close()
+    return found, [line for line in log.read_text().splitlines() if "CONSOLE" in line]
+
+
+def check(found, given):
+    assert len(found) == len(given)
+    for outcome, one in zip(found, given, strict=True):
+        told = f"{str(one)[:300]}: {outcome}"
+        assert outcome["raised"] == [], told
+        assert outcome["extra"] == 0, told
+        # A result, or the reason why there is none.
+        assert outcome["isShown"] == bool(outcome["verdict"]), told
+        assert outcome["isShown"] != bool(outcome["problem"]), told
+
+
+@browser
+@pytest.mark.parametrize("seed", range(2))
+def test_links(page, rows, tmp_path, seed):
+    links = bad_links(rows, 250, seed)
+    steps = f"""
+        const links = {json.dumps(links)};
+        tell(links.map((link) => () => {{ location.hash = "#"; location.hash = link; }}));
+    """
+    found, complaints = outcomes(page, tmp_path, steps)
+    check(found, links)
+    assert complaints == []
+    for outcome, link in zip(found, links, strict=True):
+        if outcome["isShown"] and link.startswith("#result="):
+            assert outcome["verdict"].startswith("shared, not checked here: "), link
+            assert outcome["style"] == "verdict shared", link
+    assert sum(x["isShown"] for x in found) > 20
+    assert sum(not x["isShown"] for x in found) > 100
+
+
+@browser
+@pytest.mark.parametrize("way", ["drop", "choose"])
+def test_files(page, rows, tmp_path, way):
+    files = bad_files(rows, 120, 7)
+    given = [(name, base64.b64encode(data).decode()) for name, data in files]
+    steps = f"tell({json.dumps(given)}.map((one) => () => {way}(file(one))));"
+    found, complaints = outcomes(page, tmp_path, steps)
+    check(found, given)
+    assert complaints == []
+
+
+@browser
+def test_what_cannot_be_read_has_a_message(page, tmp_path):
+    """A folder that is dropped, and a file that is gone, are files whose text cannot be read."""
+    steps = """
+        const gone = new File(["0 1"], "gone.txt");
+        gone.text = () => Promise.reject(new DOMException("it is gone", "NotFoundError"));
+        const dropped = new Event("drop");
+        dropped.dataTransfer = { files: [gone] };
+        tell([() => document.dispatchEvent(dropped)]);
+    """
+    ((found,), complaints) = outcomes(page, tmp_path, steps)
+    assert found["raised"] == complaints == []
+    assert found["problem"].startswith("gone.txt: cannot be read")
+
+
+@browser
+def test_the_last_of_two_links_is_shown(page, tmp_path):
+    long = packed("text", json.dumps({"name": "first", "text": "0 1\n" * 2_000_000}))
+    last = packed("result", json.dumps({"name": "last", "whole": True, "cells": [CELL]}))
+    steps = f"""
+        tell([async () => {{
+            location.hash = {json.dumps(long)};
+            await pause(0);
+            location.hash = {json.dumps(last)};
+        }}]);
+    """
+    ((found,), _) = outcomes(page, tmp_path, steps)
+    assert found["isShown"], found
+    assert found["verdict"].startswith("shared, not checked here: right"), found
