@@ -19,7 +19,16 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import after_folder, data_folder
 from heyoka_bike.workbench.after_ten_seconds.facts import prove_lift
-from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, FATES, LIFTS, REAR, UPRIGHT, WEAVES
+from heyoka_bike.workbench.atlas.data import (
+    CYCLE,
+    FALLS,
+    FATES,
+    LIFTS,
+    REAR,
+    UPRIGHT,
+    VARIABLES,
+    WEAVES,
+)
 from heyoka_bike.workbench.atlas.design import ACCURACY, axis, design
 from heyoka_bike.workbench.atlas.fates import fates, repeats
 from heyoka_bike.workbench.atlas.make import changes, chunk, edge, lift_of, make_atlas
@@ -271,6 +280,8 @@ def test_a_damaged_atlas_is_refused_and_mended(whole, small, tmp_path):
         except DatasetError as e:
             said = str(e)
             outcomes["refused" if "\n" not in said else "not in one line"] += 1
+            if file.parent.name in VARIABLES and not file.name.startswith("."):
+                assert f": chunk {file.name} is damaged: " in said
             # Every twelfth: a chunk is computed each time.
             if "makes this anew" in said and outcomes["refused"] % 12 == 0:
                 with ThreadPoolExecutor(1) as pool, using(executor=pool):
