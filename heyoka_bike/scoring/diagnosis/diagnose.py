@@ -61,11 +61,13 @@ def diagnose(
         As in `score`.
     progress
         Called with the part of the work that is done, 0 to 1.
-    maneuver, columns, named
+    maneuver, columns
         As in `score`.
     budget
         Processor time that looking for causes may take, in all threads of this process [s]. When it
         is spent the report has what was found until then, and `is_stopped_early`.
+    named
+        As in `score`.
 
     Returns
     -------
