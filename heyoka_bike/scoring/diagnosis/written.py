@@ -305,7 +305,9 @@ def _deviating_columns(report: Report) -> AsMeant | None:
     """Columns that are times a constant, clipped or smoothed: what explains each best."""
     found: dict[tuple[int, str], tuple[str, _Deviation]] = {}
     for m, c in _places(report):
-        if c.is_at_floor(_FLOORS_OF_ROUNDING) or c.values < _FEWEST_ROWS or not c.scale:
+        # One number in every row is no function of the right column.
+        is_told = c.values >= _FEWEST_ROWS and c.scale and np.ptp(c.trace.value)
+        if c.is_at_floor(_FLOORS_OF_ROUNDING) or not is_told:
             continue
         before, best = rms(c.trace.error), WEIGHTS.mostly
         for how, describe in _DESCRIPTIONS.items():
@@ -313,7 +315,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
                 continue
             told = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[told])
-            relief = before / max(left, (c.floor or 0.0) / 2, np.finfo(np.float64).tiny)
+            relief = before / max(left, (c.floor or 0.0) / 2, WEIGHTS.resolved * c.scale)
             # Of two the simpler one, which is tried first, unless the other explains more.
             if relief > best and left < WEIGHTS.little * c.scale:
                 found[m.maneuver, c.key], best = (how, deviation), _AS_GOOD * relief
