@@ -1,4 +1,4 @@
-"""Write the reference, the equations of motion or a judge of results for other languages.
+"""Write the reference, the equations, the model of an engine or a judge for other programs.
 
 Write the reference for programs without HDF5 or Python. c, fortran and matlab (for GNU Octave too)
 are source code that evaluates the columns at any time, exact and needing nothing else; csv and
@@ -10,6 +10,9 @@ derivatives of that; columns, what the benchmark asks for; start_1 and so on, wh
 start. C and Python have the descriptor form too, for solvers of differential-algebraic equations:
 mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
 
+Or write a bicycle as a physics engine reads it: urdf, sdf (SDFormat) or mjcf (MuJoCo), with four
+links, three joints and thin wheels, axes with z up, and where each maneuver starts.
+
 Or write the judge: one header for C and C++, with the exact motion in every definition of the
 columns, and functions that take your arrays and say how many digits of them are right. It is for
 tests where there is no Python; it does less than 'heyoka-bike score'. The page is the same for
@@ -19,26 +22,30 @@ examples:
   heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
   heyoka-bike export --equations python
   heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90
+  heyoka-bike export --model urdf --bicycle browser
   heyoka-bike export --checker -o tests/
 """
 
 import argparse
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain
-from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.errors import Exit, InputError, quoted
 from heyoka_bike.registry import addition
 
 _FORMAT_NAMES = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
-_STEM_NAME, _EQUATIONS = "uncontrolled_bicycle", "bicycle"
+_MODELS = ("urdf", "sdf", "mjcf")
+_STEM_NAME, _BICYCLE = "uncontrolled_bicycle", "bicycle"
 # What goes with each kind of export.
 _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
     "equations": ("bicycle", "maneuvers"),
+    "model": ("bicycle", "maneuvers", "tyre"),
     "checker": ("reference",),
     "page": (),
 }
@@ -52,19 +59,24 @@ def add_parser(subparsers: Any) -> None:
     kinds = {
         "--equations LANGUAGE": "write the equations of motion in one of "
         f"{', '.join(_LANGUAGES)} (matlab for GNU Octave too)",
+        "--model FORMAT": f"write a model for physics engines in one of {', '.join(_MODELS)}",
         "--checker": f"write {_STEM_NAME}.h: the exact motion, and how many digits of yours "
         "are right",
         "--page": f"write {_STEM_NAME}.html: a page that judges files in the browser, without a "
         "server",
     }
-    options.add_arguments(what, kinds, equations={"choices": _LANGUAGES})
+    options.add_arguments(
+        what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS}
+    )
     others = {
-        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM_NAME}.* or {_EQUATIONS}.* "
+        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM_NAME}.* or {_BICYCLE}.* "
         "(default: this folder)",
-        "--bicycle NAME|FILE": "of --equations: a bicycle of the collection, or a TOML file "
-        "(default: benchmark)",
-        "--maneuvers NAME|FILE": "of --equations: maneuvers of the collection, or a TOML file "
-        "(default: those of the bicycle's name, benchmark for a file)",
+        "--bicycle NAME|FILE": "of --equations and --model: a bicycle of the collection, or a TOML "
+        "file (default: benchmark)",
+        "--maneuvers NAME|FILE": "of --equations and --model: maneuvers of the collection, or a "
+        "TOML file (default: those of the bicycle's name, benchmark for a file)",
+        "--tyre WIDTH": "of --model: width of the wheels [m]; 0, the default, is as thin as "
+        "engines take",
         "--maneuver N": "export this one (default: all)",
         "--columns NAMES": "names separated by commas, or all (default: the eight of the benchmark "
         "in their default definitions)",
@@ -82,7 +94,10 @@ def run(args: argparse.Namespace) -> int:
     for name in dict.fromkeys(name for names in _GOES_WITH.values() for name in names):
         if getattr(args, name) is not None and name not in _GOES_WITH[asked]:
             raise InputError(f"--{name}: does not go with --{asked}")
-    write = {"format": _reference, "equations": _equations, "checker": _checker, "page": _page}
+    write = {
+        "format": _reference, "equations": _equations, "model": _model, "checker": _checker,
+        "page": _page,
+    }  # fmt: skip
     files = write[asked](args)
     write_outputs(files)
     for path in files:
@@ -106,12 +121,31 @@ def _equations(args: argparse.Namespace) -> dict[Path, bytes]:
     from heyoka_bike.bicycle.parameters import read_inputs
     from heyoka_bike.reference.exports.equations import LANGUAGES, render
 
-    folder, stem = _place(args.output, LANGUAGES[args.equations].suffixes, _EQUATIONS)
+    folder, stem = _place(args.output, LANGUAGES[args.equations].suffixes, _BICYCLE)
     bicycle, maneuvers = read_inputs(args.bicycle or "benchmark", args.maneuvers)
-    for warning in bicycle.warnings:
-        complain(f"warning: {bicycle.name}: {warning}")
+    _warn(bicycle.name, bicycle.warnings)
     found = render(args.equations, bicycle, maneuvers, stem)
     return {folder / f"{stem}{ending}": data for ending, data in found.items()}
+
+
+def _model(args: argparse.Namespace) -> dict[Path, bytes]:
+    from heyoka_bike.bicycle.parameters import read_inputs
+    from heyoka_bike.numbers.exact import Exact
+    from heyoka_bike.reference.exports.models import MODELS, refused, render
+
+    suffix = MODELS[args.model].suffix
+    folder, stem = _place(args.output, (suffix,), _BICYCLE)
+    bicycle, maneuvers = read_inputs(args.bicycle or "benchmark", args.maneuvers)
+    width = Exact.read("--tyre", args.tyre or "0")
+    if width.sign < 0 or not width.is_rational:
+        raise InputError(f"--tyre: found {quoted(args.tyre)}, expected zero or more, without pi")
+    _warn(bicycle.name, refused(bicycle))
+    return {folder / f"{stem}{suffix}": render(args.model, bicycle, maneuvers, width.rational)}
+
+
+def _warn(name: str, warnings: Iterable[str]) -> None:
+    for warning in warnings:
+        complain(f"warning: {name}: {warning}")
 
 
 def _checker(args: argparse.Namespace) -> dict[Path, bytes]:

@@ -86,6 +86,45 @@ def test_equations_of_any_bicycle_and_maneuvers(language, tmp_path, capsys):
         assert ("residual_3" in text) is (language in ("c", "python"))
 
 
+MODELS = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_models_of_any_bicycle_and_maneuvers(name, tmp_path, capsys):
+    options = ("--bicycle", "pista", "--maneuvers", "benchmark", "-o", tmp_path)
+    assert run("--model", name, *options, capsys=capsys)[0] == 0
+    (path,) = tmp_path.iterdir()
+    assert path.name == f"bicycle{MODELS[name]}"
+    text = path.read_text("ascii")
+    assert "rR = 0.332088156971 m: radius of the rear wheel" in text
+    assert "MIT, Copyright" in text
+    assert "start_3: 'maneuver 3'" in text
+
+
+@pytest.mark.parametrize(
+    ("width", "said"),
+    [
+        ("-0.01", "found '-0.01', expected zero or more, without pi"),
+        ("pi/100", "found 'pi/100', expected zero or more, without pi"),
+        ("thin", "found 'thin', expected a decimal number or an expression"),
+    ],
+)
+def test_a_width_that_is_none_is_refused(width, said, tmp_path, capsys):
+    code, _, err = run("--model", "sdf", f"--tyre={width}", "-o", tmp_path, capsys=capsys)
+    assert (code, err.count("\n")) == (1, 1)
+    assert f"heyoka-bike: --tyre: {said}" in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_engines_refuse_is_said(tmp_path, capsys):
+    options = ("--model", "mjcf", "--bicycle", "two-mass-skate", "-o", tmp_path)
+    code, _, err = run(*options, capsys=capsys)
+    assert code == 0
+    assert "inertia matrix of B is only semidefinite, which engines refuse or change\n" in err
+    assert "R has no mass, which engines refuse or change\n" in err
+    assert run("--model", "mjcf", "-o", tmp_path, capsys=capsys)[2] == ""
+
+
 def test_julia_is_well_formed(tmp_path, capsys):
     """By a parser alone: there is no Julia among the packages of Debian or PyPI."""
     julia = pytest.importorskip("tree_sitter_julia", reason="tree-sitter-julia is not installed")
@@ -149,7 +188,7 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "one of the arguments --format --equations --checker --page is req"),
+        ([], "one of the arguments --format --equations --model --checker --page"),
         (["--format", "cobol"], "found 'cobol', expected one of c, fortran, matlab, json, csv"),
         (["--format", "c", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (["--format", "c", "--columns", "roll"], "found 'roll', expected all or some of roll_an"),

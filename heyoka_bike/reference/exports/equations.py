@@ -20,19 +20,24 @@ from heyoka_bike.bicycle.equations.descriptor import (
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, whole_rates
-from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import quoted
 from heyoka_bike.numbers import straight_line as languages
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.dual import Duals
-from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.numbers.straight_line import Language, StraightLine
 from heyoka_bike.reference.description import COPYRIGHT
-from heyoka_bike.reference.exports.formats import AXES, check_name, commented, wrapped
+from heyoka_bike.reference.exports.formats import (
+    AXES,
+    check_name,
+    commented,
+    parameter_lines,
+    value_text,
+    wrapped,
+)
 from heyoka_bike.version import __version__
 
 _BITS_OF_CONSTANTS = 200
-_DIGITS_OF_COMMENTS = 17  # of parameters in comments that no decimal equals
 
 _Numbers = Sequence[Number]
 # Name, what is said of it, and the arguments of `Language.function`.
@@ -171,8 +176,7 @@ def _about(language: str, bicycle: Bicycle, use: str) -> Iterator[str]:
     )
     yield use
     yield "Parameters:"
-    for symbol, p in PARAMETERS.items():
-        yield f"  {symbol} = {_text(bicycle[symbol])} {p.unit}".rstrip() + f": {p.description}"
+    yield from parameter_lines(bicycle)
 
 
 def _functions(
@@ -202,8 +206,8 @@ def _functions(
     yield "columns", says, y, "c", columns
     starts = [_start(bicycle, m) for m in maneuvers]
     names = [
-        f"{quoted(m.name)}: forward speed {_text(m.speed)} m/s, roll rate {_text(m.roll_rate)} "
-        "rad/s." for m in maneuvers
+        f"{quoted(m.name)}: forward speed {value_text(m.speed)} m/s, roll rate "
+        f"{value_text(m.roll_rate)} rad/s." for m in maneuvers
     ]  # fmt: skip
     for i, (name, start) in enumerate(zip(names, starts, strict=True), 1):
         yield f"start_{i}", f"State at the start of {name}", {}, "y", _given(start[0])
@@ -250,10 +254,6 @@ def _descriptor_functions(rounded: Equations) -> Iterator[_Function]:
 
 def _given(values: Sequence[float]) -> Callable[[StraightLine], _Numbers]:
     return lambda code: [code.literal(x) for x in values]
-
-
-def _text(x: Exact) -> str:
-    return shortest_decimal(x.rational, _DIGITS_OF_COMMENTS) if x.is_rational else str(x)
 
 
 def _start(bicycle: Bicycle, m: Maneuver) -> list[list[float]]:

@@ -23,9 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.numbers.exact import shortest_decimal
+from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.reference.description import CONVENTIONS, COPYRIGHT, shared_attributes, title_of
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.manifest import CUSTOM
@@ -39,6 +40,7 @@ AXES = (
 )
 
 _WIDTH_OF_COMMENTS = 96
+_DIGITS_OF_COMMENTS = 17  # of values that no decimal equals
 _NAME_OF_MATLAB = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 
@@ -155,6 +157,18 @@ def described(column: Column) -> str:
 def commented(lines: list[str], mark: str) -> str:
     """The lines as a comment."""
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
+
+
+def parameter_lines(bicycle: Bicycle) -> Iterator[str]:
+    """Every parameter with its meaning, for `wrapped`; digits where no decimal equals it."""
+    for symbol, p in PARAMETERS.items():
+        value = f"{symbol} = {value_text(bicycle[symbol])} {p.unit}".rstrip()
+        yield f"  {value}: {p.description}"
+
+
+def value_text(x: Exact) -> str:
+    """A value as a decimal, or as an expression with pi."""
+    return shortest_decimal(x.rational, _DIGITS_OF_COMMENTS) if x.is_rational else str(x)
 
 
 def check_name(stem: str, of: str) -> None:
