@@ -94,6 +94,15 @@ def matrix_of(quaternion):
     return about(np.array(along) / half, 2 * np.arctan2(half, scalar)) if half else np.eye(3)
 
 
+def quaternion_of(yaw, roll, pitch):
+    """The scalar first, along axes with z up; the angles are about axes with z down."""
+    (a, b, c), (x, y, z) = (f(np.array([yaw, roll, pitch]) / 2) for f in (np.cos, np.sin))
+    return np.array([
+        a * b * c - x * y * z, a * y * c - x * b * z,
+        -a * b * z - x * y * c, -x * b * c - a * y * z,
+    ])  # fmt: skip
+
+
 def read_urdf(root):
     model = Model({}, {}, {}, {}, {}, {})
     for link in root.iter("link"):
@@ -172,6 +181,7 @@ class Posed:
     q: np.ndarray
     place: np.ndarray
     axes: np.ndarray
+    quaternion: np.ndarray
     angles: np.ndarray
     per_rate: np.ndarray  # velocities of the model per rate of the coordinates
 
@@ -203,5 +213,6 @@ def posed(bicycle, maneuver):
     per_rate[6, 7], per_rate[7, 6], per_rate[8, 8] = -1, 1, -1
     return Posed(
         equations, np.array([*hub, yaw, roll, pitch, steer, *wheels]), Z_UP @ (hub + below),
-        Z_UP @ pitched @ Z_UP, np.array([-wheels[0], steer, -wheels[1]]), per_rate,
+        Z_UP @ pitched @ Z_UP, quaternion_of(yaw, roll, pitch),
+        np.array([-wheels[0], steer, -wheels[1]]), per_rate,
     )  # fmt: skip

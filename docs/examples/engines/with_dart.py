@@ -1,0 +1,79 @@
+"""The bicycle of ``heyoka-bike export --model sdf`` in DART; see `bicycle`."""
+
+from pathlib import Path
+
+import dartpy as dart
+import numpy as np
+from bicycle import Body, State, main, parameter
+
+STEP = 0.001
+"""Of the time [s]."""
+
+
+def rotation_vector(quaternion):
+    """Axis of a rotation times its angle and a turn.
+
+    DART takes the angle for its sine below some 1e-3 rad, and is right a turn further on.
+    """
+    scalar, along = quaternion[0], np.array(quaternion[1:])
+    half = np.linalg.norm(along)
+    return 2 * (np.arctan2(half, scalar) + np.pi) / half * along if half else along
+
+
+class Engine:
+    """DART's skeleton; contact and friction are impulses."""
+
+    def __init__(self, file):
+        self.world = dart.utils.SdfParser.readWorld(str(Path(file).resolve()))
+        self.world.setTimeStep(STEP)
+        self.skeleton = self.world.getSkeleton("bicycle")
+        self.links = {letter: self.skeleton.getBodyNode(letter) for letter in "BRHF"}
+        self.joints = [self.skeleton.getJoint(x) for x in ("rear_axle", "steer_axis", "front_axle")]
+        self.radii = [parameter(file, "rR"), parameter(file, "rF")]
+
+    def set(self, state):
+        root = self.skeleton.getRootJoint()
+        root.setPositions([*rotation_vector(state.attitude), *state.place])
+        for joint, angle, rate in zip(self.joints, state.angles, state.rates, strict=True):
+            joint.setPosition(0, angle)
+            joint.setVelocity(0, rate)
+        root.setLinearVelocity(state.velocity)
+        root.setAngularVelocity(state.turning)
+
+    def state(self):
+        base = self.links["B"]
+        pose = base.getWorldTransform()
+        return State(
+            pose.translation(), pose.quaternion().wxyz(),
+            np.array([joint.getPosition(0) for joint in self.joints]),
+            base.getLinearVelocity(), base.getAngularVelocity(),
+            np.array([joint.getVelocity(0) for joint in self.joints]),
+        )  # fmt: skip
+
+    def bodies(self):
+        return {
+            letter: Body(
+                link.getMass(), link.getCOM(), link.getCOMLinearVelocity(),
+                link.getWorldTransform().rotation(), link.getAngularVelocity(),
+            )
+            for letter, link in self.links.items()
+        }  # fmt: skip
+
+    def energies(self):
+        return self.skeleton.computePotentialEnergy(), self.skeleton.computeKineticEnergy()
+
+    def mass_matrix(self):
+        now, own = self.state(), np.zeros((9, 9))
+        for i, unit in enumerate(np.eye(9)):
+            self.set(now._replace(velocity=unit[:3], turning=unit[3:6], rates=unit[6:]))
+            own[:, i] = self.skeleton.getVelocities()
+        self.set(now)
+        return own.T @ self.skeleton.getMassMatrix() @ own
+
+    def step(self, seconds):
+        for _ in range(round(seconds / STEP)):
+            self.world.step()
+
+
+if __name__ == "__main__":
+    main(Engine)

@@ -1,0 +1,84 @@
+"""The bicycle of ``heyoka-bike export --model sdf`` in Drake, by its contact; see `bicycle`."""
+
+import numpy as np
+from bicycle import UP, Body, State, main, parameter
+from pydrake import all as drake
+
+STEP = 0.001
+"""Of the time [s]."""
+
+
+class Engine:
+    """Drake's plant of discrete steps."""
+
+    def __init__(self, file):
+        builder = drake.DiagramBuilder()
+        self.plant, _ = drake.AddMultibodyPlantSceneGraph(builder, STEP)
+        drake.Parser(self.plant).AddModels(file)
+        # The gravity of a world is not read; 9.81 m/s^2 is Drake's own.
+        field = self.plant.mutable_gravity_field()
+        field.set_gravity_vector(-parameter(file, "g") * UP)
+        self.plant.Finalize()
+        self.simulator = drake.Simulator(builder.Build())
+        self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+        self.links = {letter: self.plant.GetBodyByName(letter) for letter in "BRHF"}
+        self.joints = [
+            self.plant.GetJointByName(x) for x in ("rear_axle", "steer_axis", "front_axle")
+        ]
+        self.radii = [parameter(file, "rR"), parameter(file, "rF")]
+
+    def set(self, state):
+        base, attitude = self.links["B"], drake.Quaternion(state.attitude)
+        pose = drake.RigidTransform(attitude, state.place)
+        self.plant.SetFreeBodyPose(self.context, base, pose)
+        velocity = drake.SpatialVelocity(state.turning, state.velocity)
+        self.plant.SetFreeBodySpatialVelocity(context=self.context, body=base, V_JpJc=velocity)
+        for joint, angle, rate in zip(self.joints, state.angles, state.rates, strict=True):
+            joint.set_angle(self.context, angle)
+            joint.set_angular_rate(self.context, rate)
+
+    def state(self):
+        pose = self.links["B"].EvalPoseInWorld(self.context)
+        moving = self.links["B"].EvalSpatialVelocityInWorld(self.context)
+        return State(
+            pose.translation(), pose.rotation().ToQuaternion().wxyz(),
+            np.array([joint.get_angle(self.context) for joint in self.joints]),
+            moving.translational(), moving.rotational(),
+            np.array([joint.get_angular_rate(self.context) for joint in self.joints]),
+        )  # fmt: skip
+
+    def bodies(self):
+        found = {}
+        for letter, link in self.links.items():
+            pose, moving = (
+                link.EvalPoseInWorld(self.context), link.EvalSpatialVelocityInWorld(self.context)
+            )  # fmt: skip
+            axes = pose.rotation().matrix()
+            arm = axes @ link.CalcCenterOfMassInBodyFrame(self.context)
+            turning = moving.rotational()
+            found[letter] = Body(
+                link.get_mass(self.context), pose.translation() + arm,
+                moving.translational() + np.cross(turning, arm), axes, turning,
+            )  # fmt: skip
+        return found
+
+    def energies(self):
+        return (
+            self.plant.CalcPotentialEnergy(self.context), self.plant.CalcKineticEnergy(self.context)
+        )  # fmt: skip
+
+    def mass_matrix(self):
+        plant, context = self.plant, self.context
+        own = np.zeros((9, 9))
+        first = self.links["B"].floating_velocities_start_in_v()
+        own[first : first + 3, 3:6] = own[first + 3 : first + 6, :3] = np.eye(3)
+        for i, joint in enumerate(self.joints):
+            own[joint.velocity_start(), 6 + i] = 1
+        return own.T @ plant.CalcMassMatrix(context) @ own
+
+    def step(self, seconds):
+        self.simulator.AdvanceTo(self.simulator.get_context().get_time() + seconds)
+
+
+if __name__ == "__main__":
+    main(Engine)

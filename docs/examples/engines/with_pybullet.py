@@ -1,0 +1,118 @@
+"""The bicycle of ``heyoka-bike export --model urdf`` in PyBullet; see `bicycle`."""
+
+import numpy as np
+import pybullet as bullet
+from bicycle import Body, State, cross_matrix, main, parameter, product, rotation
+
+STEP = 0.001
+"""Of the time [s]."""
+
+JOINTS = ("rear_axle", "steer_axis", "front_axle")
+
+
+class Engine:
+    """Bullet's multibody; contact and friction are impulses."""
+
+    def __init__(self, file):
+        bullet.connect(bullet.DIRECT)
+        # URDF has no gravity.
+        self.gravity = parameter(file, "g")
+        bullet.setGravity(0, 0, -self.gravity)
+        bullet.setPhysicsEngineParameter(fixedTimeStep=STEP)
+        # Else Bullet takes the inertias of the shapes, and cylinders as polygons of 32 corners.
+        flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
+        self.bike = bullet.loadURDF(str(file), flags=flags)
+        floor = bullet.createMultiBody(0, bullet.createCollisionShape(bullet.GEOM_PLANE))
+        names = {bullet.getJointInfo(self.bike, i)[1].decode(): i for i in range(3)}
+        self.joints = [names[name] for name in JOINTS]
+        self.links = dict(zip("BRHF", [-1, *self.joints], strict=True))
+        # No damping, friction enough, and no motors, which are there by default.
+        for body, link in ((floor, -1), *((self.bike, link) for link in self.links.values())):
+            bullet.changeDynamics(
+                body, link, lateralFriction=1, linearDamping=0, angularDamping=0, jointDamping=0,
+                maxJointVelocity=1e9,
+            )  # fmt: skip
+        for joint in self.joints:
+            bullet.setJointMotorControl2(self.bike, joint, bullet.VELOCITY_CONTROL, force=0)
+        self.info = {
+            letter: bullet.getDynamicsInfo(self.bike, link) for letter, link in self.links.items()
+        }
+        # Its base is in the centre of mass of the link B, along principal axes, which are turned
+        # here by NumPy: multiplyTransforms has the digits of binary32.
+        self.centre = np.array(self.info["B"][3])
+        self.principal = np.roll(self.info["B"][4], 1)
+        self.radii = [parameter(file, "rR"), parameter(file, "rF")]
+
+    def set(self, state):
+        arm = rotation(state.attitude) @ self.centre
+        x, y, z, w = np.roll(product(state.attitude, self.principal), -1)
+        bullet.resetBasePositionAndOrientation(self.bike, state.place + arm, [x, y, z, w])
+        velocity = state.velocity + np.cross(state.turning, arm)
+        bullet.resetBaseVelocity(self.bike, velocity, state.turning)
+        for joint, angle, rate in zip(self.joints, state.angles, state.rates, strict=True):
+            bullet.resetJointState(self.bike, joint, angle, rate)
+
+    def state(self):
+        centre, turned = bullet.getBasePositionAndOrientation(self.bike)
+        attitude = product(np.roll(turned, 1), self.principal * [1, -1, -1, -1])
+        velocity, turning = map(np.array, bullet.getBaseVelocity(self.bike))
+        arm = rotation(attitude) @ self.centre
+        joints = [bullet.getJointState(self.bike, joint)[:2] for joint in self.joints]
+        angles, rates = np.array(joints).T
+        return State(
+            np.array(centre) - arm, attitude, angles, velocity - np.cross(turning, arm), turning,
+            rates,
+        )  # fmt: skip
+
+    def bodies(self):
+        base = self.state()
+        arm = rotation(base.attitude) @ self.centre
+        found = {
+            "B": Body(
+                self.info["B"][0], base.place + arm, base.velocity + np.cross(base.turning, arm),
+                rotation(base.attitude), base.turning,
+            )
+        }  # fmt: skip
+        for letter, joint in zip("RHF", self.joints, strict=True):
+            link = bullet.getLinkState(self.bike, joint, True, True)
+            centre, velocity, turning = (np.array(link[i]) for i in (0, 6, 7))
+            # That of the link's frame has the digits of binary32.
+            principal = rotation(np.roll(self.info[letter][4], 1))
+            axes = rotation(np.roll(link[1], 1)) @ principal.T
+            found[letter] = Body(self.info[letter][0], centre, velocity, axes, turning)
+        return found
+
+    def tensors(self):
+        """Inertia of each body along the ground's axes, from Bullet's principal moments."""
+        found = {}
+        for letter, body in self.bodies().items():
+            principal = body.axes @ rotation(np.roll(self.info[letter][4], 1))
+            found[letter] = principal @ np.diag(self.info[letter][2]) @ principal.T
+        return found
+
+    def energies(self):
+        """Bullet tells none: they are summed over its bodies."""
+        potential = kinetic = 0.0
+        tensors = self.tensors()
+        for letter, body in self.bodies().items():
+            potential += body.mass * self.gravity * body.centre[2]
+            kinetic += body.mass * (body.velocity @ body.velocity) / 2
+            kinetic += body.turning @ tensors[letter] @ body.turning / 2
+        return potential, kinetic
+
+    def mass_matrix(self):
+        """Bullet's own has the angular velocity first, and the base's velocities in its axes."""
+        state = self.state()
+        axes = rotation(state.attitude)
+        back, own = (axes @ rotation(self.principal)).T, np.eye(9)
+        own[:3, :3], own[:3, 3:6] = 0, back
+        own[3:6, :3], own[3:6, 3:6] = back, -back @ cross_matrix(axes @ self.centre)
+        return own.T @ np.array(bullet.calculateMassMatrix(self.bike, list(state.angles))) @ own
+
+    def step(self, seconds):
+        for _ in range(round(seconds / STEP)):
+            bullet.stepSimulation()
+
+
+if __name__ == "__main__":
+    main(Engine)

@@ -1,0 +1,165 @@
+"""The programs of docs/examples/engines, each in a process of its own: engines do not mix."""
+
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from importlib import import_module
+from importlib.util import find_spec
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from heyoka_bike.system.resources import data_folder
+
+PROGRAMS = data_folder().parent / "docs" / "examples" / "engines"
+
+# By program: the module of the engine, the line that installs it, and the format it is given.
+ENGINES = {
+    "mujoco": ("mujoco", "pip install mujoco==4.0.0", "mjcf"),
+    "pinocchio": ("pinocchio", "pip install pin==4.1.0", "urdf"),
+    "drake": ("pydrake", "pip install drake==1.51.1", "sdf"),
+    "dart": ("dartpy", "pip install dartpy==6.20.0", "sdf"),
+    "pybullet": ("pybullet", "pip install pybullet==3.2.7", "urdf"),
+}
+SECONDS = 300
+
+
+def need(name):
+    """Skip the test without the engine."""
+    module, install, _ = ENGINES[name]
+    if find_spec(module) is None:
+        pytest.skip(f"{module} is not here: {install}")
+
+
+def printed(name, *arguments):
+    """What a program prints."""
+    command = [sys.executable, str(PROGRAMS / f"with_{name}.py"), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def apart(function, *arguments):
+    """What a function of this module returns in another process."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result(SECONDS)
+
+
+def mass_matrices(name, file, postures):
+    """Mass matrices of an engine in postures: place, axes and angles each."""
+    engine, bicycle = _engine(name, file)
+    found = []
+    for place, attitude, angles in postures:
+        engine.set(bicycle.State(place, attitude, angles, np.zeros(3), np.zeros(3), np.zeros(3)))
+        found.append(engine.mass_matrix())
+    return found
+
+
+def _engine(name, file):
+    sys.path.insert(0, str(PROGRAMS))
+    return import_module(f"with_{name}").Engine(str(file)), import_module("bicycle")
+
+
+# What an engine changes without a word, as docs/how-to/engines.md says.
+
+
+def mujoco_of_urdf(file):
+    """Degrees of freedom and masses."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(file))
+    return model.nv, model.body_mass.tolist()
+
+
+def mujoco_refuses(file):
+    """What it says."""
+    import mujoco
+
+    try:
+        mujoco.MjModel.from_xml_path(str(file))
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def pinocchio_without_a_free_joint(file):
+    """Degrees of freedom and mass."""
+    import pinocchio as pin
+
+    model = pin.buildModelFromUrdf(str(file))
+    return model.nv, pin.computeTotalMass(model)
+
+
+def drake_gravity(file):
+    """The gravity that it has once a file is read."""
+    from pydrake import all as drake
+
+    plant, _ = drake.AddMultibodyPlantSceneGraph(drake.DiagramBuilder(), 0.0)
+    drake.Parser(plant).AddModels(str(file))
+    plant.Finalize()
+    return plant.gravity_field().gravity_vector().tolist()
+
+
+def drake_refuses(file):
+    """What it says."""
+    from pydrake import all as drake
+
+    plant, _ = drake.AddMultibodyPlantSceneGraph(drake.DiagramBuilder(), 0.0)
+    try:
+        drake.Parser(plant).AddModels(str(file))
+    except RuntimeError as error:
+        return str(error)
+    return ""
+
+
+def dart_sine(angle):
+    """The sine of the angle of its rotation."""
+    import dartpy as dart
+
+    pose = dart.dynamics.FreeJoint.convertToTransform([angle, 0, 0, 0, 0, 0])
+    return float(pose.rotation()[2, 1])
+
+
+def dart_masses(file):
+    """Masses of the links."""
+    import dartpy as dart
+
+    bicycle = dart.utils.SdfParser.readWorld(str(file)).getSkeleton("bicycle")
+    return [bicycle.getBodyNode(x).getMass() for x in "BRHF"]
+
+
+def dart_of_mjcf(file):
+    """Degrees of freedom of all that it reads."""
+    import dartpy as dart
+
+    world = dart.utils.MjcfParser.readWorld(str(file))
+    return sum(world.getSkeleton(i).getNumDofs() for i in range(world.getNumSkeletons()))
+
+
+def pybullet_inertias(file, *, from_file):
+    """Principal moments of the links B, R, H and F, and what the base is called."""
+    import pybullet as bullet
+
+    bullet.connect(bullet.DIRECT)
+    bike = bullet.loadURDF(str(file), flags=bullet.URDF_USE_INERTIA_FROM_FILE if from_file else 0)
+    return [bullet.getDynamicsInfo(bike, link)[2] for link in range(-1, 3)]
+
+
+def pybullet_product():
+    """A quaternion times itself by its own function."""
+    import pybullet as bullet
+
+    _, turned = bullet.multiplyTransforms([0, 0, 0], [0.6, 0, 0, 0.8], [0, 0, 0], [0.6, 0, 0, 0.8])
+    return list(turned)
+
+
+def pybullet_motor(file):
+    """The largest force of the motors that are there when a file has been read [N m]."""
+    import pybullet as bullet
+
+    bullet.connect(bullet.DIRECT)
+    bike = bullet.loadURDF(str(file))
+    bullet.resetJointState(bike, 0, 0, 10)
+    bullet.stepSimulation()
+    return bullet.getJointState(bike, 0)[1]
