@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[2]
@@ -34,6 +35,12 @@ def options(words: str) -> dict[str, str]:
     """What stands behind the name of the directive, by name."""
     split = (word.partition("=") for word in shlex.split(words))
     return {key: value for key, _, value in split}
+
+
+def absent(asked: Mapping[str, str]) -> list[str]:
+    """Programs and Python modules that a block needs and that are not there."""
+    programs = [x for x in asked.get("needs", "").split(",") if x and not shutil.which(x)]
+    return programs + [x for x in asked.get("modules", "").split(",") if x and not find_spec(x)]
 
 
 def committed(page: str, source: str) -> str | None:

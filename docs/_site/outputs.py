@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from blocks import BLOCK, fill, options, result
+from blocks import BLOCK, absent, fill, options, result
 
 DOCS = Path(__file__).parent.parent
 
@@ -16,14 +16,15 @@ DOCS = Path(__file__).parent.parent
 def filled(page):
     """The text of a page with the outputs of its blocks.
 
-    Blocks that draw a figure are left out; all others are carried out in turn.
+    Blocks that draw a figure or need what is not there are left out; all others are carried out in
+    turn.
     """
     parts, end = [], 0
     with TemporaryDirectory() as folder:
         fill(Path(folder))
         for found in BLOCK.finditer(page):
             asked = options(found["asked"])
-            if "figure" in asked:
+            if "figure" in asked or absent(asked):
                 continue
             code, output = result(found["source"], asked, Path(folder))
             if code != int(asked.get("code", 0)):

@@ -8,6 +8,7 @@ any order::
     python            the block is Python, not shell
     code=3            exit code expected (default 0)
     needs=cmake,g++   programs without which the block is shown and not run, and that is said
+    modules=mujoco    the same of Python modules
     lines=12          lines of output shown
     shown             the output is committed, as a block of text below this one, by outputs.py:
                       it has to be what the commands print; of a figure, a picture of the gallery
@@ -23,7 +24,7 @@ import shutil
 from pathlib import Path
 from typing import Any, ClassVar
 
-from blocks import SECONDS, HangError, committed, fill, options, result, without_outputs
+from blocks import SECONDS, HangError, absent, committed, fill, options, result, without_outputs
 from docutils import nodes
 from docutils.parsers.rst import DirectiveError
 from sphinx import addnodes
@@ -31,7 +32,9 @@ from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
-_KEYS = frozenset({"python", "code", "needs", "lines", "figure", "alt", "clear", "link", "shown"})
+_KEYS = frozenset({
+    "python", "code", "needs", "modules", "lines", "figure", "alt", "clear", "link", "shown",
+})  # fmt: skip
 
 
 class Run(SphinxDirective):
@@ -48,7 +51,7 @@ class Run(SphinxDirective):
             raise self.error(f"run: found {sorted(unknown)}, expected some of {sorted(_KEYS)}")
         source = "\n".join(self.content)
         shown = self._literal(source, "python" if "python" in asked else "bash")
-        missing = [x for x in asked.get("needs", "").split(",") if x and not shutil.which(x)]
+        missing = absent(asked)
         if missing:
             note = f"Not run when this page was built: {', '.join(missing)} was not there."
             return [shown, nodes.paragraph("", note, classes=["not-run"])]

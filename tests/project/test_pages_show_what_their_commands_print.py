@@ -24,6 +24,14 @@ false
 
 ![A](a.png)
 
+```{run} python modules=no_such_module,os
+import no_such_module
+```
+
+```{run} needs=no-such-program
+no-such-program
+```
+
 ```{run} code=3
 exit 3
 ```
