@@ -21,6 +21,7 @@ COMMANDS = {
     "plot": _WORKBENCH,
     "animate": _WORKBENCH,
     "export": _CORE,
+    "import": _CORE,
     "bench": _WORKBENCH,
     "atlas": _WORKBENCH,
     "leaderboard": _WORKBENCH,

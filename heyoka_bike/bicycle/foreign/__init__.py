@@ -1,0 +1,1 @@
+"""Bicycles from files of others: parameter files of BicycleParameters, and models of engines."""

@@ -1,0 +1,231 @@
+"""Moving bodies of a model at zero angles, and the 26 parameters that they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.xml_source import MP, Element
+from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.exact import Exact
+
+Matrix = Any
+"""A matrix of mpmath; a column is a vector."""
+
+_DIGITS = 15  # what is left of numbers that were rounded to binary64
+_OFF = Fraction(1, 10**9)
+"""What is more than rounding [m, kg m^2, and of unit vectors]."""
+
+
+@dataclass
+class Mass:
+    """A mass with its centre and the inertia about it, along the axes of the model."""
+
+    mass: Any
+    centre: Matrix
+    inertia: Matrix
+
+    def joined(self, other: Mass) -> Mass:
+        """Both as one body."""
+        total = self.mass + other.mass
+        if not total:
+            return self
+        centre = (self.mass * self.centre + other.mass * other.centre) / total
+        return Mass(total, centre, self.about(centre) + other.about(centre))
+
+    def about(self, point: Matrix) -> Matrix:
+        """Inertia about another point."""
+        d = self.centre - point
+        return self.inertia + self.mass * ((d.T * d)[0] * MP.eye(3) - d * d.T)
+
+
+@dataclass
+class Body:
+    """A body that moves, with the hinge that holds it; the base has none.
+
+    Attributes
+    ----------
+    name
+    mass : Mass
+    parent
+        Name of the body that holds it; empty for the base.
+    point, axis
+        Of its hinge.
+    radius
+        Of its round shape, if it has one.
+    element : Element
+        Where it stands in the file.
+    """
+
+    name: str
+    mass: Mass
+    parent: str
+    point: Matrix
+    axis: Matrix
+    radius: Any
+    element: Element
+
+    def error(self, message: str) -> InputError:
+        """An `InputError` at this body."""
+        return self.element.error(f"{self.name}: {message}")
+
+
+def vector(numbers: Sequence[Any]) -> Matrix:
+    """A column."""
+    return MP.matrix(list(numbers))
+
+
+def tensor(xx: Any, yy: Any, zz: Any, xy: Any, xz: Any, yz: Any) -> Matrix:
+    """A symmetric matrix."""
+    return MP.matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def turn(axis: Matrix, angle: Any) -> Matrix:
+    """Rotation about a unit vector."""
+    x, y, z = axis
+    k = MP.matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return MP.eye(3) + MP.sin(angle) * k + (1 - MP.cos(angle)) * k * k
+
+
+def unit(v: Matrix, element: Element) -> Matrix:
+    """The vector of length one in this direction."""
+    length = MP.norm(v)
+    if not length:
+        raise element.error("found an axis of length zero, expected a direction")
+    return v / length
+
+
+def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:
+    """Parameters of a base B that holds the wheel R and the fork H, which holds the wheel F.
+
+    The axes of the bicycle follow from its shape: up is z, sideways the axle of the rear wheel,
+    forward where the front wheel is.
+
+    Raises
+    ------
+    InputError
+        The bodies are no such tree, the wheels do not stand on one level or are not parallel, or
+        the steer axis leans sideways.
+    """
+    rear_wheel, base, fork, wheel = _roles(bodies, root)
+    up = vector([0, 0, 1])
+    left = rear_wheel.axis
+    if abs(left[2]) > _OFF:
+        raise rear_wheel.error(
+            "found an axle that is not level at zero angles, expected one that is"
+        )
+    ahead = vector([left[1], -left[0], 0]) / MP.norm(left)
+    if ((wheel.point - rear_wheel.point).T * ahead)[0] < 0:
+        left, ahead = -left, -ahead
+    if MP.norm(_cross(wheel.axis, left)) > _OFF:
+        raise wheel.error("found an axle that is not parallel to that of the rear wheel")
+    axes = MP.matrix([list(ahead), list(left), list(up)])
+    rear, front = axes * rear_wheel.point, axes * wheel.point
+    ground = rear[2] - rear_wheel.radius
+    lifted = front[2] - wheel.radius - ground
+    if abs(lifted) > _OFF:
+        raise wheel.error(
+            f"found its lowest point {_say(lifted)} m above that of the rear wheel at zero angles, "
+            "expected both on one level"
+        )
+    axis, pivot = axes * fork.axis, axes * fork.point
+    axis = -axis if axis[2] > 0 else axis
+    if abs(axis[1]) > _OFF or not axis[2]:
+        raise fork.error(
+            "found a steer axis that leans sideways or is level, expected one that does not"
+        )
+    foot = pivot[0] + axis[0] / axis[2] * (ground - pivot[2])
+    found = Found()
+    values = {
+        "w": front[0] - rear[0], "c": foot - front[0], "lam": MP.atan2(axis[0], -axis[2]),
+        "g": gravity,
+    }  # fmt: skip
+    middle = rear[1]
+    for what, y in (("the front wheel", front[1]), ("the steer axis", pivot[1])):
+        found.notes += _left_out(f"{what} is {{}} m off the plane of the rear wheel", y - middle)
+    for letter, body, hub in (("R", rear_wheel, rear), ("F", wheel, front)):
+        values |= _wheel(letter, body, hub, axes, found)
+    for letter, body in (("B", base), ("H", fork)):
+        values |= _frame(letter, body, axes, found, (rear[0], middle, ground))
+    found.values = {symbol: _exact(x) for symbol, x in values.items()}
+    return found
+
+
+def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Body]:
+    """Rear wheel, base, fork and front wheel."""
+    names = ", ".join(body.name for body in bodies)
+    if len(bodies) != 4:
+        raise root.error(
+            f"found {len(bodies)} bodies that move ({names:.80}), expected 4: rear frame, rear "
+            "wheel, fork and front wheel"
+        )
+    (base,) = (body for body in bodies if not body.parent)
+    held = {body.name: [x for x in bodies if x.parent == body.name] for body in bodies}
+    ends = sorted(held[base.name], key=lambda body: len(held[body.name]))
+    if len(ends) != 2 or len(held[ends[1].name]) != 1:
+        raise base.error(
+            f"found another tree of {names:.80}, expected a frame that holds a wheel and a fork, "
+            "and a fork that holds a wheel"
+        )
+    rear, fork = ends
+    (front,) = held[fork.name]
+    for body in (rear, front):
+        if body.radius is None:
+            raise body.error(
+                "found no cylinder, sphere or ellipsoid that tells the radius of a wheel"
+            )
+    return rear, base, fork, front
+
+
+def _wheel(letter: str, body: Body, hub: Matrix, axes: Matrix, found: Found) -> dict[str, Any]:
+    centre, i = axes * body.mass.centre, axes * body.mass.inertia * axes.T
+    found.notes += _left_out(
+        f"the centre of mass of {body.name} is {{}} m off its hub", MP.norm(centre - hub)
+    )
+    found.notes += _left_out(
+        f"the inertia of {body.name} is {{}} kg m^2 off that of a wheel",
+        max(abs(i[0, 0] - i[2, 2]) / 2, abs(i[0, 1]), abs(i[0, 2]), abs(i[1, 2])),
+    )
+    return {
+        f"r{letter}": body.radius, f"m{letter}": body.mass.mass,
+        f"I{letter}xx": (i[0, 0] + i[2, 2]) / 2, f"I{letter}yy": i[1, 1],
+    }  # fmt: skip
+
+
+def _frame(
+    letter: str, body: Body, axes: Matrix, found: Found, origin: Sequence[Any]
+) -> dict[str, Any]:
+    x, y, z = axes * body.mass.centre - vector(origin)
+    i = axes * body.mass.inertia * axes.T
+    found.notes += _left_out(
+        f"the centre of mass of {body.name} is {{}} m off the plane of the rear wheel", y
+    )
+    for ij, value in (("xy", i[0, 1]), ("yz", i[1, 2])):
+        found.notes += _left_out(f"the inertia of {body.name} has {ij} = {{}} kg m^2", value)
+    return {
+        f"x{letter}": x, f"z{letter}": -z, f"m{letter}": body.mass.mass,
+        f"I{letter}xx": i[0, 0], f"I{letter}yy": i[1, 1], f"I{letter}zz": i[2, 2],
+        f"I{letter}xz": -i[0, 2],
+    }  # fmt: skip
+
+
+def _left_out(what: str, value: Any) -> Iterator[str]:
+    if abs(value) > _OFF:
+        yield f"left out: {what.format(_say(value))}, which this bicycle cannot have"
+
+
+def _say(x: Any) -> str:
+    return str(MP.nstr(x, 6))
+
+
+def _exact(x: Any) -> Exact:
+    return Exact(Fraction(MP.nstr(x, _DIGITS, min_fixed=0, max_fixed=0)))
+
+
+def _cross(u: Matrix, v: Matrix) -> Matrix:
+    return vector([
+        u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0],
+    ])  # fmt: skip

@@ -1,0 +1,119 @@
+"""XML whose elements know where they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+import mpmath
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.numbers.exact import Exact
+
+_MAX_DEPTH = 200
+MP = mpmath.mp.clone()
+"""Numbers of the elements, of more digits than any file has."""
+MP.dps = 40
+
+
+@dataclass
+class Element:
+    """An element.
+
+    Attributes
+    ----------
+    tag, attributes
+    file, line, column
+        Where it begins.
+    children : list of Element
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    file: str
+    line: int
+    column: int
+    children: list[Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """Its own elements of a tag."""
+        return (x for x in self.children if x.tag == tag)
+
+    def first(self, *path: str) -> Element | None:
+        """The first element of a path of tags."""
+        if not path:
+            return self
+        inner = (x.first(*path[1:]) for x in self.all(path[0]))
+        return next((x for x in inner if x is not None), None)
+
+    def needed(self, *path: str) -> Element:
+        """The same; `InputError` if there is none."""
+        found = self.first(*path)
+        if found is None:
+            raise self.error(f"found no <{'> <'.join(path)}> in <{self.tag}>, expected one")
+        return found
+
+    def text(self, name: str) -> str:
+        """An attribute that has to be there."""
+        if name not in self.attributes:
+            raise self.error(f"found no {name} in <{self.tag}>, expected one")
+        return self.attributes[name]
+
+    def numbers(self, name: str, count: int, default: str | None = None) -> list[mpmath.mpf]:
+        """The numbers of an attribute."""
+        text = self.text(name) if default is None else self.attributes.get(name, default)
+        try:
+            exact = [Exact.parse(word).fraction() for word in text.split()]
+            found = [MP.mpf(x.numerator) / x.denominator for x in exact]
+        except ValueError:
+            found = []
+        if len(found) != count:
+            what = "a number" if count == 1 else f"{count} numbers"
+            raise self.error(f"{name} of <{self.tag}>: found {quoted(text)}, expected {what}")
+        return found
+
+    def error(self, message: str) -> InputError:
+        """An `InputError` at this element."""
+        return InputError(message, file=self.file, line=self.line, column=self.column)
+
+
+def parse(text: str, file: str) -> Element:
+    """The root of a document.
+
+    Raises
+    ------
+    InputError
+        It is not well-formed, has entities of its own, or is too deep.
+    """
+    parser = expat.ParserCreate()
+    open_elements: list[Element] = []
+    roots: list[Element] = []
+
+    def refuse(message: str) -> InputError:
+        place = {"line": parser.CurrentLineNumber, "column": parser.CurrentColumnNumber + 1}
+        return InputError(message, file=file, **place)
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > _MAX_DEPTH:
+            raise refuse(f"found more than {_MAX_DEPTH} elements in one another")
+        line, column = parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
+        element = Element(tag, attributes, file, line, column)
+        (open_elements[-1].children if open_elements else roots).append(element)
+        open_elements.append(element)
+
+    def doctype(*_: object) -> None:
+        raise refuse("found a document type, expected plain XML without entities of its own")
+
+    parser.StartElementHandler = begin
+    parser.EndElementHandler = lambda _: open_elements.pop()
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as e:
+        said = expat.errors.messages[e.code]
+        raise InputError(
+            f"found XML that is not well-formed ({said})", file=file, line=e.lineno,
+            column=e.offset + 1,
+        ) from None  # fmt: skip
+    return roots[0]
