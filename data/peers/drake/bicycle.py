@@ -8,6 +8,7 @@ steps, or steps of SciPy's DOP853. Axes: x forward, y left, z up.
 
 import time
 
+import exported
 import numpy as np
 from outside import one_step
 from pydrake import all as drake
@@ -15,44 +16,9 @@ from pydrake import all as drake
 UP, AXLE = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
-def inertia(p, body, centre):
-    """Mass, centre and tensor of a body; z up changes the sign of the products."""
-    mass, xx, xz = p[f"m{body}"], p[f"I{body}xx"], -p.get(f"I{body}xz", 0.0)
-    tensor = drake.RotationalInertia(xx, p[f"I{body}yy"], p.get(f"I{body}zz", xx), 0, xz, 0)
-    return drake.SpatialInertia.MakeFromCentralInertia(mass, centre, tensor)
-
-
-def build(plant, p, thin=None):
-    """Add bodies, hinges and, if they are to touch, shapes; frames are parallel at the start."""
-    foot = np.array([p["w"] + p["c"], 0.0, -p["rR"]])  # steer axis on the floor, from the rear hub
-    front = np.array([p["w"], 0.0, p["rF"] - p["rR"]]) - foot
-    centres = {
-        "B": [p["xB"], 0, -p["zB"] - p["rR"]], "R": [0, 0, 0],
-        "H": np.array([p["xH"], 0, -p["zH"] - p["rR"]]) - foot, "F": [0, 0, 0],
-    }  # fmt: skip
-    bodies = {x: plant.AddRigidBody(x, inertia(p, x, centre)) for x, centre in centres.items()}
-    axis = np.array([np.sin(p["lam"]), 0.0, -np.cos(p["lam"])])
-    for name, parent, child, place, along in (
-        ("rear", "B", "R", [0, 0, 0], AXLE), ("steer", "B", "H", foot, axis),
-        ("front", "H", "F", front, AXLE),
-    ):  # fmt: skip
-        plant.AddJoint(
-            drake.RevoluteJoint(
-                name,
-                plant.AddFrame(
-                    drake.FixedOffsetFrame(name, bodies[parent], drake.RigidTransform(place))
-                ),
-                bodies[child].body_frame(),
-                along,
-            )
-        )
-    if thin:
-        rough, here = drake.CoulombFriction(1.0, 1.0), drake.RigidTransform()
-        floor = drake.HalfSpace()
-        plant.RegisterCollisionGeometry(plant.world_body(), here, floor, "floor", rough)
-        for x in ("R", "F"):
-            shape = drake.Ellipsoid(p[f"r{x}"], thin, p[f"r{x}"])
-            plant.RegisterCollisionGeometry(bodies[x], here, shape, x, rough)
+def build(plant, p, thin=0.0):
+    """Add the exported model; its base is at the rear contact. Its shapes touch in a scene."""
+    drake.Parser(plant).AddModelsFromString(exported.model(p, "mjcf", 2 * thin), "xml")
     plant.mutable_gravity_field().set_gravity_vector(-p["g"] * UP)
     plant.Finalize()
 
@@ -129,11 +95,11 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, scheme="runge_
             )
         own = plant.CreateDefaultContext()
     frame, hinge = plant.GetBodyByName("B"), plant.GetJointByName
-    plant.SetFreeBodyPose(own, frame, drake.RigidTransform([0, 0, p["rR"]]))
-    velocity = drake.SpatialVelocity([roll_rate, 0, 0], [speed, -roll_rate * p["rR"], 0])
+    plant.SetFreeBodyPose(own, frame, drake.RigidTransform())
+    velocity = drake.SpatialVelocity([roll_rate, 0, 0], [speed, 0, 0])
     plant.SetFreeBodySpatialVelocity(context=own, body=frame, V_JpJc=velocity)
-    hinge("rear").set_angular_rate(own, speed / p["rR"])
-    hinge("front").set_angular_rate(own, speed / p["rF"])
+    hinge("rear_axle").set_angular_rate(own, speed / p["rR"])
+    hinge("front_axle").set_angular_rate(own, speed / p["rF"])
     if not contact:
         state = plant.GetPositionsAndVelocities(own)
         simulator.get_mutable_context().SetContinuousState(state)
@@ -154,10 +120,11 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, scheme="runge_
         rotation = frame.EvalPoseInWorld(own).rotation()
         moving = frame.EvalSpatialVelocityInWorld(own)
         along = rotation.matrix()[:, 0]
+        hub = moving.Shift(rotation.matrix() @ [0, 0, p["rR"]]).translational()
         potential, kinetic = plant.CalcPotentialEnergy(own), plant.CalcKineticEnergy(own)
         found.append([
             drake.RollPitchYaw(rotation).roll_angle(), along @ moving.rotational(),
-            along @ moving.translational(), potential, kinetic, potential + kinetic,
-            hinge("steer").get_angle(own), hinge("steer").get_angular_rate(own),
+            along @ hub, potential, kinetic, potential + kinetic,
+            hinge("steer_axis").get_angle(own), hinge("steer_axis").get_angular_rate(own),
         ])  # fmt: skip
     return np.array(found), cpu

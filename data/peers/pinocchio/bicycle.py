@@ -8,6 +8,7 @@ chart. Axes: x forward, y left, z up.
 
 import time
 
+import exported
 import numpy as np
 import pinocchio as pin
 from outside import one_step
@@ -15,31 +16,13 @@ from outside import one_step
 UP, AXLE = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
-def inertia(p, body, centre):
-    """Mass, centre and tensor of a body; z up changes the sign of the products."""
-    xx, yy, xz = p[f"I{body}xx"], p[f"I{body}yy"], -p.get(f"I{body}xz", 0.0)
-    tensor = np.array([[xx, 0, xz], [0, yy, 0], [xz, 0, p.get(f"I{body}zz", xx)]])
-    return pin.Inertia(p[f"m{body}"], centre, tensor)
-
-
 def build(p):
-    """The model, and the joints of the wheels with their radii; all frames start parallel."""
-    model = pin.Model()
+    """The exported model, and the joints of the wheels with their radii; frames start parallel."""
+    text = exported.model(p, "urdf", 0.0)
+    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
     model.gravity.linear = -p["g"] * UP
-
-    def add(parent, joint, body, place, centre):
-        number = model.addJoint(parent, joint, pin.SE3(np.eye(3), np.array(place)), body)
-        model.appendBodyToJoint(number, inertia(p, body, np.array(centre)), pin.SE3.Identity())
-        return number
-
-    foot = np.array([p["w"] + p["c"], 0.0, -p["rR"]])  # steer axis on the floor, from the rear hub
-    front = np.array([p["w"], 0.0, p["rF"] - p["rR"]]) - foot
-    axis = np.array([np.sin(p["lam"]), 0.0, -np.cos(p["lam"])])
-    frame = add(0, pin.JointModelFreeFlyer(), "B", [0, 0, 0], [p["xB"], 0, -p["zB"] - p["rR"]])
-    rear = add(frame, pin.JointModelRY(), "R", [0, 0, 0], [0, 0, 0])
-    centre = np.array([p["xH"], 0, -p["zH"] - p["rR"]]) - foot
-    fork = add(frame, pin.JointModelRevoluteUnaligned(*axis), "H", foot, centre)
-    return model, ((rear, p["rR"]), (add(fork, pin.JointModelRY(), "F", front, [0, 0, 0]), p["rF"]))
+    wheels = (("rear_axle", p["rR"]), ("front_axle", p["rF"]))
+    return model, tuple((model.getJointId(name), radius) for name, radius in wheels)
 
 
 def rolling(model, data, wheels):
@@ -108,9 +91,8 @@ def simulate(p, speed, roll_rate, step, method="rk4", chart=True, rate=100):
         return pin.integrate(model, q, u), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
     q = pin.neutral(model)
-    q[2] = p["rR"]
     rear, front = speed / p["rR"], speed / p["rF"]
-    v = np.array([speed, -roll_rate * p["rR"], 0, roll_rate, 0, 0, rear, 0, front])
+    v = np.array([speed, 0, 0, roll_rate, 0, 0, rear, 0, front])
     found, cpu = [], 0.0
     for row in range(1001):
         begin = time.process_time()
@@ -120,5 +102,7 @@ def simulate(p, speed, roll_rate, step, method="rk4", chart=True, rate=100):
         kinetic = pin.computeKineticEnergy(model, data, q, v)
         potential = pin.computePotentialEnergy(model, data, q)
         roll = pin.rpy.matrixToRpy(pin.Quaternion(q[3:7]).matrix())[0]
-        found.append([roll, v[3], v[0], potential, kinetic, potential + kinetic, q[8], v[7]])
+        steer = np.arctan2(q[10], q[9])
+        hub = v[0] + v[4] * p["rR"]
+        found.append([roll, v[3], hub, potential, kinetic, potential + kinetic, steer, v[7]])
     return np.array(found), cpu

@@ -8,55 +8,12 @@ import tempfile
 import time
 from pathlib import Path
 
+import exported
 import numpy as np
 import pybullet as bullet
 
 LENGTHS = {"w": 1, "c": 1, "x": 1, "z": 1, "r": 1, "g": 1, "I": 2, "m": 0, "l": 0}
 """Power of the length in a parameter's unit, by its first letter."""
-
-LINK = """
-  <link name="{name}">
-    <inertial><origin xyz="{centre}"/><mass value="{mass}"/>
-      <inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixz="{xz}" ixy="0" iyz="0"/></inertial>{shape}
-  </link>"""
-WHEEL = """
-    <collision><origin rpy="1.5707963267948966 0 0"/>
-      <geometry><cylinder radius="{radius}" length="{width}"/></geometry></collision>"""
-JOINT = """
-  <joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>
-    <origin xyz="{place}"/><axis xyz="{axis}"/><dynamics damping="0" friction="0"/></joint>"""
-
-
-def urdf(p, width):
-    """The bicycle; the base is B, H has its origin where the steer axis meets the floor."""
-    foot = np.array([p["w"] + p["c"], 0.0, 0.0])
-    places = {
-        "B": np.zeros(3), "R": np.array([0, 0, p["rR"]]), "H": foot,
-        "F": np.array([p["w"], 0, p["rF"]]),
-    }  # fmt: skip
-    centres = {
-        "B": np.array([p["xB"], 0, -p["zB"]]), "R": places["R"],
-        "H": np.array([p["xH"], 0, -p["zH"]]), "F": places["F"],
-    }  # fmt: skip
-
-    def words(vector):
-        return " ".join(f"{x:.17g}" for x in vector)
-
-    text = ""
-    for body, place in places.items():
-        xx, wheel = p[f"I{body}xx"], f"r{body}" in p
-        text += LINK.format(
-            name=body, centre=words(centres[body] - place), mass=p[f"m{body}"], xx=xx,
-            yy=p[f"I{body}yy"], zz=p.get(f"I{body}zz", xx), xz=-p.get(f"I{body}xz", 0.0),
-            shape=WHEEL.format(radius=p[f"r{body}"], width=width) if wheel else "",
-        )  # fmt: skip
-    steer = [np.sin(p["lam"]), 0, -np.cos(p["lam"])]
-    for name, parent, child, axis in (
-        ("rear", "B", "R", [0, 1, 0]), ("steer", "B", "H", steer), ("front", "H", "F", [0, 1, 0]),
-    ):  # fmt: skip
-        place = words(places[child] - places[parent])
-        text += JOINT.format(name=name, parent=parent, child=child, place=place, axis=words(axis))
-    return f'<robot name="bicycle">{text}</robot>'
 
 
 def simulate(
@@ -82,7 +39,7 @@ def simulate(
     plane = bullet.createMultiBody(0, bullet.createCollisionShape(bullet.GEOM_PLANE))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "bicycle.urdf"
-        path.write_text(urdf(p, width), encoding="utf-8")
+        path.write_text(exported.model(p, "urdf", width), encoding="utf-8")
         # Else Bullet takes the inertia of the shapes, and cylinders as polygons of 32 corners.
         flags = bullet.URDF_USE_INERTIA_FROM_FILE
         flags |= 0 if polygon else bullet.URDF_USE_IMPLICIT_CYLINDER
@@ -102,8 +59,8 @@ def simulate(
     rows, cpu, each = [], 0.0, round(1 / rate / step)
     height = -p["zB"]
     bullet.resetBaseVelocity(bike, [speed, -roll_rate * height, 0], [roll_rate, 0, 0])
-    bullet.resetJointState(bike, joint["rear"], 0, speed / p["rR"])
-    bullet.resetJointState(bike, joint["front"], 0, speed / p["rF"])
+    bullet.resetJointState(bike, joint["rear_axle"], 0, speed / p["rR"])
+    bullet.resetJointState(bike, joint["front_axle"], 0, speed / p["rF"])
     for row in range(1001):
         begin = time.process_time()
         for _ in range(each if row else 0):
@@ -127,7 +84,7 @@ def columns(p, bike, joint):
     frame = np.reshape(bullet.getMatrixFromQuaternion(turned), (3, 3))
     hub = np.array(velocity) + np.cross(spin, frame @ [-p["xB"], 0, p["rR"] + p["zB"]])
     states = [(p["mB"], place, velocity, attitude, spin, bullet.getDynamicsInfo(bike, -1)[2])]
-    for name, body in (("rear", "R"), ("steer", "H"), ("front", "F")):
+    for name, body in (("rear_axle", "R"), ("steer_axis", "H"), ("front_axle", "F")):
         link = bullet.getLinkState(bike, joint[name], computeLinkVelocity=1)
         tensor = bullet.getDynamicsInfo(bike, joint[name])[2]
         states.append((p[f"m{body}"], link[0], link[6], link[1], link[7], tensor))
@@ -136,7 +93,7 @@ def columns(p, bike, joint):
         own = np.reshape(bullet.getMatrixFromQuaternion(quaternion), (3, 3)).T @ w
         potential += mass * p["g"] * centre[2]
         kinetic += (mass * np.dot(v, v) + own @ (tensor * own)) / 2
-    steer, steer_rate = bullet.getJointState(bike, joint["steer"])[:2]
+    steer, steer_rate = bullet.getJointState(bike, joint["steer_axis"])[:2]
     roll = bullet.getEulerFromQuaternion(turned)[0]
     return [
         roll, frame[:, 0] @ spin, frame[:, 0] @ hub, potential, kinetic, potential + kinetic,
