@@ -164,6 +164,9 @@ FOLLOWING: tuple[Column, ...] = tuple(
 """Definitions that no set stores: they follow from the columns of any, see `reference.following`.
 """
 
+NORMS = tuple(c.name for c in COLUMNS if c.definition.endswith("_norm"))
+"""Magnitudes of velocities: their roots are not analytic where a velocity vanishes."""
+
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 """Columns of the benchmark that are zero upright and straight."""
 

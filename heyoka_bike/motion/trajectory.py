@@ -19,11 +19,12 @@ import flint
 
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, state_names
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.display import Displayed
 from heyoka_bike.numbers.analytic import Samples, array
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, span_ball, upper_fraction
-from heyoka_bike.numbers.rounding import upward_ball
+from heyoka_bike.numbers.rounding import decimal_above, upward_ball
 from heyoka_bike.numbers.working import working_bits
 
 TellTime = Callable[[float], None]
@@ -235,6 +236,13 @@ class Certificate:
         return (Stretch(run.piece(i), bounds) for i, bounds in enumerate(self.pieces))
 
     @property
+    def claimed(self) -> Certificate:
+        """What certificate.json says of it: bounds over the whole run, as short decimals."""
+        worst = [max(column) for column in zip(*self.pieces, strict=True)]
+        bounds = tuple(Fraction(decimal_above(x)) for x in worst)
+        return Certificate(self.states, (bounds,) * len(self.pieces), self.end)
+
+    @property
     def worst(self) -> Fraction:
         """The largest bound over all pieces and states."""
         return max(x for piece in self.pieces for x in piece)
@@ -267,7 +275,7 @@ def evaluator(
     With a certificate they are enclosures of the exact motion's columns, without one of the
     candidate's.
     """
-    balls = Balls(bits or trajectory.evaluation_bits)
+    balls = NonnegativeRoots(bits or trajectory.evaluation_bits)
     return Evaluator(trajectory, balls, trajectory.equations(balls), certificate)
 
 

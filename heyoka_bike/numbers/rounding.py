@@ -1,6 +1,7 @@
 """Correct rounding: from an enclosure to the one binary64 or decimal it decides.
 
-A rounding is accepted only where both ends of the enclosure round to the same number.
+A rounding is decided where both ends of the enclosure round to the same number. Where they do not,
+the candidate is zero if the enclosure holds zero, and else what its middle rounds to.
 """
 
 from __future__ import annotations
@@ -43,6 +44,13 @@ class Enclosure:
         low, high = float(self.low), float(self.high)
         return low + 0.0 if low == high else None
 
+    def nearest(self) -> tuple[float, bool]:
+        """The binary64 that is decided, or else the candidate; and whether it is decided."""
+        found = self.binary64()
+        if found is not None:
+            return found, True
+        return (0.0 if self.holds_zero else float((self.low + self.high) / 2)), False
+
     def minus(self, *numbers: float) -> Enclosure:
         """The enclosure of the number minus some others."""
         less = sum(map(Fraction, numbers))
@@ -56,6 +64,13 @@ class Enclosure:
         """Return the number to significant digits; None if the enclosure does not decide them."""
         low, high = (_decimal(end, digits) for end in (self.low, self.high))
         return low if low == high else None
+
+
+def nearest_pair(x: Enclosure) -> tuple[float, float, bool]:
+    """hi, and lo of the rest: those that are decided, or else candidates; whether both are."""
+    hi, is_decided = x.nearest()
+    lo, is_rest_decided = x.minus(hi).nearest()
+    return hi, lo, is_decided and is_rest_decided
 
 
 def hi_lo(x: Enclosure, name: str) -> tuple[float, float]:
@@ -87,6 +102,35 @@ def decimal_digits(x: Enclosure, digits: int, name: str) -> str:
     if text is None:
         raise UndecidedError(f"{name}: the digits at hand do not decide {digits} decimal digits")
     return text
+
+
+def decided_digits(x: Enclosure, digits: int) -> tuple[str, bool]:
+    """The number with `digits` significant digits, or with as many as are known, and whether so.
+
+    With fewer digits it is off by at most one unit of the last one: ``0e-62`` is zero to within
+    1e-62.
+    """
+    text = x.decimal(digits)
+    if text is not None:
+        return text, True
+    middle, width = (x.low + x.high) / 2, x.high - x.low
+    # Half a unit for the middle's rounding, and half a width for what is not known.
+    last = _exponent_above(width)
+    if middle:
+        last = max(last, _exponent_above(abs(middle)) - digits + 1)
+    scaled = round(middle / Fraction(10) ** last)
+    written = f"{abs(scaled)}"
+    sign, exponent = "-" if scaled < 0 else "", last + len(written) - 1
+    fraction = f".{written[1:]}" if written[1:] else ""
+    return f"{sign}{written[0]}{fraction}e{exponent:+d}", False
+
+
+def _exponent_above(x: Fraction) -> int:
+    """The smallest exponent of a power of ten that is not below a positive number."""
+    exponent = len(str(x.numerator)) - len(str(x.denominator)) - 1
+    while Fraction(10) ** exponent < x:
+        exponent += 1
+    return exponent
 
 
 def _decimal(x: Fraction, digits: int) -> str:

@@ -28,6 +28,12 @@ SCALE_ATTRIBUTES = frozenset(("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST
 LOW, BOUND = "_lo", "_bound"
 """Suffixes of the datasets of a column's low part and of its bounds."""
 
+UNDECIDED = "_undecided"
+"""Suffix of the numbers of the rows of a column whose rounding is not decided, if there are any."""
+
+ROW_NUMBER = "<i8"
+"""Kind of a dataset of such numbers."""
+
 _NO_COLUMNS = frozenset(("time", "breaks", "piece", "order", "dense", "rows"))
 
 
@@ -101,7 +107,7 @@ def opened(raw: bytes) -> h5py.File:
 
 def columns_of(group: Iterable[str]) -> list[str]:
     """Names of the columns that a group has, in the order of their creation."""
-    stems = (name.removesuffix(LOW).removesuffix(BOUND) for name in group)
+    stems = (name.removesuffix(LOW).removesuffix(BOUND).removesuffix(UNDECIDED) for name in group)
     return [stem for stem in dict.fromkeys(stems) if stem not in _NO_COLUMNS]
 
 

@@ -44,7 +44,7 @@ def content_sha256(content: Mapping[str, Mapping[str, Any]]) -> str:
     """Hash of the published numbers of the maneuvers, which also an open HDF5 file is a mapping of.
 
     Of each group the names in order, shapes, and values as little-endian binary64: times, hi and
-    lo, and the dense coefficients; not the bounds.
+    lo, and the dense coefficients; not the bounds, nor which rows are not decided.
     """
     h = hashlib.sha256()
     for i in range(1, len(content) + 1):
@@ -60,7 +60,7 @@ def _published(group: Mapping[str, Any], where: str = "") -> Iterator[tuple[str,
     for name, item in group.items():
         if isinstance(item, Mapping):
             yield from _published(item, f"{where}{name}/")
-        elif not name.endswith("_bound") and name not in ("piece", "order"):
+        elif not name.endswith(("_bound", "_undecided")) and name not in ("piece", "order"):
             yield where + name, item
 
 

@@ -23,7 +23,15 @@ from heyoka_bike.numbers.double import Array, Double, two_sum, with_usual_errors
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.following import FOLLOWS, with_following
-from heyoka_bike.reference.hdf5 import BOUND, of_maneuvers, on_demand, opened, read_array
+from heyoka_bike.reference.hdf5 import (
+    BOUND,
+    UNDECIDED,
+    columns_of,
+    of_maneuvers,
+    on_demand,
+    opened,
+    read_array,
+)
 from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES
 from heyoka_bike.reference.values import Dense, Numbered, Sensitivities, Sensitivity, Values
 
@@ -273,7 +281,8 @@ class ReferenceManeuver(Displayed):
             *(
                 ChainMap(getattr(self.rows, part), getattr(other.rows, part))
                 for part in ("hi", "lo", "bound")
-            )
+            ),
+            undecided={**self.rows.undecided, **other.rows.undecided},
         )
         return replace(self, rows=rows, units={**other.units, **self.units}, more=(other.dense,))
 
@@ -588,7 +597,10 @@ def _read_maneuver(
     group: Any, parameters: Mapping[str, str], limit: Fraction | None
 ) -> ReferenceManeuver:
     dense = group["dense"]
-    rows = Values(*on_demand(group))
+    undecided = {
+        name: group[name + UNDECIDED][:] for name in columns_of(group) if name + UNDECIDED in group
+    }
+    rows = Values(*on_demand(group), undecided=undecided)
     known = definitions_among(rows.hi).values()
     return ReferenceManeuver(
         name=str(group.attrs["name"]),

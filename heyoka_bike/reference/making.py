@@ -34,8 +34,8 @@ from heyoka_bike.errors import (
     BicycleError,
     DatasetError,
     InputError,
+    NotCertifiedError,
     SingularMotionError,
-    UndecidedError,
 )
 from heyoka_bike.motion.events import Ending, ending
 from heyoka_bike.motion.heyoka_adapter import require_heyoka
@@ -63,12 +63,16 @@ MIN_DIGITS, MAX_DIGITS = 65, 1000
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
 _STAGES = ("integrate", *certificate.STAGES)
+_ROUNDING_STAGES = ("rows", "motion")
 
 # Classes in the results of the jobs, see `unfinished`.
 _KEPT_STAGES = (
     Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
     Drift,
 )  # fmt: skip
+
+_FINAL_ERRORS = (InputError, NotCertifiedError, SingularMotionError)
+"""Errors of a maneuver that come again with the same inputs."""
 
 Fail = Callable[[Path, Exception], None]
 
@@ -151,8 +155,6 @@ def generate(
         A motion meets a singularity before its end, which the first look at it did not find.
     NotCertifiedError
         A motion cannot be certified.
-    UndecidedError
-        A rounding that more digits do not decide.
     DatasetError
         The folder cannot be written.
     MissingPackageError
@@ -220,6 +222,7 @@ def generate_sets(
                 if one.is_done:
                     made(one.write())
             except Exception as e:
+                one.error = e
                 fail(one.folder, e)
                 return ()
             owners.update(dict.fromkeys(more, one))
@@ -229,11 +232,11 @@ def generate_sets(
             carry_out(list(owners), ended, progress)
         finally:
             for one in making:
-                if count := len(one.kept):
-                    say(
-                        f"{one.folder}: {count} finished parts are kept in {one.kept.place.name} "
-                        "beside it: the same command goes on there"
-                    )
+                if isinstance(one.error, _FINAL_ERRORS) and len(one.maneuvers) == 1:
+                    one.kept.clear()
+                elif count := len(one.kept):
+                    say(f"{one.folder}: {count} finished parts are kept in "
+                        f"{one.kept.place.name} beside it: {one.how_to_go_on}")  # fmt: skip
     return failed
 
 
@@ -294,9 +297,18 @@ def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -
 
 
 class _SetInMaking:
-    """A set that is being made."""
+    """A set that is being made.
+
+    Attributes
+    ----------
+    kept : Unfinished
+        Its finished parts.
+    error : Exception or None
+        What ended it.
+    """
 
     kept: Unfinished
+    error: Exception | None = None
 
     def __init__(
         self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str, digits: int
@@ -308,8 +320,16 @@ class _SetInMaking:
         is_published = self.inputs == describe_inputs(*benchmark())
         self.version = DATASET_VERSION if is_published else CUSTOM
         self.attempts = [1] * len(ends)
+        self.candidates: list[dict[str, frozenset[Any]]] = [{} for _ in ends]
         self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
         self.places: dict[Job, tuple[int, str]] = {}
+
+    @property
+    def how_to_go_on(self) -> str:
+        """What to do to make use of the finished parts."""
+        if isinstance(self.error, _FINAL_ERRORS):
+            return "the command goes on there without the maneuver that cannot be made"
+        return "the same command goes on there"
 
     def begin(self) -> list[Job]:
         """The jobs of all maneuvers, what others wait for first."""
@@ -332,17 +352,20 @@ class _SetInMaking:
         """Note what a job gave; the jobs that are to be done besides.
 
         An entry whose rounding is not decided makes its maneuver start again with 20 digits more,
-        three times.
+        as long as that tells more of any, at most three times. What is left is published as such.
         """
         if job not in self.places:
             return []
         i, stage = self.places.pop(job)
-        if isinstance(outcome.error, UndecidedError) and self.attempts[i] < _ATTEMPTS:
+        value = outcome.get()
+        candidates = value[0].candidates if stage in _ROUNDING_STAGES else frozenset()
+        before = self.candidates[i].get(stage, frozenset())
+        self.candidates[i][stage] = candidates
+        if candidates and candidates != before and self.attempts[i] < _ATTEMPTS:
             self.attempts[i] += 1
             self.places = {x: place for x, place in self.places.items() if place[0] != i}
             self.parts[i] = {}
             return list(self._jobs(i).values())
-        outcome.get()
         self.parts[i][stage] = outcome
         return []
 
@@ -394,8 +417,11 @@ def write_dataset(
     }
     if bicycle.values == benchmark()[0].values:
         files |= render_states(bicycle, inputs, hdf5_version)
-    entries = [certificate.entry(certificate.summarise(t)) for t in tables]
-    files[layout.CERTIFICATE] = layout.as_json(certificate.document(inputs, files, entries))
+    proofs = [certificate.summarise(t) for t in tables]
+    statement = certificate.statement_of(is_decided=all(p.is_decided for p in proofs))
+    entries = [certificate.entry(p) for p in proofs]
+    document = certificate.document(inputs, files, entries, statement=statement)
+    files[layout.CERTIFICATE] = layout.as_json(document)
     if dataset_version != manifest_file.CUSTOM:
         files |= _after(Path(folder))
     packages = {name: installed(name) or "unknown" for name in ("heyoka_bike", *PACKAGES)}

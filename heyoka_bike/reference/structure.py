@@ -18,7 +18,16 @@ from heyoka_bike.bicycle.columns import (
     Column,
 )
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, STATE_INPUTS, Maneuver
-from heyoka_bike.reference.hdf5 import BOUND, INDEX, LOW, Dataset, Group, by_maneuver
+from heyoka_bike.reference.hdf5 import (
+    BOUND,
+    INDEX,
+    LOW,
+    ROW_NUMBER,
+    UNDECIDED,
+    Dataset,
+    Group,
+    by_maneuver,
+)
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, SENSITIVITIES
 
 UNKNOWNS: Mapping[str, str] = {
@@ -95,10 +104,10 @@ def _table(
         "a break belongs to the piece on its right, the end to the last."
     )
     dense = Group({"comment": comment}, tuple(_dense(columns, _pieces(stored.get("dense", {})))))
-    return Group(inputs, tuple(_rows(columns, _count(inputs))), {"dense": dense})
+    return Group(inputs, tuple(_rows(columns, _count(inputs), stored)), {"dense": dense})
 
 
-def _rows(columns: Sequence[Column], rows: int) -> Iterator[Dataset]:
+def _rows(columns: Sequence[Column], rows: int, stored: Mapping[str, Any]) -> Iterator[Dataset]:
     said = _described("s", "time", "standard time of the rows, a multiple of the spacing")
     yield Dataset("time", (rows,), said, is_scale=True)
     said = _described("s", "time, low part", "exact time minus time")
@@ -112,7 +121,13 @@ def _rows(columns: Sequence[Column], rows: int) -> Iterator[Dataset]:
             LOW: (", low part", f"exact value minus {c.name}, rounded", (rows,)),
             BOUND: (_CERTIFIED, bound, (rows,)),
         }
-        yield from _column(c, parts, ("time",), more)
+        # What is not enclosed is not decided.
+        has_nan = c.name + UNDECIDED in stored
+        yield from _column(c, parts, ("time",), more, has_nan=has_nan)
+    for c in columns:
+        if (numbers := stored.get(c.name + UNDECIDED)) is not None:
+            said = _described("1", f"{c.long_name}, rows that are not decided", _UNDECIDED_ROWS)
+            yield Dataset(c.name + UNDECIDED, numbers.shape, said, kind=ROW_NUMBER)
 
 
 def _dense(columns: Sequence[Column], pieces: int) -> Iterator[Dataset]:
@@ -220,3 +235,7 @@ def _described(unit: str, long_name: str, definition: str) -> dict[str, str]:
 
 _ABOUT_BREAKS = _described("s", "ends of the pieces", "exact")
 _CERTIFIED = ", certified bound"
+_UNDECIDED_ROWS = (
+    "numbers of the rows, from 0, in which the proof does not decide what is nearest to the exact "
+    "value, or to the rest; what stands there is within its bound"
+)

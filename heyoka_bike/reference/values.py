@@ -7,10 +7,10 @@ are here too; how these are computed and proved is in `variation`. Evaluating ne
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from heyoka_bike.display import Displayed, Held, shown_by
 from heyoka_bike.errors import InputError, unknown_word
@@ -38,12 +38,16 @@ class Values(Displayed, Held[str, Array]):
         the exact column; empty for evaluated values, and before it is proved.
     time : ndarray or None
         The times, to binary64 [s], of evaluated values.
+    undecided : mapping of str to ndarray
+        Numbers of the rows whose rounding the proof does not decide, by column; columns without any
+        are not in it. There hi and lo are candidates, within their bound of the exact value.
     """
 
     hi: Mapping[str, Array]
     lo: Mapping[str, Array]
     bound: Mapping[str, Array] = field(default_factory=dict)
     time: Array | None = field(default=None, kw_only=True)
+    undecided: Mapping[str, NDArray[np.int64]] = field(default_factory=dict, kw_only=True)
 
     _view: ClassVar[str] = "values"
 
@@ -73,6 +77,20 @@ class Values(Displayed, Held[str, Array]):
         """Largest absolute value of a column."""
         return float(np.max(np.abs(self[name])))
 
+    @property
+    def ambiguous(self) -> int:
+        """Entries whose rounding the proof does not decide."""
+        return sum(rows.size for rows in self.undecided.values())
+
+    @property
+    def candidates(self) -> frozenset[tuple[Any, ...]]:
+        """What stands in these entries: column, row, hi and lo."""
+        return frozenset(
+            (name, i, self.hi[name][i], self.lo[name][i])
+            for name, rows in self.undecided.items()
+            for i in rows.tolist()
+        )
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RoundedRows(Values):
@@ -86,9 +104,25 @@ class RoundedRows(Values):
         Certified bound on abs(exact - (hi + lo)).
     text : mapping of str to tuple of str
         The benchmark's columns with 50 significant digits, correctly rounded.
+    undecided_text : mapping of str to tuple of int
+        Numbers of the rows in which they have fewer digits, as the proof does not decide 50.
     """
 
     text: Mapping[str, tuple[str, ...]]
+    undecided_text: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+
+    @property
+    def ambiguous(self) -> int:
+        """Entries, and numbers of the text, whose rounding the proof does not decide."""
+        return super().ambiguous + sum(map(len, self.undecided_text.values()))
+
+    @property
+    def candidates(self) -> frozenset[tuple[Any, ...]]:
+        """The same, with the numbers of the text, but for the bounds of zeros."""
+        texts = (
+            (name, i, self.text[name][i]) for name, x in self.undecided_text.items() for i in x
+        )
+        return super().candidates | {x for x in texts if not x[-1].startswith("0e")}
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

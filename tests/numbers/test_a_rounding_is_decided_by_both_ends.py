@@ -8,7 +8,15 @@ import flint
 import pytest
 
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo, upward, upward_ball
+from heyoka_bike.numbers.rounding import (
+    Enclosure,
+    decided_digits,
+    decimal_digits,
+    hi_lo,
+    nearest_pair,
+    upward,
+    upward_ball,
+)
 
 TIE = 1 + Fraction(1, 2**53)
 """Halfway between 1 and the next binary64."""
@@ -55,6 +63,40 @@ def test_a_ball_around_an_exact_value_decides_only_what_it_does_not_reach() -> N
         hi_lo(ball(Fraction(4), TINY), "x")
     assert hi_lo(Enclosure.of(Fraction(4)), "x") == (4, 0)
     assert hi_lo(Enclosure.of(TIE), "x") == (1, 2.0**-53)  # exactly halfway: to even
+
+
+@pytest.mark.parametrize(
+    ("middle", "found"),
+    [
+        (TIE, (1, 2.0**-53, False)),
+        (Fraction(0), (0, 0, False)),
+        (Fraction(4), (4, 0, False)),
+        (Fraction(1, 10**50), (1e-50, 0, False)),
+        (Fraction(1, 10), (0.1, -5.551115123125783e-18, True)),
+    ],
+)
+def test_candidates_of_what_is_not_decided(middle: Fraction, found: tuple[float, ...]) -> None:
+    assert nearest_pair(ball(middle, TINY)) == found
+
+
+@pytest.mark.parametrize(
+    ("middle", "radius", "text"),
+    [
+        (Fraction(0), Fraction(1, 10**62), "0e-61"),
+        (Fraction(1, 3), Fraction(1, 10**9), "3.3333333e-1"),
+        (Fraction(-99999, 1000), Fraction(1, 100), "-1.000e+2"),
+        (Fraction(12345, 10000), TINY, "1.23e+0"),
+    ],
+)
+def test_fewer_digits_are_good_to_a_unit_of_the_last(
+    middle: Fraction, radius: Fraction, text: str
+) -> None:
+    x = ball(middle, radius)
+    found, is_decided = decided_digits(x, 4 if text == "1.23e+0" else 50)
+    assert (found, is_decided) == (text, False)
+    digits, _, exponent = text.partition("e")
+    unit = Fraction(10) ** (int(exponent) - len(digits.partition(".")[2]))
+    assert all(abs(end - Fraction(found)) <= unit for end in (x.low, x.high))
 
 
 def test_an_enclosure_has_all_of_its_ball() -> None:

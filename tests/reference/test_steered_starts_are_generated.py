@@ -7,6 +7,7 @@ import pytest
 
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
@@ -31,6 +32,32 @@ def test_exact_columns_are_those_of_the_proved_pitch(bicycle, maneuvers, roll):
             found = columns[name] * value.denominator - value.numerator
             assert found.contains(0), name
             assert float(found.abs_upper()) < 1e-60, name
+
+
+@pytest.mark.parametrize("roll", ["0", "0.1"])
+@pytest.mark.parametrize("speed", ["5", "-5", "0"])
+def test_at_zero_rates_every_velocity_but_the_forward_ones_is_zero(bicycle, maneuvers, roll, speed):
+    given = {"roll": roll, "speed": speed, "steer": "-0.02", "roll_rate": "0", "steer_rate": "0"}
+    maneuver = replace(maneuvers[0], **{key: Exact.parse(x) for key, x in given.items()})
+    exact = exact_columns(bicycle, maneuver)
+    v = Fraction(speed)
+    assert {"roll_rate", "steer_rate", "roll_rate_zyx_rate"} <= exact.keys()
+    assert exact["roll_rate"] == exact["steer_rate"] == exact["roll_rate_zyx_rate"] == 0
+    assert exact["forward_speed"] == v
+    assert exact["forward_speed_hub_norm"] == abs(v)
+    if speed == "0":
+        assert all(exact[name] == 0 for name in exact if "rate" in name or "speed" in name)
+        assert exact["kinetic_energy"] == 0
+    # What turns with the bicycle is not said to be zero.
+    assert ("yaw_rate" in exact) == (speed == "0")
+    assert ("forward_speed_wheel_spin" in exact) == (speed == "0" or roll == "0")
+    equations = Equations.of(bicycle, NonnegativeRoots(300))
+    with equations.precision():
+        columns = equations.columns(initial_state(equations, maneuver))
+        for name, value in exact.items():
+            found = columns[name] * value.denominator - value.numerator
+            assert found.contains(0), name
+            assert float(found.abs_upper()) < 1e-40, name
 
 
 @pytest.mark.proof

@@ -299,7 +299,8 @@ def entry(document):
         (lambda d: entry(d).update(bound_end="1e-99"), "certificate", "bound_end"),
         (lambda d: entry(d).update(steps=7), "certificate", "steps"),
         (lambda d: entry(d).update(entries=7), "certificate", "entries"),
-        (lambda d: entry(d).update(ambiguous=1), "certificate", "ambiguous"),
+        # Of a set in which all is decided nothing is said of what is not.
+        (lambda d: entry(d).update(ambiguous=1), "schema", "statement"),
         (lambda d: entry(d).update(maneuver="x"), "certificate", "maneuver"),
         (lambda d: entry(d)["dense_relative_bounds"].update(yaw="1.00e-32"), "certificate", "yaw"),
         (lambda d: entry(d)["state_bounds"]["roll"].update(end="1e-20"), "certificate", "roll"),

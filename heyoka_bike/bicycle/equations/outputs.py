@@ -75,9 +75,9 @@ def _centre_velocity(k: Constants, o: Posture, u: Speeds) -> tuple[Vector, Vecto
 
 def columns(
     k: Constants, a: Arithmetic, o: Posture, u: Speeds, roll: Number, pitch: Number,
-    steer: Number, yaw: Number,
+    steer: Number, yaw: Number, *, is_smooth: bool = False,
 ) -> Mapping[str, Number]:  # fmt: skip
-    """Every column of `columns.COLUMNS` by name, SI units."""
+    """Every column of `columns.COLUMNS` by name, SI units; where that is smooth without `NORMS`."""
     sp, cp = o.sin_roll, o.cos_roll
     s_pitch, c_pitch = a.sin(pitch), a.cos(pitch)
     s_yaw, c_yaw = a.sin(yaw), a.cos(yaw)
@@ -127,14 +127,11 @@ def columns(
         "forward_speed_hub_body_x": u.v * c_pitch,
         "forward_speed_wheel_spin": u.v + k.rear.r * u.q,
         "forward_speed_contact": contact,
-        "forward_speed_hub_norm": a.sqrt(u.v * u.v + hub_y * hub_y),
-        "forward_speed_com_norm": a.sqrt(a.sum([x * x for x in mean])) / mass,
         "forward_speed_hub_global_x": u.v * c_yaw - hub_y * cp * s_yaw,
         "forward_speed_contact_global_x": contact * c_yaw,
         "forward_speed_com_heading": heading(mean[0], mean[2]) / mass,
         "forward_speed_com_global_x": global_x(*mean) / mass,
         "forward_speed_front_hub_heading": heading(front_hub[0], front_hub[2]),
-        "forward_speed_front_hub_norm": a.sqrt(u.v_f * u.v_f + front_hub_y * front_hub_y),
         "forward_speed_front_hub_global_x": global_x(*front_hub),
         "forward_speed_front_contact": track,
         "forward_speed_front_contact_heading": heading(front_contact[0], front_contact[2]),
@@ -142,6 +139,12 @@ def columns(
         "forward_speed_front_wheel_heading": u.v_f,
         "forward_speed_front_wheel_spin": u.v_f + k.front.r * u.q_f,
     }
+    if not is_smooth:
+        speed |= {
+            "forward_speed_hub_norm": a.sqrt(u.v * u.v + hub_y * hub_y),
+            "forward_speed_com_norm": a.sqrt(a.sum([x * x for x in mean])) / mass,
+            "forward_speed_front_hub_norm": a.sqrt(u.v_f * u.v_f + front_hub_y * front_hub_y),
+        }
     return {
         "roll_angle": roll,
         "roll_rate": u.p,

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, NORMS
 from heyoka_bike.bicycle.equations.bodies import Bodies, bodies
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, state_names, unfold
@@ -88,16 +88,29 @@ class Equations:
         o, u = self.unfold(state)
         return [*self._rates(state, o, u), yaw_rate(o, u)]
 
-    def columns(self, state: Sequence[Number]) -> Mapping[str, Number]:
-        """Every column of `columns.COLUMNS` by name, SI units; the yaw is the seventh entry."""
+    def columns(self, state: Sequence[Number], *, is_smooth: bool = False) -> Mapping[str, Number]:
+        """Every column of `columns.COLUMNS` by name, SI units; the yaw is the seventh entry.
+
+        Without `NORMS` if only those are wanted that are smooth at rest, too.
+        """
         o, u = self.unfold(state)
         roll, pitch, steer = state[:3]
-        return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
+        return columns(self.k, self.a, o, u, roll, pitch, steer, state[6], is_smooth=is_smooth)
 
     def every_column(self, state: Sequence[Number]) -> list[Number]:
         """All columns in the order of `columns.COLUMNS`."""
         values = self.columns(state)
         return [values[c.name] for c in COLUMNS]
+
+    def smooth_columns(self, state: Sequence[Number]) -> list[Number]:
+        """The same without `NORMS`."""
+        values = self.columns(state, is_smooth=True)
+        return [values[c.name] for c in COLUMNS if c.name not in NORMS]
+
+    def norms(self, state: Sequence[Number]) -> list[Number]:
+        """`NORMS` in their order."""
+        values = self.columns(state)
+        return [values[name] for name in NORMS]
 
     def _rates(self, state: Sequence[Number], o: Posture, u: Speeds) -> list[Number]:
         if self.is_regular:

@@ -162,7 +162,7 @@ class Configuration:
 class NonnegativeRoots(Balls):
     """Ball arithmetic in which no radicand is negative, even where its ball reaches below zero.
 
-    The only root of `motion_columns` is that of the squares of a tangential force.
+    The roots of the columns are those of sums of squares: of velocities, of a tangential force.
     """
 
     def sqrt(self, x: flint.arb) -> flint.arb:

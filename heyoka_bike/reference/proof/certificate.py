@@ -18,8 +18,13 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, QUANTITIES, Column
-from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.columns import (
+    BENCHMARK_COLUMNS,
+    COLUMNS,
+    MOTION_COLUMNS,
+    QUANTITIES,
+    Column,
+)
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator
@@ -31,7 +36,12 @@ from heyoka_bike.reference.description import about, describe
 from heyoka_bike.reference.layout import STATES, STATES_HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.proof.dense import bound_dense, expansions, interpolate, tabulate_motion
+from heyoka_bike.reference.proof.dense import (
+    bound_columns,
+    interpolate,
+    scale_of_dense,
+    tabulate_motion,
+)
 from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import (
@@ -98,8 +108,9 @@ class Table:
         }
 
 
-STAGES = ("certify", "vary", "motion", "rows")
-"""Jobs in the order in which they are best begun: what others wait for, then the longest ones."""
+STAGES = ("certify", "rows", "vary", "motion")
+"""Jobs in the order in which they are best begun: what others wait for, what tells whether the
+maneuver has to be begun again with more digits, then the longest ones."""
 
 
 def tabulating(
@@ -150,7 +161,7 @@ def rounded(
     at = evaluator(run)
     constant = constant_columns(run)
     if published is None:
-        scales = {name: rows.scale(name) for name in rows.hi}
+        scales = {name: scale_of_dense(rows, name) for name in rows.hi}
         progress = partial(report, "dense")
 
         def near(t: flint.arb, about: Fraction) -> Mapping[str, flint.arb]:
@@ -159,9 +170,7 @@ def rounded(
         dense = interpolate(near, run.breaks[-1], at.balls, scales, constant, progress)
     else:
         dense = published.dense
-    # On a circle an energy or an angle is as analytic as the rates.
-    parts = expansions(run, Equations.every_column, certificate.along(run))
-    dense = bound_dense(run, parts, dense, [c.name for c in COLUMNS], constant)
+    dense = bound_columns(run, certificate, dense, constant)
     _compare_tables(run, rows, dense, published)
     return rows, dense, at.drift()
 
@@ -195,6 +204,7 @@ def numbers_of_table(times: Double, rows: Values, dense: Dense) -> dict[str, Any
     return {
         **dict(zip(("time", "time_lo"), times, strict=True)),
         **_tagged(rows.hi, rows.lo, rows.bound),
+        **{name + hdf5.UNDECIDED: x for name, x in rows.undecided.items()},
         "dense": {"breaks": dense.breaks, **_tagged(dense.hi, dense.lo, dense.bound)},
     }
 
@@ -230,6 +240,10 @@ def _compare(
 
     Both are arrays by the names of their datasets, in groups by name; `inside` says of what.
     """
+    for name in published.keys() - proved.keys():
+        raise NotCertifiedError(
+            f"{run.maneuver.name}: {_in_words(name, inside)}: published, and not what is proved"
+        )
     for name, right in proved.items():
         if isinstance(right, dict):
             _compare(run, right, published[name], f"{name} of {inside}" if inside else name)
@@ -237,9 +251,10 @@ def _compare(
         where, found = f"{run.maneuver.name}: {_in_words(name, inside)}", published.get(name)
         if found is None:
             raise NotCertifiedError(f"{where}: not in the file")
-        if found.dtype != np.float64 or found.shape != right.shape:
+        if found.dtype != right.dtype or found.shape != right.shape:
             raise NotCertifiedError(
-                f"{where}: found {found.shape} of {found.dtype}, expected {right.shape} of float64"
+                f"{where}: found {found.shape} of {found.dtype}, expected {right.shape} of "
+                f"{right.dtype}"
             )
         found, right = np.ascontiguousarray(found), np.ascontiguousarray(right)
         kept = found.view("i8") == right.view("i8")
@@ -258,6 +273,8 @@ def _compare(
 def _in_words(name: str, inside: str) -> str:
     """Return the name of a dataset in words, up to the index in it."""
     stem = name.removesuffix(hdf5.LOW).removesuffix(hdf5.BOUND)
+    if name.endswith(hdf5.UNDECIDED):
+        return f"{name}, entry"
     if inside == "dense":
         return f"{inside} {stem}, piece"
     if not inside:
@@ -283,6 +300,13 @@ STATEMENT_1_5_0 = (
 )
 """Of the sets 1.4.0 and 1.5.0."""
 
+_OF_UNDECIDED = (
+    " Of the rows that a dataset with _undecided lists it is not decided what is nearest: there "
+    "value and _lo are some that are within the bound. A number of the 50-digit text that has "
+    "fewer digits, or the exponent of a zero, differs from the exact one by at most one unit of "
+    "the last digit. 'ambiguous' counts both."
+)
+
 STATEMENT = (
     f"{STATEMENT_1_5_0} Of the integration it is proved, from the state of candidate.h5 at the "
     "rows alone, how large the benchmark's eq. (1) is at most [%], how far the mechanical energy "
@@ -291,6 +315,11 @@ STATEMENT = (
     "one, in the state whose coordinates are the decimals written there; it is zero where a ball "
     "narrower than 2^-160 holds zero."
 )
+
+
+def statement_of(*, is_decided: bool) -> str:
+    """The statement of a set, with what is said of entries whose rounding is not decided."""
+    return STATEMENT if is_decided else STATEMENT + _OF_UNDECIDED
 
 
 def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
@@ -332,9 +361,9 @@ class Proof:
     Attributes
     ----------
     name : str
-    steps, entries, motion_entries, ambiguous : int
+    steps, entries, motion_entries, ambiguous, motion_ambiguous : int
         Pieces of the candidate; rounded entries of the rows of the one HDF5 file and of the other;
-        those that were not decided.
+        those of each that were not decided, the first with those of the text of 50 digits.
     states : mapping of str to (Fraction, Fraction)
         Bound over the interval and at its end, by state variable [rad, rad/s].
     dense, motion_dense : mapping of str to Fraction
@@ -357,6 +386,7 @@ class Proof:
     entries: int
     motion_entries: int
     ambiguous: int
+    motion_ambiguous: int
     states: Mapping[str, tuple[Fraction, Fraction]]
     dense: Mapping[str, Fraction]
     motion_dense: Mapping[str, Fraction]
@@ -366,6 +396,11 @@ class Proof:
     derivative_entries: int
     derivatives_ambiguous: int
     cpu: float = 0.0
+
+    @property
+    def is_decided(self) -> bool:
+        """True if every rounding of the rows is."""
+        return not (self.ambiguous or self.motion_ambiguous)
 
     @property
     def bound(self) -> Fraction:
@@ -387,7 +422,8 @@ def summarise(x: Table) -> Proof:
         steps=x.trajectory.steps,
         entries=_count(x.rows),
         motion_entries=_count(x.motion_rows),
-        ambiguous=0,
+        ambiguous=x.rows.ambiguous,
+        motion_ambiguous=x.motion_rows.ambiguous,
         states=dict(zip(x.certificate.states, pairs, strict=True)),
         dense=_relative(x.dense, x.rows),
         motion_dense=_relative(x.motion_dense, x.motion_rows),
@@ -460,6 +496,7 @@ def entry(proof: Proof) -> dict[str, Any]:
         "dense_relative_bounds": _above(proof.dense),
         "motion": {
             "entries": proof.motion_entries,
+            **({"ambiguous": proof.motion_ambiguous} if proof.motion_ambiguous else {}),
             "dense_relative_bounds": _above(proof.motion_dense),
         },
         "sensitivities": {
@@ -511,8 +548,6 @@ def certify(
     NotCertifiedError
         A candidate is not certified, something published is not what was proved, or there is
         something that nothing proves.
-    UndecidedError
-        The candidate does not decide how a value is rounded.
     DatasetError
         A file is missing, damaged, or not that of a reference set.
     """
@@ -543,11 +578,13 @@ def certify(
 def _jobs(folder: str | Path, runs: Sequence[Trajectory]) -> Iterator[dict[str, Job]]:
     """Of each maneuver the proof of its bound, and of all that follows from it."""
     x = load_reference(folder)
-    parts = x.sensitivities.values(), x.motion.values(), x.values()
-    for run, *numbers in zip(runs, *parts, strict=True):
+    parts: dict[str, Mapping[int, Any]] = {
+        "vary": x.sensitivities, "motion": x.motion, "rows": x
+    }  # fmt: skip
+    for number, run in enumerate(runs, start=1):
         m = run.maneuver
         job = partial(Job, name=m.name, duration=float(m.duration))
-        yield tabulating(run, job, dict(zip(STAGES[1:], numbers, strict=True)))
+        yield tabulating(run, job, {stage: part[number] for stage, part in parts.items()})
 
 
 def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
@@ -572,14 +609,16 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     if manifest.dataset_version != manifest_file.CUSTOM:
         # Proved by `certify_after`.
         others |= {*layout.AFTER_FILES}
-    # Lengths and texts do not count.
-    nothing = [dict.fromkeys(structure.STATED, 0)] * len(runs)
-    layouts = {
-        name: structure.of_file(
-            name, about(name, inputs, "", None if name == layout.CANDIDATE else ""), inputs, nothing
-        )
-        for name in (*structure.COLUMNS_OF, layout.CANDIDATE)
-    }
+    # Lengths and texts do not count. What is said not to be decided is compared with the proof.
+    empty = np.empty(0)
+    undecided = {c.name + hdf5.UNDECIDED: empty for c in (*COLUMNS, *MOTION_COLUMNS)}
+
+    def declared(name: str) -> hdf5.Group:
+        said = about(name, inputs, "", None if name == layout.CANDIDATE else "")
+        stored = dict.fromkeys(structure.STATED, 0) | undecided
+        return structure.of_file(name, said, inputs, [stored] * len(runs))
+
+    layouts = {name: declared(name) for name in (*structure.COLUMNS_OF, layout.CANDIDATE)}
     if STATES_HDF5 in raw:
         layouts[STATES_HDF5] = structure.states(about(STATES_HDF5, inputs, ""), 0)
     for name in raw.keys() - layouts.keys() - others:
@@ -655,8 +694,10 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
     """Read certificate.json, and refuse what is not proved of so many maneuvers."""
     name = layout.CERTIFICATE
     found = _json(files[name], name)
-    is_before_2 = found.get("statement") == STATEMENT_1_5_0
-    expected = document({}, files, [], statement=STATEMENT_1_5_0 if is_before_2 else STATEMENT)
+    # Which of them it has to be is compared when all is proved.
+    known = (STATEMENT_1_5_0, statement_of(is_decided=False))
+    statement = found["statement"] if found.get("statement") in known else STATEMENT
+    expected = document({}, files, [], statement=statement)
     for key in found.keys() - expected.keys():
         raise NotCertifiedError(f"{name}: found {key!r:.60}, and nothing proves it")
     for key in ("statement", "proved", "computed", "trusted"):
@@ -673,6 +714,9 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
 def _compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
     """Compare certificate.json with the proofs: no bound smaller than proved, all else equal."""
     said = json.loads(raw)
+    statement = statement_of(is_decided=all(proof.is_decided for proof in proofs))
+    if said["statement"] not in (statement, STATEMENT_1_5_0):
+        raise NotCertifiedError(f"{layout.CERTIFICATE}: its 'statement' is not what is proved")
     for published, proof in zip(said["maneuvers"], proofs, strict=True):
         found = entry(proof)
         if said["statement"] == STATEMENT_1_5_0:

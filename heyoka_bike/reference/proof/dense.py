@@ -34,12 +34,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
-from math import ceil, frexp, log2
+from math import ceil, frexp, ldexp, log2, nan
 
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, DENSE_COLUMNS, MOTION_COLUMNS, NORMS
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
     NonnegativeRoots,
@@ -47,7 +48,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     motion_columns,
     rates_of_integrals,
 )
-from heyoka_bike.errors import NotCertifiedError, UndecidedError
+from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import (
     Certificate,
     Piece,
@@ -56,11 +57,26 @@ from heyoka_bike.motion.trajectory import (
     Trajectory,
     row_times,
 )
-from heyoka_bike.numbers.analytic import Samples
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
+from heyoka_bike.numbers.analytic import NotAnalyticError, Samples
+from heyoka_bike.numbers.arithmetic import (
+    Balls,
+    dyadic,
+    exact_ball,
+    span_ball,
+    to_grid,
+    upper_fraction,
+)
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
 from heyoka_bike.numbers.ball_matrices import largest
-from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, hi_lo, upward, upward_ball
+from heyoka_bike.numbers.rounding import (
+    Enclosure,
+    Value,
+    few_bits,
+    hi_lo,
+    nearest_pair,
+    upward,
+    upward_ball,
+)
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.proof import cauchy
@@ -112,7 +128,7 @@ def interpolate(
             if not widths:
                 widths = [_FIRST_WIDTH]
             breaks.append(b)
-            rows.append(_on_grid(coefficients, grids, names, float(a)))
+            rows.append(_on_grid(coefficients, grids, names))
             progress(float(b))
     table = np.array(rows, dtype=np.float64)  # piece, column, order, hi or lo
     return Dense(
@@ -120,6 +136,15 @@ def interpolate(
         hi={name: np.ascontiguousarray(table[:, i, :, 0]) for i, name in enumerate(names)},
         lo={name: np.ascontiguousarray(table[:, i, :, 1]) for i, name in enumerate(names)},
     )
+
+
+def scale_of_dense(rows: Values, name: str) -> float:
+    """The scale of a column that is to be interpolated.
+
+    It is so large that what `interpolate` resolves is not below what is known of the column.
+    """
+    known = float(np.max(rows.bound[name], initial=0.0))
+    return max(rows.scale(name), ldexp(known, _BITS_OF_DENSE_TAIL))
 
 
 def _fit(
@@ -151,21 +176,19 @@ def _is_resolved(
 
 
 def _on_grid(
-    table: Sequence[Sequence[flint.arb]], grids: Sequence[int], names: Sequence[str], t: float
+    table: Sequence[Sequence[flint.arb]], grids: Sequence[int], names: Sequence[str]
 ) -> list[list[tuple[float, float]]]:
     """Coefficients rounded to the column's grid, as hi and lo."""
     out = []
     for name, row, grid in zip(names, table, grids, strict=True):
         pairs = []
-        for order, c in enumerate(row):
+        for c in row:
             scaled = c * flint.arb(2) ** grid
-            n = (scaled + flint.arb(0.5)).floor().unique_fmpz()
-            if n is None:
-                raise UndecidedError(
-                    f"{name}: Chebyshev coefficient {order} of the piece at t = {t:g} s "
-                    "is not decided by the digits at hand"
-                )
-            pairs.append(hi_lo(Enclosure.of(Fraction(int(n)) / Fraction(2) ** grid), name))
+            n = (scaled + flint.arb(0.5)).floor()
+            if n.unique_fmpz() is None:
+                # Either will do: what is published gets its bound afterwards.
+                n = (scaled.mid() + flint.arb(0.5)).floor().mid()
+            pairs.append(hi_lo(Enclosure.of(dyadic(n) / Fraction(2) ** grid), name))
         out.append(pairs)
     return out
 
@@ -176,12 +199,40 @@ _REMAINDER_BITS = 128
 _DIFFERENCE_BITS = 160
 """Of the difference from a Chebyshev piece, which is 2^-112 of the column."""
 
+_HALVINGS_OF_NORMS, _SPANS_OF_ENCLOSURES = 2, 64
+"""Of a piece on which a norm has no expansion; of each part that is enclosed."""
+
 _NODES_PER_DEGREE = 2
 """Chebyshev nodes at which it is evaluated: so a polynomial is at most 1.42 of what it is there."""
 
 
+def bound_columns(
+    run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
+) -> Dense:
+    """Dense output of `COLUMNS` with its certified bounds.
+
+    Where the velocity of a point vanishes, or nearly, its magnitude has no expansion: it is
+    enclosed there.
+    """
+    names = [c.name for c in COLUMNS]
+    if constant.keys() >= set(names):
+        return bound_dense(run, (), dense, names, constant)
+    try:
+        # On a circle an energy or an angle is as analytic as the rates.
+        along = list(expansions(run, Equations.every_column, certificate.along(run)))
+        return bound_dense(run, along, dense, names, constant)
+    except NotCertifiedError:
+        others = [name for name in names if name not in NORMS]
+    smooth = expansions(run, Equations.smooth_columns, certificate.along(run))
+    bound = {
+        **bound_dense(run, smooth, dense, others, constant).bound,
+        **bound_dense(run, _norms(run, certificate), dense, NORMS, constant).bound,
+    }
+    return replace(dense, bound={name: bound[name] for name in names})
+
+
 def bound_dense(
-    run: Trajectory, parts: Iterable[Expansion], dense: Dense, names: Sequence[str],
+    run: Trajectory, parts: Iterable[Expansion | Enclosed], dense: Dense, names: Sequence[str],
     constant: Mapping[str, Value],
 ) -> Dense:  # fmt: skip
     """Dense output with a certified bound for each piece and each of the columns `names`.
@@ -234,21 +285,45 @@ def expansions(
     run: Trajectory, function: cauchy.Function, stretches: Iterable[Stretch]
 ) -> Iterator[Expansion]:
     """Expansions of a function along pieces, or parts of them where no circle works for all."""
-    equations, on_circles = run.equations(Balls(BITS)), cauchy.circle_equations(run)
-    at_points = equations.convert(flint.acb, equations.a)
+    expanding = _Expanding(run, function)
+    for piece, bounds in stretches:
+        yield from cauchy.in_parts(piece, partial(expanding.part, bounds))
 
-    def expanded(bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Expansion:
-        circle = cauchy.circle_bound(piece, function, on_circles)
+
+def _norms(run: Trajectory, certificate: Certificate) -> Iterator[Expansion | Enclosed]:
+    """Expansions of `NORMS`; they are enclosed over the parts of pieces where no circle works."""
+    expanding = _Expanding(run, Equations.norms)
+    enclosing = run.equations(NonnegativeRoots(BITS)).norms
+
+    def part(bounds: tuple[Fraction, ...], piece: Piece, depth: int) -> Expansion | Enclosed:
+        try:
+            return expanding.part(bounds, piece, depth)
+        except NotAnalyticError:
+            if depth < _HALVINGS_OF_NORMS:
+                raise
+            return Enclosed(piece, bounds, enclosing)
+
+    for piece, bounds in certificate.along(run):
+        yield from cauchy.in_parts(piece, partial(part, bounds))
+
+
+class _Expanding:
+    """Expands a function along pieces on which a circle works."""
+
+    def __init__(self, run: Trajectory, function: cauchy.Function) -> None:
+        equations, self.on_circles = run.equations(Balls(BITS)), cauchy.circle_equations(run)
+        self.at_points = equations.convert(flint.acb, equations.a)
+        self.function = function
+
+    def part(self, bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Expansion:
+        circle = cauchy.circle_bound(piece, self.function, self.on_circles)
         a = Samples.of(BITS, ceil(_REMAINDER_BITS / log2(circle.radius)), circle.radius)
         with a.precision():
-            values = a.coefficients(function(at_points.over(a), piece.samples(a)))
+            values = a.coefficients(self.function(self.at_points.over(a), piece.samples(a)))
             # What the coefficients leave out, and the exact motion's distance.
             rest = a.left_out + cauchy.moved(bounds, circle.rho)
             remainders = [(m * rest).upper() for m in circle.values]
         return Expansion(piece, list(map(flint.arb_poly, values)), remainders)
-
-    for piece, bounds in stretches:
-        yield from cauchy.in_parts(piece, partial(expanded, bounds))
 
 
 @dataclass(frozen=True)
@@ -290,6 +365,56 @@ class Expansion:
                 upward_ball(largest(map(abs, row)) * factor + rest)
                 for row, rest in zip(difference.tolist(), self.remainders, strict=True)
             ]
+
+
+@dataclass(frozen=True)
+class Enclosed:
+    """Columns along a part of the motion that have no expansion: their enclosures over spans."""
+
+    piece: Piece
+    bounds: tuple[Fraction, ...]
+    columns: Callable[[Sequence[flint.arb]], list[flint.arb]]
+
+    def distances(
+        self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
+        piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
+    ) -> list[float]:  # fmt: skip
+        """Bounds on the distance of each column from its Chebyshev piece over a span of both.
+
+        By Markov's inequality T_k changes by at most k^2 times a step.
+        """
+        (low, high), (a, b) = span, piece
+        step = (high - low) / _SPANS_OF_ENCLOSURES
+        with working_bits(BITS):
+            unit = flint.arb(2) ** -self.piece.grid
+            states = [flint.arb_poly(list(row)) * unit for row in self.piece.rows]
+            stored = flint.arb_mat(
+                [
+                    [flint.arb(float(p)) + float(q) for p, q in zip(hi, lo, strict=True)]
+                    for hi, lo in coefficients
+                ]
+            )
+            orders = stored.ncols()
+            reach = exact_ball(step / (b - a))
+            change = [
+                sum(k * k * abs(stored[i, k]) for k in range(orders)) * reach
+                for i in range(stored.nrows())
+            ]
+            found = [flint.arb(0)] * stored.nrows()
+            for j in range(_SPANS_OF_ENCLOSURES):
+                t0, t1 = low + j * step, low + (j + 1) * step
+                start, h = self.piece.t0, self.piece.h
+                s = span_ball((t0 - start) / h, (t1 - start) / h)
+                state = [
+                    flint.arb(0, exact_ball(bound).upper()) + p(s)
+                    for p, bound in zip(states, self.bounds, strict=True)
+                ]
+                u = exact_ball((t0 + t1 - a - b) / (b - a))
+                values = (stored * basis([u], orders).transpose()).entries()
+                off = zip(self.columns(state), values, change, strict=True)
+                apart = (abs(x - y) + z for x, y, z in off)
+                found = [x.max(y).upper() for x, y in zip(found, apart, strict=True)]
+            return [upward_ball(x) for x in found]
 
 
 @cache
@@ -378,8 +503,6 @@ def tabulate_motion(
     ------
     NotCertifiedError
         A column is not shown to be analytic.
-    UndecidedError
-        Enclosures that do not decide a rounding, named.
     """
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches, progress)
@@ -406,8 +529,7 @@ def round_motion(
     there is to know.
     """
     names = [c.name for c in MOTION_COLUMNS]
-    rows = _enclosed(run, stretches, progress)
-    return Values(*round_columns(run.maneuver, names, rows, _rounded))
+    return round_columns(names, _enclosed(run, stretches, progress), _rounded)
 
 
 def _enclosed(
@@ -435,19 +557,19 @@ def _enclosed(
             progress(float(t))
 
 
-def _rounded(x: flint.arb, name: str) -> tuple[float, float, float]:
-    """hi, lo and bound."""
+def _rounded(x: flint.arb) -> tuple[float, float, float, bool]:
+    """hi, lo and bound, and whether that is decided; NaN for what is not enclosed."""
     if not x.is_finite():
-        raise UndecidedError(f"{name}: the digits at hand do not enclose it")
+        return nan, nan, nan, False
     enclosed = Enclosure.of(x)
-    hi, lo = 0.0, 0.0
+    hi, lo, is_decided = 0.0, 0.0, True
     if not _is_nothing(enclosed):
         nearest = enclosed.binary64()
         if nearest is not None and _is_nothing(enclosed.minus(nearest)):
             hi = nearest
         else:
-            hi, lo = hi_lo(enclosed, name)
-    return hi, lo, few_bits(distance(enclosed, hi, lo))
+            hi, lo, is_decided = nearest_pair(enclosed)
+    return hi, lo, few_bits(distance(enclosed, hi, lo)), is_decided
 
 
 def _is_nothing(x: Enclosure) -> bool:

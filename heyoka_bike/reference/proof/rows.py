@@ -19,6 +19,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, DEFINITIONS
 from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
 from heyoka_bike.errors import NotCertifiedError
@@ -31,14 +32,21 @@ from heyoka_bike.motion.trajectory import (
     row_times,
 )
 from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball
-from heyoka_bike.numbers.double import Array, Double
+from heyoka_bike.numbers.double import Double
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
-from heyoka_bike.numbers.rounding import Enclosure, Value, decimal_digits, hi_lo, upward
+from heyoka_bike.numbers.rounding import (
+    Enclosure,
+    Value,
+    decided_digits,
+    hi_lo,
+    nearest_pair,
+    upward,
+)
 from heyoka_bike.reference.layout import text_files
 from heyoka_bike.reference.proof.variation import COUNT, Varied, slope
-from heyoka_bike.reference.values import RoundedRows
+from heyoka_bike.reference.values import RoundedRows, Values
 
-_RING = flint.fmpz_mpoly_ctx.get([("t", 4)], flint.Ordering.lex)
+_RING = flint.fmpz_mpoly_ctx.get([("t", 5)], flint.Ordering.lex)
 _ONE_POLYNOMIAL = _RING.constant(1)
 # Stands for a pitch that is not known exactly.
 _SOME_NUMBER = Exact(Fraction(1), Fraction(1))
@@ -59,7 +67,9 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     """Columns of the initial state that are rational, by name.
 
     A value that is missing is irrational, or not recognised as rational: with an initial steer
-    angle, what is not the same at any pitch. Without a lean all roll angles are zero.
+    angle, what is not the same at any pitch. Without a lean all roll angles are zero. Without roll
+    and steer rate there is no pitch rate: roll, steer and pitch stand in an equation, that of both
+    wheels on the floor, which the pitch solves with a slope that is not zero.
     """
     known = {name: getattr(maneuver, key) for name, key in _STATE_OF_START.items()}
     found = {name: x.rational for name, x in known.items() if x.is_rational} | {"yaw": Fraction(0)}
@@ -69,12 +79,15 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     equations = Equations.of(bicycle, a)
     zero = a.number(0)
     pitch = zero if maneuver.steer.is_zero else a.number(_SOME_NUMBER)
-    state = [
-        a.number(maneuver.roll), pitch, a.number(maneuver.steer),
-        a.number(maneuver.roll_rate), a.number(maneuver.steer_rate),
-        a.number(maneuver.speed) / equations.k.length, zero,
-    ]  # fmt: skip
-    values = equations.columns(state)
+    roll, steer, roll_rate, steer_rate, speed = (a.number(getattr(maneuver, x)) for x in START)
+    state = [roll, pitch, steer, roll_rate, steer_rate, speed / equations.k.length, zero]
+    o, u = equations.unfold(state)
+    u = u._replace(p=roll_rate)
+    if roll_rate.is_zero and steer_rate.is_zero:
+        # The pitch rate is q - nu, and zero.
+        turn = next((x for x in (u.q, u.nu) if x.num is not None), a.unknown())
+        u = u._replace(q=turn, nu=turn)
+    values = columns(equations.k, a, o, u, roll, pitch, steer, zero)
     found |= {name: x for name, v in values.items() if (x := v.rational()) is not None}
     return found
 
@@ -182,10 +195,15 @@ def _element(x: Element | int) -> Element:
 
 
 class RationalFunctions(Arithmetic):
-    """The arithmetic of `Element`; sines and cosines of at most four different angles."""
+    """The arithmetic of `Element`; at most five different angles and numbers that are unknown."""
 
     def __init__(self) -> None:
-        self._angles: list[Exact] = []
+        self._angles: list[Exact | None] = []
+
+    def unknown(self) -> Element:
+        """A number of which nothing is known but that it is the same wherever it stands."""
+        self._angles.append(None)
+        return Element(_RING.gens()[len(self._angles) - 1])
 
     def number(self, value: Exact | Fraction | int) -> Element:
         exact = value if isinstance(value, Exact) else Exact(Fraction(value))
@@ -217,7 +235,7 @@ class RationalFunctions(Arithmetic):
             return _UNKNOWN
         if y.is_zero and (r := x.rational()) is not None and r > 0:
             return _ZERO
-        for angle in self._angles:
+        for angle in filter(None, self._angles):
             e = self.number(angle)
             sine, cosine = self.sin(e), self.cos(e)
             factor = (x / cosine).rational()
@@ -268,45 +286,64 @@ def round_rows(
 
     Row 0 follows from the initial state in exact arithmetic, as far as it is rational; the others
     from the candidate and the certified bound on its distance from the exact motion.
-
-    Raises
-    ------
-    UndecidedError
-        Enclosures that do not decide a rounding, named.
     """
     at = evaluator(run, certificate=certificate)
     first = exact_columns(run.bicycle, run.maneuver)
     constant = constant_columns(run)
     enclosed = enclose_rows(at, first, constant, progress)
     names = [c.name for c in COLUMNS]
-    rounded = round_columns(run.maneuver, names, enclosed, _nearest)
+    rounded = round_columns(names, enclosed, _nearest)
+    if rounded.undecided:
+        enclosed = _as_claimed(run, certificate, enclosed, rounded.undecided)
+        rounded = round_columns(names, enclosed, _nearest)
     text = {
-        name: tuple(
-            decimal_digits(row[name], TEXT_DIGITS, f"{run.maneuver.name}: {name}, row {i}")
-            for i, row in enumerate(enclosed)
-        )
+        name: [decided_digits(row[name], TEXT_DIGITS) for row in enclosed]
         for name in BENCHMARK_COLUMNS
     }
-    return RoundedRows(*rounded, text=text)
+    return RoundedRows(
+        rounded.hi, rounded.lo, rounded.bound, undecided=rounded.undecided,
+        text={name: tuple(token for token, _ in column) for name, column in text.items()},
+        undecided_text={
+            name: rows
+            for name, column in text.items()
+            if (rows := tuple(i for i, (_, is_decided) in enumerate(column) if not is_decided))
+        },
+    )  # fmt: skip
+
+
+def _as_claimed(
+    run: Trajectory, certificate: Certificate, enclosed: Sequence[dict[str, Enclosure]],
+    undecided: Mapping[str, Any],
+) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
+    """Rows in which what is not decided is as wide as certificate.json says of the whole run.
+
+    So whoever has that can check the bound.
+    """
+    at = evaluator(run, certificate=certificate.claimed)
+    found = list(map(dict, enclosed))
+    with at.balls.precision():
+        for i in sorted({i for rows in undecided.values() for i in rows.tolist()}):
+            columns = at.columns(run.maneuver.time(i))
+            for name, rows in undecided.items():
+                if i in rows:
+                    found[i][name] = Enclosure.of(columns[name])
+    return found
 
 
 def round_columns(
-    maneuver: Maneuver, names: Sequence[str], rows: Iterable[Mapping[str, Any]],
-    rounded: Callable[[Any, str], tuple[float, float, float]],
-) -> Sequence[dict[str, Array]]:  # fmt: skip
-    """Columns of hi, lo and bound, by `rounded` of a value and what it is called."""
-    table = np.array(
-        [
-            [rounded(row[name], f"{maneuver.name}: {name}, row {i}") for name in names]
-            for i, row in enumerate(rows)
-        ]
-    ).transpose(2, 1, 0)
-    return [dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table]
+    names: Sequence[str], rows: Iterable[Mapping[str, Any]],
+    rounded: Callable[[Any], tuple[float, float, float, bool]],
+) -> Values:  # fmt: skip
+    """Columns by `rounded` of a value: its hi, lo and bound, and whether that is decided."""
+    table = np.array([[rounded(row[name]) for name in names] for row in rows]).transpose(2, 1, 0)
+    *parts, decided = (dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table)
+    rows_of = {name: np.flatnonzero(x == 0).astype(np.int64) for name, x in decided.items()}
+    return Values(*parts, undecided={name: x for name, x in rows_of.items() if x.size})
 
 
-def _nearest(x: Enclosure, name: str) -> tuple[float, float, float]:
-    hi, lo = hi_lo(x, name)
-    return hi, lo, distance(x, hi, lo)
+def _nearest(x: Enclosure) -> tuple[float, float, float, bool]:
+    hi, lo, is_decided = nearest_pair(x)
+    return hi, lo, distance(x, hi, lo), is_decided
 
 
 def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
@@ -316,13 +353,18 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> 
         first = maneuvers[file.numbers[0] - 1]
         times = [shortest_decimal(first.time(i), TEXT_DIGITS) for i in range(first.rows)]
         columns = [
-            r.text[name] if file.is_long else [f"{x:.17g}" for x in r.hi[name]]
+            r.text[name] if file.is_long else list(map(_of_17_digits, r.hi[name], r.text[name]))
             for r in (rows[number - 1] for number in file.numbers)
             for name in BENCHMARK_COLUMNS
         ]
         lines = (" ".join(row) for row in zip(times, *columns, strict=True))
         files[file.name] = ("\n".join(lines) + "\n").encode()
     return files
+
+
+def _of_17_digits(hi: float, text: str) -> str:
+    """The binary64; a zero that is not decided says how far it is, as it does with 50 digits."""
+    return text if hi == 0 and text.startswith("0e") else f"{hi:.17g}"
 
 
 def distance(x: Enclosure, hi: float, lo: float) -> float:
@@ -341,14 +383,14 @@ def enclose_rows(
     rows = []
     with at.balls.precision():
         for i, t in enumerate(row_times(at.trajectory.maneuver)):
-            columns = at.columns(t)
+            found = at.columns(t)
             for name, x in constant.items() if is_proof else ():
-                if not columns[name].overlaps(x if isinstance(x, flint.arb) else exact_ball(x)):
+                if not found[name].overlaps(x if isinstance(x, flint.arb) else exact_ball(x)):
                     raise NotCertifiedError(
-                        f"{at.trajectory.maneuver.name}: {name}, row {i}: is {columns[name]} by "
+                        f"{at.trajectory.maneuver.name}: {name}, row {i}: is {found[name]} by "
                         f"the state, and {x} by its being constant"
                     )
-            row: dict[str, Value] = {**columns, **constant}
+            row: dict[str, Value] = {**found, **constant}
             if i == 0:
                 row |= first
             rows.append({name: Enclosure.of(x) for name, x in row.items()})

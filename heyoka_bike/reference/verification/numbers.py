@@ -160,26 +160,35 @@ def _follow(
 
 
 def text_17(x: StoredManeuver, tally: Tally) -> None:
-    """The text of 17 digits is what hi reads as."""
+    """The text of 17 digits is what hi reads as.
+
+    Of a zero that is not decided it has the exponent, as the text of 50 digits.
+    """
     for name in BENCHMARK_COLUMNS:
         hi = x.reference.rows.hi[name].tolist()
+        undecided = _undecided(x.reference.rows, name)
         for i, token in enumerate(x.files[TEXT].columns[x.number, name]):
             said = f"{x.at(name, i)}: found {token}, expected {hi[i]:.17g}"
-            tally.counts(_same_bits((float(token),), (hi[i],)), said)
+            is_known = i in undecided or not token.startswith("0e")
+            tally.counts(is_known and _same_bits((float(token),), (hi[i],)), said)
 
 
 def text_50(x: StoredManeuver, tally: Tally) -> None:
-    """Each hi and lo is the rounding of the text of 50 digits, and within its bound of it."""
+    """Each hi and lo is the rounding of the text of 50 digits, and within its bound of it.
+
+    What is not decided is within that bound only.
+    """
     rows = x.reference.rows
     for name in BENCHMARK_COLUMNS:
+        undecided = _undecided(rows, name)
         for i, token in enumerate(x.files[TEXT_50].columns[x.number, name]):
-            # The exact value is anywhere within half a unit of the last digit.
-            number, half = Fraction(token), half_unit(token)
+            # The exact value is anywhere so near to it.
+            number, half = Fraction(token), nearness(token)
             found, bound = _stored(rows, name, i), _bound(rows, name, i)
             low, high = (hi_lo(Enclosure.of(number + side * half), name) for side in (-1, 1))
             is_near = abs(number - _exact(rows, name, i)) <= bound + half
             tally.counts(
-                low <= found <= high and is_near,
+                (i in undecided or low <= found <= high) and is_near,
                 f"{x.at(name, i)}: found {token}, which {HDF5} has as {_pair(*found)}, "
                 f"bound {float(bound):.2g}",
             )
@@ -188,23 +197,24 @@ def text_50(x: StoredManeuver, tally: Tally) -> None:
 def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tally) -> None:
     """hi, lo, their bounds and the text of 50 digits, if there, against the candidate's enclosures.
 
-    The enclosures are narrower than a unit in the last place of all of them, so each has to be the
-    one that follows, to the last bit.
+    The enclosures are narrower than a unit in the last place of all of them that are decided, so
+    each has to be the one that follows, to the last bit. The others have to be within their bound.
     """
     run, rows, text = x.run, x.reference.rows, x.long_text
     at = evaluator(run, certificate=x.certificate)
     first = exact_columns(run.bicycle, run.maneuver)
+    undecided = {name: _undecided(rows, name) for name in x.reference.columns}
     for i, row in enumerate(enclose_rows(at, first, constant_columns(run), is_proof=False)):
         for name in x.reference.columns:
             value, where, found = row[name], x.at(name, i), _stored(rows, name, i)
             try:
-                expected = hi_lo(value, where)
-                said = f"{where}: found {_pair(*found)}, expected {_pair(*expected)}"
-                rounding.counts(_same_bits(found, expected), said)
+                if i not in undecided[name]:
+                    expected = hi_lo(value, where)
+                    said = f"{where}: found {_pair(*found)}, expected {_pair(*expected)}"
+                    rounding.counts(_same_bits(found, expected), said)
                 if text is not None and name in BENCHMARK_COLUMNS:
-                    written, token = text.columns[x.number, name][i], _digits(value, where)
-                    said = f"{where}: found {written}, expected {token}"
-                    digits.counts(written == token, said)
+                    written = text.columns[x.number, name][i]
+                    digits.counts(*_is_written(value, written, where))
             except UndecidedError as e:
                 rounding.counts(False, f"{e} (the certificate's bounds are too large)")
             bound, largest = float(rows.bound[name][i]), distance(value, *found)
@@ -403,7 +413,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
     expected: dict[str, Any] = {
         "maneuver": x.maneuver.name,
         "entries": x.maneuver.rows * len(x.reference.columns),
-        "ambiguous": 0,
+        "ambiguous": x.reference.rows.ambiguous + _short(x),
         **({} if run is None else {"steps": run.steps}),
         "bound": max((s["interval"] for s in states.values()), key=Fraction),
         "bound_end": max((s["end"] for s in states.values()), key=Fraction),
@@ -413,6 +423,7 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
     # Sets before 1.3.0 say nothing of the whole motion.
     if MOTION in x.files and (said := x.entry.get("motion")):
         _same(tally, x, said, {"entries": x.maneuver.rows * len(x.motion.columns)})
+        _same(tally, x, {"ambiguous": 0} | said, {"ambiguous": x.motion.rows.ambiguous})
         _same(tally, x, said["dense_relative_bounds"], relative_bounds(x.motion))
     tally.largest = float(Fraction(x.entry["bound"]))
 
@@ -468,6 +479,35 @@ def stored_ball(values: Values, name: str, row: int) -> flint.arb:
     return flint.arb(_sum(values, name, row), float(values.bound[name][row]))
 
 
+def _undecided(values: Values, name: str) -> frozenset[int]:
+    """Numbers of the rows that are said not to be decided."""
+    return frozenset(values.undecided.get(name, np.empty(0)).tolist())
+
+
+def _short(x: StoredManeuver) -> int:
+    """Numbers of the text of 50 digits that have fewer."""
+    if x.long_text is None:
+        return 0
+    columns = (x.long_text.columns[x.number, name] for name in BENCHMARK_COLUMNS)
+    return sum(_is_short(token) for column in columns for token in column)
+
+
+def _is_short(token: str) -> bool:
+    """True if not all digits of a number of a text of 50 digits are decided."""
+    digits, _, exponent = token.partition("e")
+    return bool(exponent) and sum(map(str.isdigit, digits)) < TEXT_DIGITS
+
+
+def _is_written(x: Enclosure, token: str, where: str) -> tuple[bool, str]:
+    """Whether a number of the text of 50 digits is that of an enclosure, and else what is wrong."""
+    if _is_short(token):
+        number, near = Fraction(token), nearness(token)
+        said = f"{where}: found {token}, expected a number within a unit of its last digit"
+        return x.low - near <= number <= x.high + near, said
+    expected = _digits(x, where)
+    return token == expected, f"{where}: found {token}, expected {expected}"
+
+
 def _digits(x: Enclosure, where: str) -> str:
     """The 50 digits that an enclosure decides, or else those of its middle, the candidate's value.
 
@@ -486,10 +526,16 @@ def _smallest_distance(x: Enclosure, hi: float, lo: float) -> Fraction:
     return max(rest.low, -rest.high, Fraction(0))
 
 
-def half_unit(token: str) -> Fraction:
-    """Half a unit of the last of the 50 digits; none for an exact zero."""
-    _, _, exponent = token.partition("e")
-    return Fraction(10) ** (int(exponent) - TEXT_DIGITS + 1) / 2 if exponent else Fraction(0)
+def nearness(token: str) -> Fraction:
+    """How near the exact value is to a number of the text of 50 digits.
+
+    Half a unit of the last digit, a unit where there are fewer digits; nothing for an exact zero.
+    """
+    digits, _, exponent = token.partition("e")
+    if not exponent:
+        return Fraction(0)
+    unit = Fraction(10) ** (int(exponent) - sum(map(str.isdigit, digits)) + 1)
+    return unit if _is_short(token) else unit / 2
 
 
 def _same_bits(found: Sequence[float], expected: Sequence[float]) -> bool:
@@ -619,4 +665,4 @@ def _published(part: StoredManeuver, name: str, row: int) -> flint.arb:
     if text is None or (part.number, name) not in text.columns:
         return stored_ball(part.reference.rows, name, row)
     token = text.columns[part.number, name][row]
-    return flint.arb(exact_ball(Fraction(token)), exact_ball(half_unit(token)).upper())
+    return flint.arb(exact_ball(Fraction(token)), exact_ball(nearness(token)).upper())

@@ -23,7 +23,7 @@ from heyoka_bike.reference import hdf5, layout, structure
 from heyoka_bike.reference.description import about
 from heyoka_bike.reference.load import NEEDED, read_group
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, Manifest, hdf5_version
-from heyoka_bike.reference.proof.certificate import STATEMENT, STATEMENT_1_5_0
+from heyoka_bike.reference.proof.certificate import STATEMENT_1_5_0, statement_of
 from heyoka_bike.reference.proof.certificate import document as expected_document
 from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
@@ -42,7 +42,11 @@ _GRID = 3 * 2.0**-50
 # Of evaluating 24 coefficients in binary64, relative to the largest.
 _ROUNDOFF_OF_CHEBYSHEV = 2.0**-47
 
-_NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
+_NUMBER_50 = re.compile(
+    rf"-?[1-9](\.[0-9]{{1,{TEXT_DIGITS - 1}}})?e[+-](0|[1-9][0-9]*)|0(e[+-](0|[1-9][0-9]*))?"
+)
+"""With fewer digits, or of a zero with an exponent, it is not decided."""
+_UNDECIDED_ZERO = re.compile(r"0e[+-](0|[1-9][0-9]*)")
 _ATTRIBUTES_OF_STATES = {
     form: [*state_names(is_regular), "yaw"]
     for form, is_regular in (("few_products", False), ("regular", True))
@@ -315,7 +319,11 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     later: tuple[str, ...] = ("integration",) if _is_before_2(document) else ()
     later += () if e.has_bounds else ("motion", "sensitivities", "integration")
     entries = [_entry(e, entry, later) for entry in document["maneuvers"][: len(e.maneuvers)]]
-    statement = STATEMENT_1_5_0 if _is_before_2(document) else STATEMENT
+    is_decided = not any(
+        said["ambiguous"] or said.get("motion", {}).get("ambiguous")
+        for said in document["maneuvers"]
+    )
+    statement = STATEMENT_1_5_0 if _is_before_2(document) else statement_of(is_decided=is_decided)
     maneuvers = [*entries, *e.maneuvers[len(entries) :]]
     form = expected_document(e.manifest.inputs, e.manifest.files, maneuvers, e.columns, statement)
     form["software"] = dict.fromkeys(form["software"], _ANY_VALUE)
@@ -348,6 +356,9 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
     }  # fmt: skip
     if list(found["state_bounds"]) not in _ATTRIBUTES_OF_STATES.values():
         raise _UnusableError("state_bounds: has other state variables than a candidate")
+    if "ambiguous" in found.get("motion", {}):
+        entries, *others = form["motion"].items()
+        form["motion"] = dict([entries, ("ambiguous", _ANY_VALUE), *others])
     return {key: x for key, x in form.items() if key in found or key not in later}
 
 
@@ -408,7 +419,9 @@ def of_text(raw: bytes, e: SetForm, file: layout.TextFile) -> Iterator[str]:
 
 
 def _is_number(text: str, file: layout.TextFile) -> bool:
-    return bool(_NUMBER_50.fullmatch(text)) if file.is_long else f"{float(text):.17g}" == text
+    if file.is_long:
+        return bool(_NUMBER_50.fullmatch(text))
+    return bool(_UNDECIDED_ZERO.fullmatch(text)) or f"{float(text):.17g}" == text
 
 
 def read_text(raw: bytes, file: layout.TextFile) -> Text:

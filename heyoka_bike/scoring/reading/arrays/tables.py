@@ -276,6 +276,6 @@ def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
 
 def _goes_with(name: str, names: Sequence[str]) -> bool:
     """True if a name is one of these, or that of what files of the reference have beside them."""
-    stem = name.removesuffix("_lo").removesuffix("_bound")
+    stem = name.removesuffix("_lo").removesuffix("_bound").removesuffix("_undecided")
     is_beside = stem in _ALTERNATES or name == "dense" or is_maneuver(name)
     return name in names or stem in names or is_beside
