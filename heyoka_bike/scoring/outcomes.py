@@ -120,12 +120,15 @@ class Requirement:
         The worst value; None if there is none or it is infinite.
     outcome : Outcome
         Where the worst is, or why the requirement cannot be met.
+    parts : tuple of Requirement
+        The same of each column of each maneuver that it speaks of, or of each maneuver.
     """
 
     text: str
     met: bool
     found: float | None
     outcome: Outcome
+    parts: tuple[Requirement, ...] = ()
 
     @property
     def message(self) -> str:

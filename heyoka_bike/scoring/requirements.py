@@ -8,8 +8,8 @@ compared, and a requirement on something that the file does not have.
 
 import operator
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from math import isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
@@ -73,6 +73,12 @@ class Parsed:
     op: str
     number: float
 
+    @property
+    def text(self) -> str:
+        """The requirement as it is written."""
+        place = "".join(f"{x}." for x in (self.maneuver, self.column) if x is not None)
+        return f"{place}{self.metric} {self.op} {repr(self.number).removesuffix('.0')}"
+
 
 def parse(text: str) -> Parsed:
     """Read a requirement.
@@ -115,11 +121,29 @@ def check(text: str, report: Report) -> Requirement:
         See `parse`.
     """
     r = parse(text)
+    parts = (_checked(part.text, part, report) for part in _parts(r, report))
+    return replace(_checked(text, r, report), parts=tuple(parts))
+
+
+def _checked(text: str, r: Parsed, report: Report) -> Requirement:
     found = _outcome(r, report)
     if not isinstance(found, WorstValue):
         return Requirement(text, False, None, found)
     is_met = _COMPARISONS[r.op](found.value, r.number)
     return Requirement(text, is_met, found.value if isfinite(found.value) else None, found)
+
+
+def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
+    """The requirement on each column of each maneuver, or on each maneuver."""
+    for m in report.maneuvers:
+        if r.maneuver not in (None, m.maneuver):
+            continue
+        if r.metric in OF_MANEUVER:
+            yield replace(r, maneuver=m.maneuver)
+            continue
+        for c in m.columns:
+            if r.column in (None, c.key):
+                yield replace(r, maneuver=m.maneuver, column=c.key)
 
 
 def _outcome(r: Parsed, report: Report) -> Outcome:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from support import sample_reports
 
+from heyoka_bike.scoring.requirements import check
 from heyoka_bike.showing.formats import csv as csv_renderer
 from heyoka_bike.showing.formats import junit
 
@@ -78,7 +79,28 @@ def test_unknown_is_empty_in_csv():
     assert row["missing"] == "1001"
 
 
-def test_junit_has_a_case_for_each_requirement():
+def test_junit_has_a_case_for_each_column_that_a_requirement_speaks_of():
+    report = sample_reports.sample()
+    asked = ("scd >= 6", "2.roll_angle.mescd >= 1e2", "performance < 1e-3", "3.yaw.scd > 1")
+    report = replace(report, requirements=tuple(check(text, report) for text in asked))
+    _, (suite,) = suites(report)
+    found = {case.get("name"): case.find("failure") for case in suite.findall("testcase")}
+    columns = [f"{m.maneuver}.{c.key}.scd >= 6" for m in report.maneuvers for c in m.columns]
+    maneuvers = [f"{m.maneuver}.performance < 0.001" for m in report.maneuvers]
+    assert list(found) == [
+        *columns, "2.roll_angle.mescd >= 100", *maneuvers, "3.yaw.scd > 1"
+    ]  # fmt: skip
+    for m in report.maneuvers:
+        for c in m.columns:
+            value = c.shown("scd")
+            is_met = value is not None and value >= 6
+            assert (found[f"{m.maneuver}.{c.key}.scd >= 6"] is None) == is_met
+    assert found["2.roll_angle.mescd >= 100"] is not None
+    # Of a column that the file does not have there is none but the requirement.
+    assert "not in the file" in found["3.yaw.scd > 1"].get("message")
+
+
+def test_a_requirement_that_no_column_tells_of_is_a_case():
     report = sample_reports.rough()
     root, (suite,) = suites(report)
     cases = suite.findall("testcase")

@@ -9,6 +9,7 @@ from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.outcomes import Requirement
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import Measures
@@ -19,8 +20,9 @@ from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, v
 def render(scored: Report | Series) -> str:
     """A test suite for the file, or one for each run, as JUnit XML.
 
-    The test cases are the requirements. Without any there is one for each maneuver and column,
-    which passes if that is right, and is skipped if not. The measures are properties of the suite.
+    There is a test case for each maneuver and column that a requirement speaks of, and one for the
+    requirement where these do not tell that it is not met. Without any requirement a case passes if
+    the column is right, and is skipped if not. The measures are properties of the suite.
     """
     root = Element("testsuites")
     for report in reports(scored):
@@ -57,7 +59,7 @@ def _suite(report: Report) -> Element:
 
 def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
     """Name of each test case, and the element that says why it is not passed."""
-    for r in report.requirements:
+    for r in _told(report):
         name, message = printable(r.text), sentence(r.message)
         failure = Element("failure", message=message, type="requirement")
         failure.text = f"{name}: {message}"
@@ -69,6 +71,14 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
             said = WORDS.get(c.grade, "nothing compared")
             skipped = Element("skipped", message=f"nothing is required: {said}")
             yield f"{m.maneuver}.{printable(c.key)}", None if c.is_right else skipped
+
+
+def _told(report: Report) -> Iterator[Requirement]:
+    """The requirements by their parts, and those of which no part says why they are not met."""
+    for r in report.requirements:
+        yield from r.parts
+        if not r.parts or (not r.met and all(part.met for part in r.parts)):
+            yield r
 
 
 def _properties(report: Report) -> Iterator[tuple[str, object]]:
