@@ -228,8 +228,11 @@ def generate_sets(
             owners.update(dict.fromkeys(more, one))
             return more
 
+        def is_wanted(job: Job) -> bool:
+            return job in owners[job].places
+
         try:
-            carry_out(list(owners), ended, progress)
+            carry_out(list(owners), ended, progress, is_wanted)
         finally:
             for one in making:
                 if isinstance(one.error, _FINAL_ERRORS) and len(one.maneuvers) == 1:
@@ -365,7 +368,8 @@ class _SetInMaking:
             self.attempts[i] += 1
             self.places = {x: place for x, place in self.places.items() if place[0] != i}
             self.parts[i] = {}
-            return list(self._jobs(i).values())
+            again = self._jobs(i)
+            return [again[stage] for stage in _STAGES]
         self.parts[i][stage] = outcome
         return []
 

@@ -173,6 +173,7 @@ def carry_out(
     jobs: Iterable[Job],
     ended: Callable[[Job, Outcome], Iterable[Job]],
     progress: Progress | None = None,
+    is_wanted: Callable[[Job], bool] = lambda job: True,
 ) -> None:
     """Carry out jobs, each as soon as those that it needs have ended.
 
@@ -183,8 +184,10 @@ def carry_out(
     ended
         Called with each job as it ends. What it returns is carried out too; an exception that it
         raises ends all. One that a job raised is its outcome, and of those that need it.
+    is_wanted
+        Asked before a job is begun; one that is not wanted any more is left out.
     """
-    work = _Schedule(jobs, ended, progress)
+    work = _Schedule(jobs, ended, progress, is_wanted)
     with _executor(len(work.waiting)) as executor:
         try:
             while work.waiting or work.running:
@@ -201,9 +204,9 @@ class _Schedule:
 
     def __init__(
         self, jobs: Iterable[Job], ended: Callable[[Job, Outcome], Iterable[Job]],
-        progress: Progress | None,
+        progress: Progress | None, is_wanted: Callable[[Job], bool],
     ) -> None:  # fmt: skip
-        self.tell_ended, self.progress = ended, progress
+        self.tell_ended, self.progress, self.is_wanted = ended, progress, is_wanted
         self.names: set[str] = set()
         self.waiting: list[Job] = []
         self.running: dict[Future[Outcome], Job] = {}
@@ -225,6 +228,7 @@ class _Schedule:
 
     def begin(self, executor: Executor) -> None:
         """Begin what can begin, the first ones first."""
+        self.waiting = list(filter(self.is_wanted, self.waiting))
         for job in list(self.waiting):
             needed = [x for x in job.arguments if isinstance(x, Job)]
             if any(x not in self.outcomes for x in needed):
