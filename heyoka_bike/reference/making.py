@@ -65,6 +65,12 @@ _MORE_DIGITS = 20
 _STAGES = ("integrate", *certificate.STAGES)
 _ROUNDING_STAGES = ("rows", "motion")
 
+_TIME_OF_INTEGRATION, _TIME_OF_ALL = (0.4, 0.08), (1.2, 1.2)
+"""Of a maneuver, and of each of its pieces [s], on the machine of docs/reference/speed-tables.md:
+to integrate it, and all. Another machine is as fast as it is in integrating."""
+
+_SHORT, _LONG = 10, 90  # [s], told from there on, and in minutes
+
 # Classes in the results of the jobs, see `unfinished`.
 _KEPT_STAGES = (
     Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
@@ -135,8 +141,8 @@ def generate(
     force
         True to replace a set of another version or of other inputs.
     say
-        Called with a line of text for each warning about the bicycle, and where `until` or the end
-        of the model shortens a maneuver, before the work begins.
+        Called with a line of text for each warning about the bicycle, where `until` or the end of
+        the model shortens a maneuver, and with how long it will take as soon as that is known.
     progress
         Called with the name of a maneuver, the stage of the work (``waiting``, ``integrate``,
         ``certify``, ``rows``, ``dense``, ``motion``, ``vary``) and the share of that stage that is
@@ -219,6 +225,8 @@ def generate_sets(
             one = owners.pop(job)
             try:
                 more = one.ended(job, outcome)
+                if (line := one.outlook()) is not None:
+                    say(line)
                 if one.is_done:
                     made(one.write())
             except Exception as e:
@@ -323,9 +331,31 @@ class _SetInMaking:
         is_published = self.inputs == describe_inputs(*benchmark())
         self.version = DATASET_VERSION if is_published else CUSTOM
         self.attempts = [1] * len(ends)
+        self.is_told = False
         self.candidates: list[dict[str, frozenset[Any]]] = [{} for _ in ends]
         self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
         self.places: dict[Job, tuple[int, str]] = {}
+
+    def outlook(self) -> str | None:
+        """How long all will take, told once: as soon as all is integrated; nothing if it is short."""
+        if self.is_told or not all("integrate" in parts for parts in self.parts):
+            return None
+        self.is_told = True
+        integrated = [parts["integrate"] for parts in self.parts]
+        pieces = sum(x.get().steps for x in integrated)
+        there, here = (
+            fixed * len(integrated) + each * pieces
+            for fixed, each in (_TIME_OF_INTEGRATION, _TIME_OF_ALL)
+        )
+        seconds = here * sum(x.seconds for x in integrated) / there
+        if seconds < _SHORT:
+            return None
+        long = f"{seconds / 60:.0f} min" if seconds >= _LONG else f"{seconds:.0f} s"
+        counted = "1 piece" if pieces == 1 else f"{pieces} pieces"
+        return (
+            f"{self.folder}: {counted} of motion, about {long} of processor time in all, by "
+            "how long it took to integrate them"
+        )
 
     @property
     def how_to_go_on(self) -> str:

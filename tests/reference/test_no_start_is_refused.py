@@ -15,16 +15,19 @@ import flint
 import h5py
 import numpy as np
 import pytest
+from support.drawn_starts import bicycles, starts
 
+from heyoka_bike.bicycle.columns import NORMS
 from heyoka_bike.bicycle.equations.initial import pitch_at_start
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.errors import BicycleError, NotCertifiedError
 from heyoka_bike.numbers.arithmetic import Balls, dyadic
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.layout import CERTIFICATE, HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.making import generate
 from heyoka_bike.reference.proof.certificate import certify
+from heyoka_bike.reference.proof.instants import known_states
 from heyoka_bike.reference.verification.verify import verify
 
 pytestmark = pytest.mark.proof
@@ -167,3 +170,74 @@ def test_a_mark_is_refused_where_it_is_wrong(copy, name, change):
     assert not verify(copy).passed
     with pytest.raises(NotCertifiedError):
         certify(copy)
+
+
+@pytest.mark.parametrize(
+    ("given", "is_constant"),
+    [
+        ({}, True),  # upright, at rest
+        ({"steer": "1.33973991"}, False),  # near a static equilibrium
+        ({"roll": "0.1", "steer": "-0.02", "speed": "7"}, False),
+        ({"steer": "0.05", "speed": "-5"}, False),
+        ({"roll": "0.2"}, False),  # falls from rest
+        ({"steer_rate": "1/8"}, False),  # the rear hub is at rest for an instant
+        ({"speed": "1e-12", "roll_rate": "1e-25"}, False),
+    ],
+)
+def test_starts_with_zeros_are_made(maneuvers, tmp_path, given, is_constant):
+    m = start(maneuvers, **given)
+    (table,) = generate(tmp_path / "set", maneuvers=[m]).tables
+    assert verify(tmp_path / "set").passed
+    exact = {"roll_angle": m.roll, "forward_speed": m.speed, "steer_rate": m.steer_rate}
+    for name, x in exact.items():
+        assert table.rows.hi[name][0] == float(x.rational)
+        assert table.rows.lo[name][0] == float(x.rational - Fraction(float(x.rational)))
+        assert 0 not in table.rows.undecided.get(name, [])
+    if is_constant:
+        assert not table.rows.ambiguous
+        for name, values in table.rows.hi.items():
+            assert len(set(values.tolist())) == 1, name
+    # The magnitude of a velocity has a bound even where it has no expansion.
+    for name in NORMS:
+        dense = table.dense
+        assert np.isfinite(dense.bound[name]).all()
+        assert table.rows.hi[name].min() >= 0
+
+
+@pytest.mark.slow
+def test_every_known_state_is_made(tmp_path):
+    short = Fraction(1, 100)
+    states = [replace(m, duration=short, spacing=short) for m in known_states()]
+    made = generate(tmp_path / "set", maneuvers=states)
+    assert [t.maneuver.name for t in made.tables] == [m.name for m in states]
+    assert all(end.maneuver.duration == short for end in made.endings)
+    assert verify(tmp_path / "set").passed
+
+
+FORBIDDEN = ("no pitch puts both wheels on the floor", "mass matrix is singular", "singularity")
+"""What mechanics forbids, in words that name it."""
+
+
+def test_drawn_starts_are_made(bicycle, maneuvers, tmp_path):
+    assert list(refused(bicycle, maneuvers, tmp_path, range(6))) == []
+
+
+@pytest.mark.slow
+def test_many_drawn_starts_are_made(bicycle, maneuvers, tmp_path):
+    assert list(refused(bicycle, maneuvers, tmp_path, range(6, 200))) == []
+
+
+def refused(bicycle, maneuvers, tmp_path, numbers):
+    """Starts of 20 bicycles that are not made, or not verified, but for a reason of mechanics."""
+    drawn = list(bicycles(bicycle, 20))
+    for i, m in enumerate(starts(maneuvers[0], numbers.stop)):
+        if i not in numbers:
+            continue
+        folder = tmp_path / str(i)
+        try:
+            generate(folder, bicycle=drawn[i % len(drawn)], maneuvers=[m])
+        except BicycleError as e:
+            if not any(words in str(e) for words in FORBIDDEN):
+                yield m.name, str(e)
+        else:
+            yield from ((m.name, c) for c in verify(folder).checks if c.passed is False)

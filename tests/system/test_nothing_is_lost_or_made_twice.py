@@ -83,7 +83,7 @@ def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected
     *where, last = said.splitlines()
     assert re.search("the scheduler at .* ended", last)
     # A worker may come a moment later than the command.
-    usual = ("finished parts are kept in", "yet: waiting for one")
+    usual = ("finished parts are kept in", "yet: waiting for one", "of processor time in all")
     assert [line for line in where if not any(part in line for part in usual)] == [], said
     before = {p: p.stat().st_mtime_ns for p in kept(made)}
     assert len(before) >= 5

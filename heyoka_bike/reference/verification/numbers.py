@@ -114,7 +114,7 @@ def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
 
 def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
     """Every row from its own roll, pitch, steer, their rates, speed and yaw: contact, columns."""
-    balls = Balls(BITS)
+    balls = NonnegativeRoots(BITS)
     equations = Equations.of(x.bicycle, balls)
     with balls.precision():
         for i in range(x.maneuver.rows):
