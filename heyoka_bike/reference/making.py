@@ -337,7 +337,7 @@ class _SetInMaking:
         self.places: dict[Job, tuple[int, str]] = {}
 
     def outlook(self) -> str | None:
-        """How long all will take, told once: as soon as all is integrated; nothing if it is short."""
+        """How long all will take, told once all is integrated; nothing if that is short."""
         if self.is_told or not all("integrate" in parts for parts in self.parts):
             return None
         self.is_told = True

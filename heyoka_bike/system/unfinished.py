@@ -50,17 +50,19 @@ def unfinished(folder: Path, classes: tuple[type, ...] = ()) -> Iterator[Unfinis
     place = place.with_name(place.name + SUFFIX)
     try:
         place.mkdir(parents=True, exist_ok=True)
-        with FileLock(place / _LOCK, timeout=0):
-            results = Unfinished(place, classes)
-            try:
-                yield results
-            finally:
-                if not len(results):
-                    # Windows lets nobody remove a file that is open: there the lock does it.
-                    with suppress(PermissionError):
-                        (place / _LOCK).unlink()
-        with suppress(OSError):
-            place.rmdir()
+        try:
+            with FileLock(place / _LOCK, timeout=0):
+                results = Unfinished(place, classes)
+                try:
+                    yield results
+                finally:
+                    if not len(results):
+                        # Windows lets nobody remove a file that is open: there the lock does it.
+                        with suppress(PermissionError):
+                            (place / _LOCK).unlink()
+        finally:
+            with suppress(OSError):
+                place.rmdir()
     except Timeout:
         raise InputError(
             f"{folder}: found another run that writes it, expected one at a time"

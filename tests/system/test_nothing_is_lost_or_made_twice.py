@@ -188,11 +188,11 @@ def test_a_part_that_fails_is_named_and_the_other_sets_are_made(
     def fails(*_):
         raise ArithmeticError("by nothing")
 
-    def breaking(jobs, ended, progress=None):
+    def breaking(jobs, *how):
         varied = [job for job in jobs if job.stages == ("vary",)]
         for job in varied[:1]:
             object.__setattr__(job, "work", fails)
-        carry_out(jobs, ended, progress)
+        carry_out(jobs, *how)
 
     monkeypatch.setattr(module, "carry_out", breaking)
     made = []

@@ -1,0 +1,109 @@
+"""Making a set says how long it takes, and to repeat a command only where that helps."""
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from heyoka_bike.errors import SingularMotionError
+from heyoka_bike.motion.events import Ending
+from heyoka_bike.reference import making
+from heyoka_bike.reference.proof import certificate
+from heyoka_bike.system.jobs import Job, Outcome
+from heyoka_bike.system.parallel import carry_out, using
+
+FIRST = 3
+"""Of these jobs others depend on nothing."""
+
+
+def made(bicycle, maneuvers, count):
+    one = making._SetInMaking(
+        Path("set"), bicycle, [Ending(m) for m in maneuvers[:count]], "", 70
+    )  # fmt: skip
+    one.kept = SimpleNamespace(at=lambda *parts: None)
+    return one
+
+
+def ended(one, job, value, seconds=1.0):
+    return one.ended(job, Outcome(value, seconds))
+
+
+@pytest.mark.parametrize(
+    ("pieces", "seconds", "said"),
+    [
+        (18, 1.84, "18 pieces of motion, about 23 s"),
+        (105, 18.0, "105 pieces of motion, about 4 min"),
+        (1, 0.48, None),
+    ],
+)
+def test_the_time_is_told_once_all_is_integrated(bicycle, maneuvers, pieces, seconds, said):
+    one = made(bicycle, maneuvers, 1)
+    integrate = one.begin()[0]
+    assert one.outlook() is None
+    ended(one, integrate, SimpleNamespace(steps=pieces), seconds)
+    line = one.outlook()
+    assert (line is None) == (said is None)
+    if said is not None:
+        assert f"{said} of processor time" in line
+    assert one.outlook() is None
+
+
+def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
+    one = made(bicycle, maneuvers, 1)
+    jobs = {job.stages[0]: job for job in one.begin()}
+    assert [job.stages[0] for job in one.begin()] == ["integrate", *certificate.STAGES]
+    told = []
+    for candidates in ({"0"}, {"1"}, {"1"}):
+        value = (SimpleNamespace(candidates=frozenset(candidates)),)
+        again = ended(one, jobs["rows"], value)
+        told.append(len(again))
+        if again:
+            # What is left of the attempt before is not wanted any more.
+            assert not any(job in one.places for job in jobs.values())
+            jobs = {job.stages[0]: job for job in again}
+            assert again[0].arguments[-1] == 70 + 20 * len(told)
+    assert told == [5, 5, 0]
+    assert "rows" in one.parts[0]
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [(1, None), (2, "the command goes on there without the maneuver that cannot be made")],
+)
+def test_a_command_that_fails_again_is_not_to_be_repeated(
+    bicycle, maneuvers, tmp_path, monkeypatch, count, said
+):
+    given = [replace(m, duration=Fraction(1, 100)) for m in maneuvers[:count]]
+
+    def refused(bicycle, m, digits, report):
+        if m.name == given[-1].name:
+            raise SingularMotionError("it ends", 0.0)
+        return 0
+
+    monkeypatch.setattr(making, "_integrated", refused)
+    monkeypatch.setattr(making, "_end_of_each", lambda b, ms, until, report: tuple(map(Ending, ms)))
+    lines = []
+    with using(workers=1), pytest.raises(SingularMotionError):
+        making.generate(tmp_path / "set", bicycle=bicycle, maneuvers=given, say=lines.append)
+    told = [line for line in lines if "finished parts" in line]
+    assert (len(told) == 0) if said is None else told[0].endswith(said)
+    assert (tmp_path / "set.unfinished").exists() == (said is not None)
+
+
+def test_a_job_that_is_not_wanted_is_not_begun():
+    jobs = [Job(_named, (x,)) for x in "abc"]
+    done = []
+
+    def over(job, outcome):
+        done.append(outcome.get())
+        return ()
+
+    with using(workers=1):
+        carry_out(jobs, over, is_wanted=lambda job: "a" not in done or job.arguments != ("b",))
+    assert done == ["a", "c"]
+
+
+def _named(name, report):
+    return name
