@@ -7,15 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from heyoka_bike.errors import SingularMotionError
+from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.events import Ending
 from heyoka_bike.reference import making
 from heyoka_bike.reference.proof import certificate
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import carry_out, using
-
-FIRST = 3
-"""Of these jobs others depend on nothing."""
 
 
 def made(bicycle, maneuvers, count):
@@ -77,15 +74,17 @@ def test_a_command_that_fails_again_is_not_to_be_repeated(
 ):
     given = [replace(m, duration=Fraction(1, 100)) for m in maneuvers[:count]]
 
-    def refused(bicycle, m, digits, report):
-        if m.name == given[-1].name:
-            raise SingularMotionError("it ends", 0.0)
-        return 0
+    def refused(name, report):
+        if name == given[-1].name:
+            raise NotCertifiedError(f"{name}: a divisor may vanish")
+        return name
 
-    monkeypatch.setattr(making, "_integrated", refused)
+    monkeypatch.setattr(making, "_integrated", lambda bicycle, m, digits, report: m.name)
+    monkeypatch.setattr(making._SetInMaking, "outlook", lambda self: None)
+    monkeypatch.setattr(certificate, "enclosed", refused)
     monkeypatch.setattr(making, "_end_of_each", lambda b, ms, until, report: tuple(map(Ending, ms)))
     lines = []
-    with using(workers=1), pytest.raises(SingularMotionError):
+    with using(workers=1), pytest.raises(NotCertifiedError):
         making.generate(tmp_path / "set", bicycle=bicycle, maneuvers=given, say=lines.append)
     told = [line for line in lines if "finished parts" in line]
     assert (len(told) == 0) if said is None else told[0].endswith(said)
