@@ -294,7 +294,8 @@ def round_rows(
     names = [c.name for c in COLUMNS]
     rounded = round_columns(names, enclosed, _nearest)
     if rounded.undecided:
-        enclosed = _as_claimed(run, certificate, enclosed, rounded.undecided)
+        by_state = {name: x for name, x in rounded.undecided.items() if name not in constant}
+        enclosed = _as_claimed(run, certificate, enclosed, by_state)
         rounded = round_columns(names, enclosed, _nearest)
     text = {
         name: [decided_digits(row[name], TEXT_DIGITS) for row in enclosed]
