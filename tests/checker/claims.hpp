@@ -46,9 +46,11 @@ struct Claim {
     Json input;
     std::map<std::string, Interval> at_start;
     Radii interval, end;  // by state variable, rounded down
+    std::size_t ambiguous;  // how many numbers of all columns are not decided
 
     Claim(const Json& given, const Json& entry, const std::string& expected, bool any)
         : name(at(given, "name")), pieces(at(entry, "steps")), input(given), at_start(numbers(given, expected, any)) {
+        ambiguous = std::size_t(std::atol(at(entry, "ambiguous").c_str()));
         expect(at(entry, "maneuver") == name, "found " + at(entry, "maneuver") + ", expected " + name);
         expect(below(entry, "state_bounds").size() == 2 * SIZE, name + ": expected bounds of 7 state variables");
         // A bound of all variables is one of each.

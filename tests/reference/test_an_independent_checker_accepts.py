@@ -564,3 +564,39 @@ def test_what_cannot_be_read_is_named_in_one_line(check, published):
         assert code == 1
         assert re.fullmatch(rf".*{expected}.*\n", err), err
     assert check(published, "--until", "soon")[0] == 1
+
+
+def shorter(word):
+    """A number with 20 digits."""
+    return word[:21] + word[word.index("e") :]
+
+
+def off(word):
+    """A number with 20 digits, the last but one of which is another."""
+    digit = (int(word[19]) + 5) % 10
+    return f"{word[:19]}{digit}{shorter(word)[20:]}"
+
+
+@pytest.mark.parametrize(
+    ("change", "counted", "reason"),
+    [
+        (a_word(TEXT_50, 3, 3, shorter), 1, None),
+        (a_word(TEXT_50, 3, 3, shorter), 0, "more is not decided than the certificate counts"),
+        (a_word(TEXT_50, 3, 3, off), 1, "line 3, column 3: .* rounds to"),
+        (a_word(TEXT_50, 3, 3, lambda _: "0e-3"), 1, "line 3, column 3: .* rounds to"),
+        (
+            published_value("roll_rate", 2, lambda x: x * (1 + 1e-10)),
+            1,
+            "roll_rate, row 2: .*bound",
+        ),
+    ],
+)
+def test_what_is_said_not_to_be_decided_has_to_be_near(check, published, change, counted, reason):
+    with h5py.File(published / HDF5, "r+") as f:
+        if counted and reason and "row 2" in reason:
+            f["maneuver_1"].create_dataset("roll_rate_undecided", data=np.array([2]))
+    change(published)
+    certificate(lambda document: document["maneuvers"][0].update(ambiguous=counted))(published)
+    code, _, err = check(published, *UNTIL)
+    assert code == (0 if reason is None else 3)
+    assert re.search(reason or "^$", err)
