@@ -343,7 +343,7 @@ DAMAGES = {
 def test_it_is_small_enough_to_be_read():
     sources = [path.read_text() for path in SOURCES.iterdir() if path.suffix in (".hpp", ".cpp")]
     lines = [line.strip() for text in sources for line in text.splitlines()]
-    assert 0 < sum(1 for line in lines if line and not line.startswith("//")) <= 1050
+    assert 0 < sum(1 for line in lines if line and not line.startswith("//")) <= 1100
 
 
 @pytest.mark.proof

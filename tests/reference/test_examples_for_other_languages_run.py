@@ -148,7 +148,7 @@ def test_the_commands_of_the_page_work(tmp_path, monkeypatch):
         arguments = words[words.index("heyoka-bike") + 1 :]
         assert main(arguments) == 0, line
     for code in re.findall(r"^\| (\d+) \|", page, re.MULTILINE):
-        assert code in "0123"
+        assert code in "01234"
     for link in re.findall(r"\]\((examples/[\w-]+)\)", page):
         assert (ROOT / "docs" / link).is_dir()
 

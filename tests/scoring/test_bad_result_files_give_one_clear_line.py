@@ -71,7 +71,7 @@ TEXTS = [
     ("\n \t\r\n", None, None, "found an empty file, expected rows of numbers"),
     ("# nothing\n", None, None, f"found no row of numbers, {BOTH}"),
     ("Lorem ipsum dolor\nsit amet\n" * 500, None, None, f"found no row of numbers, {BOTH}"),
-    ("<html><body>404</body></html>", 1, 1, f"</html>' as value 1 and no row of numbers, {BOTH}"),
+    ("<html><body>404</body></html>", None, None, "found HTML, expected text"),
     ("0 (1+0j) 1 2 3 4 5 6 7\n", 1, 2, f"found '(1+0j)' as value 2 and no row of numbers, {BOTH}"),
     ("0x1p-3 2 1 2 3 4 5 6 7\n", 1, 1, f"found '0x1p-3' as value 1 and no row of numbers, {BOTH}"),
     ("0;1,837.03\n1;1,9.0\n", 1, 2, f"found '1,837.03' as value 2 and no row of numbers, {BOTH}"),

@@ -1,5 +1,7 @@
 """What a file takes otherwise than the default is said first, and said to be no error."""
 
+from types import SimpleNamespace
+
 import pytest
 from support.made_results import codes, column, made, smooth_error
 
@@ -99,13 +101,13 @@ def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch
 
     def explain(parts, *_, only_output, **__):
         asked.append((only_output, [sorted(p.values) for p in parts]))
-        return only_output or is_explained
+        return SimpleNamespace(is_named=only_output or is_explained, is_whole=True)
 
-    def findings(is_named, *_):
-        return (Finding("mistake" if is_named else "no_mistake_found", "it"),)
+    def findings(found, *_):
+        return (Finding("mistake" if found.is_named else "no_mistake_found", "it"),)
 
-    def explanation(is_named, *_):
-        return Explanation("it", ()) if is_named else None
+    def explanation(found, *_):
+        return Explanation("it", ()) if found.is_named else None
 
     for stub in (explain, findings, explanation):
         monkeypatch.setattr(diagnosis, stub.__name__, stub)

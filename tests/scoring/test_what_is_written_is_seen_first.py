@@ -13,7 +13,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
-from heyoka_bike.scoring.diagnosis.written import as_meant
+from heyoka_bike.scoring.diagnosis.written import STEPS, as_meant
 from heyoka_bike.scoring.score import score
 
 ROWS = slice(0, 1001, 2)
@@ -147,7 +147,7 @@ def test_nothing_is_seen_in_files_of_integrators(size, reference):
         for i, key in enumerate(KEYS):
             scale = size * reference[n].scale(key)
             held[n][key] += scale * (time / 10) ** 2 * np.sin((2 + i / 3) * time + n)
-    assert as_meant(score(table(reference, held), reference)) is None
+    assert as_meant(score(table(reference, held), reference), STEPS) is None
 
 
 def test_rows_that_are_spread_are_those_of_the_file():

@@ -285,7 +285,7 @@ def test_the_diagnosis_takes_the_same(monkeypatch):
     """What is diagnosed is what is scored; the search itself is tested elsewhere."""
     from heyoka_bike.scoring.diagnosis import diagnose as module
 
-    monkeypatch.setattr(module, "diagnosed", lambda report, reference, progress: report)
+    monkeypatch.setattr(module, "diagnosed", lambda report, *_: report)
     found = hb.diagnose(TIME, roll_angle=ROLL, maneuver=2)
     assert digits(found) == digits(hb.score(TIME, roll_angle=ROLL, maneuver=2))
     with pytest.raises(BicycleError, match="found 7 columns"):

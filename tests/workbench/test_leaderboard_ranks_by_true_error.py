@@ -183,7 +183,7 @@ def board(folder, capsys):
     return capsys.readouterr().out
 
 
-def told(report, reference, _):
+def told(report, reference, *_):
     """A report with a diagnosis, that none of the usual mistakes is it first."""
     nothing = Finding("no_mistake_found", "none of them", Severity.INFO)
     number = min(reference)

@@ -23,7 +23,7 @@ from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadlin
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.plain import beside
-from heyoka_bike.scoring.diagnosis.written import AsMeant, as_meant, worst
+from heyoka_bike.scoring.diagnosis.written import STEPS, AsMeant, Step, as_meant, worst
 from heyoka_bike.scoring.evidence import (
     DefinitionUnknown,
     SignContradiction,
@@ -107,9 +107,16 @@ def diagnosed(
 
 
 def _explained(
-    report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
+    report: Report,
+    reference: Reference,
+    progress: Callable[[float], None],
+    deadline: Deadline,
+    steps: Sequence[Step] = STEPS,
 ) -> tuple[Report, bool]:
-    """The report with its diagnosis, and whether every cause was tried."""
+    """The report with its diagnosis, and whether every cause was tried.
+
+    What is written is looked at by these steps first.
+    """
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
     if late is not None:
         shifted = _shifted(report, reference, late.shift)
@@ -117,7 +124,7 @@ def _explained(
         rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
         said = (shown_by("sayings").finding(late), *rest)
         return replace(report, diagnosis=said, explanation=inner.explanation), is_whole
-    meant = as_meant(report)
+    meant = as_meant(report, steps)
     if meant is not None:
         return _beside(report, meant, reference, progress, deadline)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
@@ -158,7 +165,7 @@ def _beside(
         if not is_right(rest):
             found = (*found, shown_by("sayings").finding(left))
         return replace(report, diagnosis=found), True
-    inner, is_whole = _explained(rest, reference, progress, deadline)
+    inner, is_whole = _explained(rest, reference, progress, deadline, meant.steps)
     more = tuple(f for f in inner.diagnosis if f.code != NOTHING_WRONG)
     return replace(report, diagnosis=(*found, *more), explanation=inner.explanation), is_whole
 

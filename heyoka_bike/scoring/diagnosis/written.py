@@ -33,7 +33,7 @@ from heyoka_bike.scoring.evidence import (
     SmoothedColumns,
 )
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -64,10 +64,13 @@ class AsMeant:
     ----------
     seen : tuple of Evidence
     parts : tuple of Part
+    steps : tuple of Step
+        Those that are left to try on these rows: each is taken once.
     """
 
     seen: tuple[Evidence, ...]
     parts: tuple[Part, ...]
+    steps: tuple[Step, ...] = ()
 
     def alignment(self, report: Report) -> Alignment:
         """The rows as they were meant, laid beside the reference as those of the file."""
@@ -86,9 +89,12 @@ def worst(report: Report) -> Remainder:
 Step = Callable[[Report], AsMeant | None]
 
 
-def as_meant(report: Report) -> AsMeant | None:
-    """The first of the steps that sees something; None if none does."""
-    return next((found for step in STEPS if (found := step(report)) is not None), None)
+def as_meant(report: Report, steps: Sequence[Step]) -> AsMeant | None:
+    """What the first of some steps sees that sees something; None if none does."""
+    for i, step in enumerate(steps, 1):
+        if (found := step(report)) is not None:
+            return replace(found, steps=tuple(steps[i:]))
+    return None
 
 
 def _coarse_grids(report: Report) -> AsMeant | None:
@@ -182,6 +188,9 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     if rate.values < _FEWEST_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
         return set()
     time, x = rate.trace.time, angle.trace.value
+    if not np.all(np.diff(time) > 0.0):
+        # Two rows at one time have no slope.
+        return set()
     slopes = np.diff(x) / np.diff(time)
     ways = {
         "forward": (slopes, slice(0, -1)),
@@ -235,7 +244,7 @@ def _clock(m: ManeuverScore) -> tuple[float, float] | None:
     """Scale and shift of the times that make all columns of a maneuver right."""
     columns = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
     columns = [c for c in columns if c.key in BENCHMARK_COLUMNS]
-    wrong = [c for c in columns if not c.is_at_floor(_FLOORS_OF_ROUNDING)]
+    wrong = [c for c in columns if not _is_right(c)]
     if len(wrong) < _COLUMNS_OF_CLOCK or m.rows < _FEWEST_ROWS:
         return None
     time = wrong[0].trace.time
@@ -307,7 +316,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
     for m, c in _places(report):
         # One number in every row is no function of the right column.
         is_told = c.values >= _FEWEST_ROWS and c.scale and np.ptp(c.trace.value)
-        if c.is_at_floor(_FLOORS_OF_ROUNDING) or not is_told:
+        if _is_right(c) or not is_told:
             continue
         before, best = rms(c.trace.error), WEIGHTS.mostly
         for how, describe in _DESCRIPTIONS.items():
@@ -450,6 +459,12 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
     taken = factor(c.as_understood.unit)[0]
     units = (u for u in UNITS[c.unit] if u != c.as_understood.unit)
     return next((u for u in units if abs(taken / factor(u)[0] / by - 1.0) < WEIGHTS.little), None)
+
+
+def _is_right(c: ColumnScore) -> bool:
+    """True if a column is as right as its digits, or binary64 arithmetic, can be."""
+    error = c.as_understood.measures.max_rel_error
+    return c.is_at_floor(_FLOORS_OF_ROUNDING) or (error is not None and error < ROUNDING)
 
 
 def _column(report: Report, key: str) -> ColumnScore:

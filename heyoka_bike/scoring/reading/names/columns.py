@@ -14,6 +14,8 @@ from heyoka_bike.scoring.reading.request import Request
 
 # time_s, steer_rate_deg_s, speed_m_per_s
 _ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)", re.IGNORECASE)
+# A longer one is no name of a column, but a whole line.
+_LONGEST_OF_R = 1000
 _OF_R = re.compile(r"(.+?)\.\.([A-Za-z.]+)\.")
 TIME = "time"
 _NAMES_OF_TIME = ("t", "times", "timestamp", "sec", "secs", "seconds", "simulationtime", "tout")
@@ -113,7 +115,9 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
     if unit is not None or by_words(name)[1] is not None:
         return stem, unit, False
     # MATLAB makes underscores of brackets, and R points.
-    plain = _OF_R.sub(lambda m: f"{m[1]}_{m[2].replace('.', '_')}", name.strip().rstrip("_"))
+    plain = name.strip().rstrip("_")
+    if ".." in plain and len(plain) < _LONGEST_OF_R:
+        plain = _OF_R.sub(lambda m: f"{m[1]}_{m[2].replace('.', '_')}", plain)
     match = _ENDING.fullmatch(plain)
     if match and quantities(ending := match[2].replace("_per_", "/").replace("_", "/")):
         return match[1], ending, True
