@@ -152,9 +152,9 @@ def test_nothing_is_seen_in_files_of_integrators(size, reference):
 
 def test_rows_that_are_spread_are_those_of_the_file():
     """Other times refute the stories of rows that are one too many or too few."""
-    even = [0.01 * i for i in range(1001)]
+    even = 0.01 * np.arange(1001)
     assert [m.code for m in misspaced(even, 10.0)] == ["end_left_out"]
     assert [m.code for m in misspaced(even[:-1], 10.0)] == ["one_row_less"]
-    assert misspaced([0.999 * t for t in even], 10.0) == ()
+    assert misspaced(0.999 * even, 10.0) == ()
     assert misspaced(even[:500], 10.0) == ()
-    assert misspaced([0.0], 10.0) == ()
+    assert misspaced(even[:1], 10.0) == ()

@@ -130,7 +130,7 @@ class SeenFile:
         self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
         times = max((part.time for part in parts), key=len)
         duration = float(reference[1].duration)
-        self._library = mistakes_of(tuple(reference), times.tolist(), duration)
+        self._library = mistakes_of(tuple(reference), times, duration)
         self.simulator = simulator
         self.tried = 0
         self._parts = [_SeenPart(part) for part in parts]

@@ -22,6 +22,8 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.plain import scaled
+from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
 from heyoka_bike.scoring.evidence import (
     ClippedColumn,
     CoarseGrid,
@@ -42,8 +44,6 @@ from heyoka_bike.scoring.units import UNITS, factor
 # A grid has so many levels, and is so many times coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS, _TIMES_COARSER = 5, 100.0
-# Floors within which sums and conversions leave a right value.
-_FLOORS_OF_ROUNDING = 4.0
 _FEWEST_ROWS = 20
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
@@ -52,8 +52,8 @@ _COLUMNS_OF_CLOCK = 3
 _ROUNDS_OF_NEWTON = 8
 # The simpler clock is meant if it leaves less than so many times what the other one does.
 _AS_GOOD = 2.0
-# Two maneuvers have one clock, and columns one filter, if these differ by less than this part.
-_SAME = 0.01
+# Steps of the rows that differ by less than this part are even.
+_EVEN = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
 def _step_of(levels: Array, least: float) -> float | None:
     """The step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
-    apart = apart[apart > _FLOORS_OF_ROUNDING * least]
+    apart = apart[apart > WEIGHTS.at_floor * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
     span = float(levels[-1] - levels[0])
@@ -157,7 +157,7 @@ def _step_of(levels: Array, least: float) -> float | None:
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:
     off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
-    return step > _TIMES_COARSER * least and off <= _FLOORS_OF_ROUNDING * least
+    return step > _TIMES_COARSER * least and off <= WEIGHTS.at_floor * least
 
 
 def _own_differences(report: Report) -> AsMeant | None:
@@ -166,7 +166,7 @@ def _own_differences(report: Report) -> AsMeant | None:
     Where both are, whole programs that make this mistake are compared.
     """
     found: dict[str, set[str]] = {}
-    rates = [key for key in _ANGLE_OF if any(key in m for m in report.maneuvers)]
+    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
     for key in rates:
         found[key] = set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
     told = {key: next(iter(sorted(ways))) for key, ways in found.items() if ways}
@@ -177,14 +177,11 @@ def _own_differences(report: Report) -> AsMeant | None:
     return AsMeant(seen, tuple(parts))
 
 
-_ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
-
-
 def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     """``forward``, ``backward`` or ``central`` if a rate is such a difference, to its digits."""
-    if key not in m or _ANGLE_OF[key] not in m:
+    if key not in m or ANGLE_OF[key] not in m:
         return set()
-    rate, angle = m[key], m[_ANGLE_OF[key]]
+    rate, angle = m[key], m[ANGLE_OF[key]]
     if rate.values < _FEWEST_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
         return set()
     time, x = rate.trace.time, angle.trace.value
@@ -198,7 +195,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
         "central": ((x[2:] - x[:-2]) / (time[2:] - time[:-2]), slice(1, -1)),
     }
     step = float(np.min(np.diff(time)))
-    least = _FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
+    least = WEIGHTS.at_floor * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
     return {
         how
         for how, (slope, rows) in ways.items()
@@ -279,7 +276,7 @@ def _clock(m: ManeuverScore) -> tuple[float, float] | None:
         return clock, np.array([rms(x[rows]) for x in left])
 
     before = np.array([rms(x) for x in off(np.zeros(2))[0]])
-    floors = np.array([_FLOORS_OF_ROUNDING * (c.floor or 0.0) / c.scale for c in wrong])
+    floors = np.array([WEIGHTS.at_floor * (c.floor or 0.0) / c.scale for c in wrong])
     found = [fitted(of) for of in ((1,), (0,), (0, 1))]
     least = found[-1][1]
     for clock, left in found:
@@ -300,26 +297,33 @@ class _Deviation:
 
     Attributes
     ----------
+    how
+        ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
         NaN in rows of which it tells nothing.
     about
         Factor and offset, bounds, or a width.
     """
 
+    how: str
     values: Array
     about: tuple[float, ...]
 
 
+_Deviations = Mapping[tuple[int, str], _Deviation]
+"""By maneuver and key."""
+
+
 def _deviating_columns(report: Report) -> AsMeant | None:
     """Columns that are times a constant, clipped or smoothed: what explains each best."""
-    found: dict[tuple[int, str], tuple[str, _Deviation]] = {}
+    found: dict[tuple[int, str], _Deviation] = {}
     for m, c in _places(report):
         # One number in every row is no function of the right column.
         is_told = c.values >= _FEWEST_ROWS and c.scale and np.ptp(c.trace.value)
         if _is_right(c) or not is_told:
             continue
         before, best = rms(c.trace.error), WEIGHTS.mostly
-        for how, describe in _DESCRIPTIONS.items():
+        for describe in (_ratio, _clipped, _averaged):
             if (deviation := describe(m, c)) is None:
                 continue
             told = np.isfinite(deviation.values)
@@ -327,14 +331,14 @@ def _deviating_columns(report: Report) -> AsMeant | None:
             relief = before / max(left, (c.floor or 0.0) / 2, WEIGHTS.resolved * c.scale)
             # Of two the simpler one, which is tried first, unless the other explains more.
             if relief > best and left < WEIGHTS.little * c.scale:
-                found[m.maneuver, c.key], best = (how, deviation), _AS_GOOD * relief
+                found[m.maneuver, c.key], best = deviation, _AS_GOOD * relief
     if not found or not _is_beside_right(report, found):
         return None
     parts = []
     for m in report.maneuvers:
         values = dict(m.part.values)
         lo = dict(m.part.lo)
-        for (n, key), (_, deviation) in found.items():
+        for (n, key), deviation in found.items():
             if n == m.maneuver:
                 values[key] = _taken_back(m, m[key], deviation)
                 lo.pop(key, None)
@@ -342,9 +346,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
     return AsMeant(tuple(_told(report, found)), tuple(parts))
 
 
-def _is_beside_right(
-    report: Report, found: Mapping[tuple[int, str], tuple[str, _Deviation]]
-) -> bool:
+def _is_beside_right(report: Report, found: _Deviations) -> bool:
     """True if all other columns of these maneuvers are right to three digits, and far better."""
     for m in report.maneuvers:
         errors = {c.key: c.as_understood.measures.max_rel_error or 0.0 for c in m.columns}
@@ -366,16 +368,11 @@ def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Arra
 
 def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """A factor, an offset, or both: the fewest that explain."""
-    value, right = c.trace.value, c.trace.reference
-    one = np.ones_like(right)
-    for of in ((right,), (one,), (right, one)):
-        has_factor, has_offset = of[0] is right, of[-1] is one
-        fit = np.linalg.lstsq(np.array(of).T, value - (0.0 if has_factor else right), rcond=None)[0]
-        by, more = float(fit[0]) if has_factor else 1.0, float(fit[-1]) if has_offset else 0.0
-        deviation = by * right + more - right
-        if rms(c.trace.error - deviation) * WEIGHTS.mostly < rms(c.trace.error):
-            return _Deviation(deviation, (by, more))
-    return None
+    fit = scaled([c])
+    if fit is None:
+        return None
+    right = c.trace.reference
+    return _Deviation("ratio", fit.factor * right + fit.offset - right, (fit.factor, fit.offset))
 
 
 def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
@@ -390,14 +387,15 @@ def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
         return None
     clipped = np.minimum(np.maximum(right, bounds[0]), bounds[1])
     # What was at a bound cannot be known.
-    return _Deviation(np.where(clipped == right, 0.0, clipped - right), tuple(bounds))
+    deviation = np.where(clipped == right, 0.0, clipped - right)
+    return _Deviation("clipped", deviation, tuple(bounds))
 
 
 def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """A moving average over an odd number of even rows, of any definition; NaN at both ends."""
     time, value = c.trace.time, c.trace.value
     steps = np.diff(time)
-    if c.values < m.rows or np.ptp(steps) > _SAME * steps[0]:
+    if c.values < m.rows or np.ptp(steps) > _EVEN * steps[0]:
         return None
     names = [x.name for x in m.part.reference.definitions[c.key]]
     right = np.array([*m.part.reference.approximate(time, names).values()])
@@ -411,43 +409,33 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
         if best is None or left[which] < best[0]:
             whole = np.full_like(time, np.nan)
             whole[half:-half] = smooth[which]
-            best = float(left[which]), _Deviation(whole - c.trace.reference, (float(count),))
+            deviation = _Deviation("averaged", whole - c.trace.reference, (float(count),))
+            best = float(left[which]), deviation
     return best[1] if best else None
 
 
 # An average over more of the rows leaves too few to tell it.
 _PART_AVERAGED = 16
 
-_DESCRIPTIONS: Mapping[str, Callable[[ManeuverScore, ColumnScore], _Deviation | None]] = {
-    "ratio": _ratio,
-    "clipped": _clipped,
-    "averaged": _averaged,
-}
 
-
-def _told(
-    report: Report, found: Mapping[tuple[int, str], tuple[str, _Deviation]]
-) -> Iterator[Evidence]:
+def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Evidence of the columns, those of one kind and size together."""
-    averaged = grouped(
-        (d.about[0], (n, key)) for (n, key), (how, d) in found.items() if how == "averaged"
-    )
+    averaged = grouped((d.about[0], place) for place, d in found.items() if d.how == "averaged")
     for count, places in averaged.items():
         yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in places), int(count))
     by_key = grouped((key, n) for n, key in found)
     for key, numbers in by_key.items():
         ways = grouped(
-            ((how, *(float(f"{x:.5g}") for x in d.about)), n)
+            ((found[n, key].how, *(float(f"{x:.5g}") for x in found[n, key].about)), n)
             for n in numbers
-            for how, d in [found[n, key]]
         )
         for (how, *_), of in ways.items():
-            _, deviation = found[of[0], key]
+            about = found[of[0], key].about
             if how == "ratio":
-                by, more = deviation.about
+                by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
             elif how == "clipped":
-                low, high = (x if np.isfinite(x) else None for x in deviation.about[:2])
+                low, high = (x if np.isfinite(x) else None for x in about)
                 yield ClippedColumn(key, tuple(of), low, high)
 
 
@@ -464,7 +452,7 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
 def _is_right(c: ColumnScore) -> bool:
     """True if a column is as right as its digits, or binary64 arithmetic, can be."""
     error = c.as_understood.measures.max_rel_error
-    return c.is_at_floor(_FLOORS_OF_ROUNDING) or (error is not None and error < ROUNDING)
+    return c.is_at_floor(WEIGHTS.at_floor) or (error is not None and error < ROUNDING)
 
 
 def _column(report: Report, key: str) -> ColumnScore:

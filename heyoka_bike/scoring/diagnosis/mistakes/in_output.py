@@ -121,29 +121,31 @@ _FEWEST_ROWS = 3
 _OF_A_STEP = 1e-4
 
 
-def misspaced(times: Sequence[float], duration: float) -> tuple[Mistake, ...]:
+def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
     """Rows over a duration [s], written one step too close or too far apart, as the times allow.
 
     Rows up to the end may be spread over the run without its end; rows up to a step before it may
     be spread over all of it. Other times are of no such rows.
     """
-    count = len(times)
-    ends = {"end_left_out": (count, count - 1), "one_row_less": (count, count)}
+    rows = len(times)
+    if rows < _FEWEST_ROWS:
+        return ()
     found = []
-    for code, (rows, steps) in ends.items():
-        step = duration / max(steps, 1)
-        even = [i * step for i in range(rows)]
-        apart = max((abs(x - y) for x, y in zip(times, even, strict=True)), default=0.0)
-        if rows < _FEWEST_ROWS or apart > _OF_A_STEP * step:
+    for code, steps, without, scale in (
+        ("end_left_out", rows - 1, " without its end", (rows - 1) / rows),
+        ("one_row_less", rows, "", rows / (rows - 1)),
+    ):
+        step = duration / steps
+        if np.max(np.abs(times - step * np.arange(rows))) > _OF_A_STEP * step:
             continue
-        over = f"{duration:g} s" + (" without its end" if code == "end_left_out" else "")
+        spread = f"{rows} rows are spread over {duration:g} s{without}"
         found.append(
             clock_mistake(
                 code,
-                f"{rows} rows are spread over {over} and written as if {step:g} s apart",
+                f"{spread} and written as if {step:g} s apart",
                 f"the times of the rows: 0 to {duration:g} s by {step:g} s are {steps + 1} of "
                 "them, both ends included",
-                scale=(rows - 1) / rows if code == "end_left_out" else rows / (rows - 1),
+                scale=scale,
             )
         )
     return tuple(found)

@@ -7,7 +7,10 @@ a file, such as columns in another order, are in `proposals`.
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from heyoka_bike.bicycle.parameters import benchmark
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.mistakes.in_axes import AXES_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES, misspaced
@@ -24,9 +27,7 @@ _OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
 )  # fmt: skip
 
 
-def mistakes_of(
-    numbers: tuple[int, ...], times: Sequence[float], duration: float
-) -> tuple[Mistake, ...]:
+def mistakes_of(numbers: tuple[int, ...], times: Array, duration: float) -> tuple[Mistake, ...]:
     """The library for maneuvers of these numbers, and rows at these times of a duration [s]."""
     return (*_OF_ANY_BENCHMARK, *misplaced(numbers), *misspaced(times, duration))
 
@@ -35,10 +36,9 @@ def _of_the_benchmark() -> tuple[Mistake, ...]:
     _, maneuvers = benchmark()
     numbers = tuple(range(1, len(maneuvers) + 1))
     steps, duration = maneuvers[0].rows - 1, float(maneuvers[0].duration)
-    # One row less than there should be may be the last one, too.
-    whole = [i * duration / steps for i in range(steps + 1)]
-    return tuple({m.code: m for times in (whole, whole[:-1])
-                  for m in mistakes_of(numbers, times, duration)}.values())  # fmt: skip
+    times = np.arange(steps + 1) * duration / steps
+    # One row less than there should be: the last one is not there.
+    return (*mistakes_of(numbers, times, duration), *misspaced(times[:-1], duration))
 
 
 MISTAKES: tuple[Mistake, ...] = _of_the_benchmark()

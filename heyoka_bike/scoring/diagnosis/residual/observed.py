@@ -29,7 +29,9 @@ The speed may be missing: it then follows from the others by the right equation 
 is not compared. Rates may be missing: they then are the slopes of their angles.
 """
 
-_SLOPES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+"""The angles of which rates are the slopes, by keys."""
+
 # Of the last digit in a slope, times the distance of the rows: central differences of order 10.
 _IN_SLOPE = 1.23
 
@@ -177,7 +179,7 @@ def observe(
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
     # Slopes tell less of the first rows.
-    is_begun = _SLOPES.keys() <= part.values.keys() and time[0] <= 2 * (time[1] - time[0])
+    is_begun = ANGLE_OF.keys() <= part.values.keys() and time[0] <= 2 * (time[1] - time[0])
     found = Observed(
         number=part.number,
         time=time,
@@ -214,7 +216,7 @@ def _rows_that_move(
     time, columns = part.time[rows], {k: x[rows] for k, x in columns.items()}
     if not np.all(np.diff(time) > 0.0):
         return None
-    for rate, angle in _SLOPES.items():
+    for rate, angle in ANGLE_OF.items():
         if rate not in columns and names[angle] != angle:
             return None
         if rate not in columns:
@@ -255,7 +257,7 @@ def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> fl
     if key not in part.values:
         return (
             _IN_SLOPE
-            * _digits(part, understood, _SLOPES[key])
+            * _digits(part, understood, ANGLE_OF[key])
             / float(np.median(np.diff(part.time)))
         )
     quantum, values = part.quantum.get(key), part.values[key]
