@@ -14,6 +14,7 @@ from pathlib import Path
 
 import flint
 import mpmath
+from marked_parts import filled, split
 
 from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
@@ -28,7 +29,6 @@ from heyoka_bike.system.resources import after_folder, benchmark_bicycle, benchm
 from heyoka_bike.workbench.after_ten_seconds.facts import settling_fact
 
 PAGE = Path(__file__).parent.parent / "after-ten-seconds.md"
-MARKS = "<!-- {}: begin -->", "<!-- {}: end -->"
 DIGITS = (50, 60)
 SHOWN = 30
 
@@ -140,8 +140,7 @@ def committed():
     text = PAGE.read_text(encoding="utf-8")
     found = {}
     for name in TABLES:
-        begin, end = (mark.format(name) for mark in MARKS)
-        lines = text.partition(begin)[2].partition(end)[0].strip().splitlines()[2:]
+        lines = split(text, name)[1].strip().splitlines()[2:]
         found[name] = [tuple(line.strip("| ").split(" | ")) for line in lines]
     return found
 
@@ -160,9 +159,7 @@ def main():
             continue
         made = table(rows(bicycle, maneuver), *HEADING)
         print(made, flush=True)
-        begin, end = (mark.format(name) for mark in MARKS)
-        head, _, rest = PAGE.read_text(encoding="utf-8").partition(begin)
-        text = f"{head}{begin}\n{made}\n{end}{rest.partition(end)[2]}"
+        text = filled(PAGE.read_text(encoding="utf-8"), name, made)
         PAGE.write_text(text, encoding="utf-8")
 
 

@@ -13,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import mpmath
+from marked_parts import filled, split
 
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
@@ -65,7 +66,7 @@ def set_of(name, folder):
 
 def committed(table):
     """Rows of a table of the page, by name."""
-    text = _parts(PAGE.read_text("utf-8"), table)[1]
+    _, text, _ = split(PAGE.read_text("utf-8"), table)
     rows = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("| `")]
     return {row[0].strip(" `"): [cell.strip() for cell in row] for row in rows}
 
@@ -79,19 +80,12 @@ def _interval(low, high, begin, end):
     return f"{begin(low, DIGITS)} to {shown}"
 
 
-def _parts(page, table):
-    before, begin, rest = page.partition(f"<!-- {table}: begin -->\n")
-    inside, end, after = rest.partition(f"<!-- {table}: end -->")
-    assert begin
-    assert end
-    return before + begin, inside, end + after
-
-
 def _write(table, rows):
-    before, inside, after = _parts(PAGE.read_text("utf-8"), table)
+    page = PAGE.read_text("utf-8")
+    inside = split(page, table)[1].strip("\n")
     heading = [line for line in inside.splitlines() if not line.startswith("| `")]
     lines = heading + ["| " + " | ".join(row) + " |" for row in rows]
-    PAGE.write_text(before + "\n".join(lines) + "\n" + after, "utf-8")
+    PAGE.write_text(filled(page, table, "\n".join(lines)), "utf-8")
 
 
 def main():

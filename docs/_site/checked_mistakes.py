@@ -7,6 +7,7 @@ nothing; its table is checked. Run as a script, this writes the page's table.
 from pathlib import Path
 
 import numpy as np
+from marked_parts import filled
 
 from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
@@ -23,7 +24,6 @@ from heyoka_bike.scoring.instants.check import binary64_states, check, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
 
 PAGE = Path(__file__).parent.parent / "reference" / "checked-mistakes.md"
-BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 RIGHT = Program(read_bicycle(benchmark_bicycle()), {})
 IN_MODEL = (*(m for m in MISTAKES if m.kind == "model"), *EQUATION_MISTAKES)
 # Of a parameter that is only rounded.
@@ -130,10 +130,7 @@ def lines():
 
 def main():
     page = PAGE.read_text(encoding="utf-8")
-    before, _, rest = page.partition(BEGIN)
-    after = rest.partition(END)[2]
-    text = "\n".join((BEGIN, *lines(), END))
-    PAGE.write_text(f"{before}{text}{after}", encoding="utf-8")
+    PAGE.write_text(filled(page, "mistakes", "\n".join(lines())), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from marked_parts import filled
+
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING, Column
 
 PAGE = Path(__file__).parent.parent / "reference" / "columns.md"
-BEGIN, END = "<!-- columns: begin -->", "<!-- columns: end -->"
 
 
 def _line(column: Column) -> str:
@@ -27,9 +28,7 @@ def table() -> str:
 
 def page(text: str) -> str:
     """The page with its table made anew."""
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+    return filled(text, "columns", table())
 
 
 if __name__ == "__main__":

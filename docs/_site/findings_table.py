@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from marked_parts import filled
+
 from heyoka_bike.scoring import evidence
 from heyoka_bike.showing import sayings
 
 PAGE = Path(__file__).parent.parent / "reference" / "findings.md"
-BEGIN, END = "<!-- findings: begin -->", "<!-- findings: end -->"
 _SEVERITIES = ("info", "warning")
 
 
@@ -59,9 +60,7 @@ def table() -> str:
 
 def page(text: str) -> str:
     """The page with its table made anew."""
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+    return filled(text, "findings", table())
 
 
 if __name__ == "__main__":

@@ -5,10 +5,11 @@ Run as a script, this writes it.
 
 from pathlib import Path
 
+from marked_parts import filled
+
 from heyoka_bike.scoring.reading.formats import TEXT_FIRST, Format
 
 PAGE = Path(__file__).parent.parent / "files.md"
-BEGIN, END = "<!-- formats: begin -->", "<!-- formats: end -->"
 
 
 def _line(format_: Format) -> str:
@@ -23,9 +24,7 @@ def table() -> str:
 
 def page(text: str) -> str:
     """The page with its table made anew."""
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+    return filled(text, "formats", table())
 
 
 if __name__ == "__main__":

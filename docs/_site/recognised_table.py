@@ -13,6 +13,7 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 
+from marked_parts import filled, split
 from support.mistaken_programs import columns_of, results
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -25,7 +26,6 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.system.parallel import processors
 
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
-BEGIN, END = "<!-- recognised: begin -->", "<!-- recognised: end -->"
 
 LEVELS = {"none": 0.0, "1e-6": 1e-6, "1e-4": 1e-4}
 # What differs by less than so many errors cannot be expected to be told apart.
@@ -164,16 +164,15 @@ def markdown(said, far, classes):
 
 def committed():
     """What the page says: by code, the words of each level."""
-    text = PAGE.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0]
+    _, text, _ = split(PAGE.read_text(encoding="utf-8"), "recognised")
     rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| `")]
     return {row[0].strip("`"): dict(zip(LEVELS, row[3:], strict=True)) for row in rows}
 
 
 def main():
     made = markdown(*table(load_reference(*sys.argv[1:]), report=lambda s: print(s, flush=True)))
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    PAGE.write_text(f"{before}{BEGIN}\n{made}\n{END}{after}", encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(filled(page, "recognised", made), encoding="utf-8")
 
 
 if __name__ == "__main__":

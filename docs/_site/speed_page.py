@@ -14,6 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import marked_parts
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -287,12 +288,7 @@ def energy_table(found):
 def filled(page, found):
     """The page with its generated parts replaced."""
     for name, text in found.items():
-        begin, end = f"<!-- {name}: begin -->\n", f"\n<!-- {name}: end -->"
-        before, _, rest = page.partition(begin)
-        _, _, after = rest.partition(end)
-        if not after and not rest.endswith(end):
-            raise ValueError(f"{PAGE}: no place for {name}")
-        page = before + begin + text + end + after
+        page = marked_parts.filled(page, name, text)
     return page
 
 
