@@ -34,6 +34,15 @@ def written(bicycle, folder, kind):
     return path
 
 
+def changed(folder, bicycle, old, new):
+    """A URDF in which one text stands in the place of another."""
+    text = render("urdf", bicycle, ()).decode()
+    assert old in text
+    path = folder / "model.urdf"
+    path.write_text(text.replace(old, new))
+    return path
+
+
 @pytest.mark.parametrize("kind", READ)
 def test_what_is_exported_comes_back(kind, tmp_path):
     for name in collection("bicycles"):
@@ -178,11 +187,7 @@ def test_damaged_files_are_refused_or_read(kind, bicycle, tmp_path):
     ],
 )  # fmt: skip
 def test_what_cannot_be_held_is_said(old, new, note, bicycle, tmp_path, capsys):
-    text = render("urdf", bicycle, ()).decode()
-    assert old in text
-    path = tmp_path / "model.urdf"
-    path.write_text(text.replace(old, new))
-    code, _, err = run(path, capsys=capsys)
+    code, _, err = run(changed(tmp_path, bicycle, old, new), capsys=capsys)
     assert code == 0
     assert f"bicycle: left out: {note}, which this bicycle cannot have\n" in err
 
@@ -278,11 +283,7 @@ def test_refusals_are_one_line(text, said, tmp_path, capsys):
     ],
 )  # fmt: skip
 def test_models_that_are_no_bicycle_are_refused(old, new, said, bicycle, tmp_path, capsys):
-    text = render("urdf", bicycle, ()).decode()
-    assert old in text
-    path = tmp_path / "bad.urdf"
-    path.write_text(text.replace(old, new))
-    code, out, err = run(path, capsys=capsys)
+    code, out, err = run(changed(tmp_path, bicycle, old, new), capsys=capsys)
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert said in err
 
