@@ -2,6 +2,7 @@
 
 from itertools import islice
 
+import numpy as np
 import pytest
 from support.checker import (
     Checker,
@@ -37,6 +38,23 @@ def some():
     yield from game_files("honest", [4])
     for name in ("exudyn-h0.01.txt", "scipy-rtol1e-7.txt"):
         yield name, lambda name=name: read_results(data_folder() / "peers" / name)
+
+
+def wrong_in_degrees(tmp_path):
+    """A file whose rows after the first are in the reverse order, angles and rates in degrees."""
+    table = np.loadtxt(data_folder() / "peers" / "exudyn-h0.01.txt")
+    table[1:, 1:] = table[:0:-1, 1:]
+    for first in range(0, 24, 8):
+        table[:, [first + k for k in (1, 2, 7, 8)]] *= -180 / np.pi
+    path = tmp_path / "wrong-in-degrees.txt"
+    np.savetxt(path, table, "%.17g")
+    yield path.name, lambda: read_results(path)
+
+
+def test_the_first_row_of_a_wrong_motion_tells_its_units(checker, tmp_path):
+    counts, said = compared(checker, wrong_in_degrees(tmp_path))
+    assert said == []
+    assert counts["columns"] == 24
 
 
 def test_some_files(checker):
@@ -76,12 +94,15 @@ CHANGES = [
     ('"degree", 0.017453292519943295', '"degree", 0.0175'),
     ("#define BICYCLE_CLOSE_DIGITS 3.0", "#define BICYCLE_CLOSE_DIGITS 2.4"),
     ("- u->offset - exact);", "- exact);"),
+    # The first row tells nothing.
+    ("told = ub_told_way(key, starts);", "told = 0;"),
 ]
 
 
 @pytest.mark.proof
 def test_another_judge_is_noticed(tmp_path):
-    others, known = judged_files([*some(), *game_files("honest", range(60))]), []
+    honest = game_files("honest", range(60))
+    others, known = judged_files([*wrong_in_degrees(tmp_path), *some(), *honest]), []
 
     def files():
         yield from known

@@ -196,7 +196,8 @@ BICYCLE_API const char *bicycle_word(int grade) { return ub_words[grade]; }
    As heyoka-bike score has it (scoring/definitions.py): the likelihood of a candidate is
    typical^-3 in each maneuver, where typical is the root mean square of its error without the
    largest hundredth of the rows; the default, and what belongs to the definition of the angle, is
-   five times as likely before; odds below 20 to 1 are left open. */
+   five times as likely before; odds below 20 to 1 are left open. The first row tells the unit and
+   the sign of a motion that is wrong. */
 
 enum { UB_SAMPLE = 4001, UB_FEW_ROWS = 10, UB_LEFT_OUT = 100, UB_WAYS = 2 * UB_UNITS };
 #define UB_VALUES 3.0                  /* an error curve counts as so many */
@@ -539,13 +540,81 @@ BICYCLE_API double ub_of_a_constant(const bicycle_check *c, int key, const ub_ta
     return found;
 }
 
+/* Whether the first value of a column is the given one in every maneuver, in a unit and sign. */
+BICYCLE_API int ub_begins(const bicycle_check *c, int key, double factor, ub_sample *s)
+{
+    int m, has_start = 0;
+    for (m = 0; m < BICYCLE_MANEUVERS; m++) {
+        double given;
+        if (!ub_take(c, m, key, s) || !s->is_from_start)
+            continue;
+        given = bicycle_evaluate(m + 1, key, s->time[0]);
+        if (fabs(given) <= UB_TOLERANCE * s->scale)
+            continue;
+        has_start = 1;
+        if (!(fabs(factor * s->value[0] - given) <= UB_TOLERANCE * fabs(given)))
+            return 0;
+    }
+    return has_start;
+}
+
+/* The way of each column whose first row is the given value in one way alone; -1 of the others. */
+BICYCLE_API void ub_ways_at_start(const bicycle_check *c, int starts[BICYCLE_KEYS], ub_sample *s)
+{
+    int key, way;
+    for (key = 0; key < BICYCLE_KEYS; key++) {
+        int signs = ub_is_energy(key) ? 1 : 2, fitting = 0;
+        starts[key] = -1;
+        for (way = 0; way < ub_units_of(key) * signs; way++) {
+            double factor = ub_units[key][way / signs].factor;
+            if (!ub_begins(c, key, way % signs ? -factor : factor, s))
+                continue;
+            starts[key] = fitting++ ? -1 : way;
+        }
+    }
+}
+
+/* The way that the first row tells: an angle has the sign of its rate. */
+BICYCLE_API int ub_told_way(int key, const int starts[BICYCLE_KEYS])
+{
+    int i;
+    if (starts[key] >= 0)
+        return starts[key];
+    for (i = 0; i < BICYCLE_KEYS; i++)
+        if (ub_names[i].angle_of == key)
+            return starts[i] >= 0 ? starts[i] % 2 : 0;
+    return 0;
+}
+
+/* Whether a unit is that of a column whose first row tells it, or the angle's of such a rate. */
+BICYCLE_API int ub_is_used(const char *unit, const int starts[BICYCLE_KEYS])
+{
+    int i, k;
+    for (i = 0; i < BICYCLE_KEYS; i++) {
+        const char *used, *per_second = " s-1";
+        if (starts[i] < 0)
+            continue;
+        used = ub_units[i][starts[i] / (ub_is_energy(i) ? 1 : 2)].name;
+        for (k = 0; unit[k] && unit[k] == used[k];)
+            k++;
+        if (unit[k])
+            continue;
+        for (used += k; *used && *used == *per_second; used++)
+            per_second++;
+        if (!*used)
+            return 1;
+    }
+    return 0;
+}
+
 /* Unit and sign, then the definition under them. */
-BICYCLE_API void ub_choose(const bicycle_check *c, int key, ub_taken found[BICYCLE_KEYS],
-                           ub_sample *s)
+BICYCLE_API void ub_choose(const bicycle_check *c, int key, const int starts[BICYCLE_KEYS],
+                           ub_taken found[BICYCLE_KEYS], ub_sample *s)
 {
     ub_odds o;
     ub_taken best, *u = &found[key];
     int i, way = 0, at, is_near;
+    int told = ub_told_way(key, starts);
     double likeliest;
     if (!ub_weigh(c, key, found, &o, s))
         return;
@@ -559,10 +628,19 @@ BICYCLE_API void ub_choose(const bicycle_check *c, int key, ub_taken found[BICYC
     best.column = ub_likeliest(&o, key, way);
     likeliest = o.likely[way][best.column];
     ub_go(&best, &o, way);
+    ub_go(u, &o, told);
     if (!ub_is_shown(c, key, &best, &is_near, s))
         return;
-    if (!is_near || likeliest - o.likely[0][ub_likeliest(&o, key, 0)] < UB_CLAIMED)
-        way = 0;
+    if (!is_near) { /* of a wrong motion, but in the units of other columns */
+        way = told;
+        for (i = told % o.signs; i < o.ways; i += o.signs)
+            if (ub_is_used(ub_units[key][i / o.signs].name, starts) &&
+                o.likely[i][ub_likeliest(&o, key, i)] > o.likely[way][ub_likeliest(&o, key, way)])
+                way = i;
+    }
+    if (o.likely[way][ub_likeliest(&o, key, way)] - o.likely[told][ub_likeliest(&o, key, told)] <
+        UB_CLAIMED)
+        way = told;
     ub_go(u, &o, way);
     at = ub_likeliest(&o, key, way);
     if (ub_of_a_constant(c, key, u, s) - likeliest > UB_CLAIMED)
@@ -1079,6 +1157,7 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
     ub_sample s;
     ub_taken found[BICYCLE_KEYS] = {{0, 0, 0, 0, 0, 0}};
     static bicycle_result nothing; /* of zeros */
+    int starts[BICYCLE_KEYS];
     int m, key, count = 0, left_out = 0, unit = -1;
     c->grade = BICYCLE_UNKNOWN;
     c->is_whole = 1;
@@ -1101,8 +1180,9 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
     for (m = 0; m < BICYCLE_MANEUVERS && count == left_out; m++)
         for (key = 0; key < BICYCLE_KEYS; key++)
             c->result[m][key].never_filled = 0;
+    ub_ways_at_start(c, starts, &s);
     for (key = 0; key < BICYCLE_KEYS; key++)
-        ub_choose(c, key, found, &s);
+        ub_choose(c, key, starts, found, &s);
     for (key = 0; key < 3; key++) { /* one unit of all energies, that of the surest */
         static const int order[3] = {BICYCLE_KINETIC_ENERGY, BICYCLE_MECHANICAL_ENERGY,
                                      BICYCLE_POTENTIAL_ENERGY};
