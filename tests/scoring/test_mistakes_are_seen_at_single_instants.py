@@ -4,6 +4,7 @@ import re
 
 import checked_mistakes as made  # docs/_site
 import pytest
+from marked_parts import split  # docs/_site
 
 SOME = ("sign_IBxz", "trail_normal", "centre_B_from_hub", "no_gyroscopic", "linearised_no_c1")
 BY_CODE = {m.code: m for m in made.IN_MODEL}
@@ -11,7 +12,7 @@ BY_CODE = {m.code: m for m in made.IN_MODEL}
 
 def table():
     text = made.PAGE.read_text(encoding="utf-8")
-    return text.partition(made.BEGIN)[2].partition(made.END)[0].strip()
+    return split(text, "mistakes")[1].strip()
 
 
 @pytest.mark.proof

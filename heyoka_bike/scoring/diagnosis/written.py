@@ -22,6 +22,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.plain import scaled
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
 from heyoka_bike.scoring.evidence import (
@@ -194,17 +195,23 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
         "backward": (slopes, slice(1, None)),
         "central": ((x[2:] - x[:-2]) / (time[2:] - time[:-2]), slice(1, -1)),
     }
+    smooth = local_polynomials(time, x, _DEGREE_OF_SLOPES)[:, 1]
     step = float(np.min(np.diff(time)))
     least = WEIGHTS.at_floor * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
-    return {
-        how
-        for how, (slope, rows) in ways.items()
-        if np.mean(np.abs(rate.trace.value[rows] - slope) <= least) > _PART_OF_ROWS
-        # A slope that is as right as the rate itself tells nothing.
-        and rms(slope - rate.trace.reference[rows]) > WEIGHTS.beside * least
-    }
+    found = set()
+    for how, (slope, rows) in ways.items():
+        is_difference = np.abs(rate.trace.value[rows] - slope) <= least
+        # Where the digits tell such a difference from the slope of the angle.
+        telling = np.abs(slope - smooth[rows]) > WEIGHTS.beside * least
+        if np.sum(telling) >= _FEWEST_ROWS and all(
+            np.mean(part) > _PART_OF_ROWS for part in (is_difference, is_difference[telling])
+        ):
+            found.add(how)
+    return found
 
 
+# Of polynomials through so few rows that a corner in the motion reaches no further.
+_DEGREE_OF_SLOPES = 4
 # An end, or a row at which the step changes, is written otherwise.
 _PART_OF_ROWS = 0.98
 
