@@ -48,6 +48,10 @@ _GIVEN_AT_START = (*LATERAL, "forward_speed")
 HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it.
 _LARGEST_VALUE = 1e150
+# Units in which times are so many times as large as in seconds.
+_SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+# Of the reference's: times of a shorter run in a smaller unit may as well be of a longer one.
+_SHORTEST_RUN = 0.1
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
 _FAR_FROM_MANEUVER = 0.1
@@ -371,7 +375,7 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
         if len(started) == 1:
             return started[0]
         option = "maneuver=N" if results.format == "array" else "--maneuver N"
-        hint = _milliseconds(rows.time, max(float(reference[n].duration) for n in reference))
+        hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
         raise NothingScoredError(
             f"{results.path}: found columns that fit no maneuver clearly (relative distances "
             + ", ".join(f"{n}: {d:.2g}" for n, d in sorted(distance.items()))
@@ -500,7 +504,7 @@ def _within(
     if not keep.all():
         left_out = hi[~keep]
         ends = float(left_out.min()), float(left_out.max())
-        seen.append(RowsOutside(len(left_out), *ends, end, _may_be_milliseconds(hi, end)))
+        seen.append(RowsOutside(len(left_out), *ends, end, _unit_of_late(hi, end)))
 
     # A long file is not copied for nothing.
     kept = rows if keep.all() else rows.at(keep)
@@ -523,18 +527,21 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
         return f"{results.path}: found no rows, expected at least one"
     return (
         f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected some "
-        f"within 0 to {end:g} s{_milliseconds(times, end)}"
+        f"within 0 to {end:g} s{_unit_asked(times, end)}"
     )
 
 
-def _milliseconds(times: Array, end: float) -> str:
-    """The end of an error: a question where most times are a thousand times too large."""
-    return "; are they in milliseconds?" if _may_be_milliseconds(times, end) else ""
+def _unit_asked(times: Array, end: float) -> str:
+    """The end of an error: a question where most times are as large as in a smaller unit."""
+    unit = _unit_of_late(times, end)
+    return f"; are they in {unit}?" if unit else ""
 
 
-def _may_be_milliseconds(times: Array, end: float) -> bool:
-    """True if most times are a thousand times too large."""
+def _unit_of_late(times: Array, end: float) -> str | None:
+    """The smaller unit that most times may have; None where few are late, or too late for any."""
     # Counted, not averaged: the mean of two times near the largest double overflows.
     most_are_late = 2 * int((times > end).sum()) > len(times)
-    in_range = 100 * end <= float(np.max(times)) <= 1000 * end * (1 + SUMMED)
-    return most_are_late and in_range
+    # A run as long as the reference, or down to a tenth of it.
+    parts = {unit: float(np.max(times)) / (size * end) for unit, size in _SMALLER_UNITS.items()}
+    fitting = (unit for unit, part in parts.items() if _SHORTEST_RUN <= part <= 1 + SUMMED)
+    return next(fitting, None) if most_are_late else None

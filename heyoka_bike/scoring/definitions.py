@@ -166,9 +166,10 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
         having = [s for s in samples if key in s.values]
         if having:
             found[key] = _choose(key, having, found, starts)
-    # The kinetic energy has no zero to choose, so its unit is the surest.
+    # The kinetic energy has no zero to choose, so its unit is the surest where headings tell none.
     energies = [key for key in _ENERGY_KEYS if key in found]
-    found.update({key: replace(found[key], unit=found[energies[0]].unit) for key in energies})
+    if energies:
+        found.update(_in_unit(found[energies[0]].unit, energies, found, samples))
     _find_offset(found, samples)
     return found
 
@@ -466,6 +467,14 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
     return replace(u, none=odds / _LN_10)
 
 
+def _in_unit(
+    unit: str, keys: Iterable[str], found: Understandings, samples: Sequence[Sample]
+) -> dict[str, Understanding]:
+    """Those of the energies whose headings tell no unit, in this one."""
+    untold = [key for key in keys if _named_unit(key, samples) is None]
+    return {key: replace(found[key], unit=unit) for key in untold}
+
+
 def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
     """A zero of the energies elsewhere, the same for both.
 
@@ -480,7 +489,8 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     known = found[leader].unit
     units = (known,) if "kinetic_energy" in found else UNITS["J"]
     for unit in sorted(units, key=lambda u: u != known):
-        taken = {k: replace(found[k], unit=unit) for k in ZEROED if k in found}
+        taken = {k: found[k] for k in ZEROED if k in found}
+        taken |= _in_unit(unit, taken, found, samples)
         if moved := _with_offset(leader, taken, found, samples):
             found.update(moved)
             return

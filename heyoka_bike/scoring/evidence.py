@@ -334,15 +334,15 @@ class RowsOutside(Evidence):
         The earliest and the latest of their times [s].
     duration
         Of the reference [s].
-    may_be_milliseconds
-        True if most times are about a thousand times too large.
+    may_be_in
+        The smaller unit that most times may have, in words; None if they fit none.
     """
 
     rows: int
     t_first: float
     t_last: float
     duration: float
-    may_be_milliseconds: bool = False
+    may_be_in: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -254,7 +254,7 @@ def _(e: seen.OtherManeuver) -> Finding:
 @_finding.register
 def _(e: seen.RowsOutside) -> Finding:
     first, last = (time_beside(t, e.duration) for t in (e.t_first, e.t_last))
-    question = "; are they in milliseconds?" if e.may_be_milliseconds else ""
+    question = f"; are they in {e.may_be_in}?" if e.may_be_in else ""
     said = (
         f"{counted(e.rows, 'row')} with times from {first} to {last} s left out: the reference "
         f"covers 0 to {e.duration:g} s and nothing is extrapolated{question}"

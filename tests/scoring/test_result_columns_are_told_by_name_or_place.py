@@ -89,6 +89,9 @@ def test_names_of_joints(name, key):
 
 def test_joints_of_maneuvers_and_their_units(tmp_path):
     assert recognise("maneuver2.roll.phi") == ("roll_angle", 2)
+    assert recognise("field.bike.Steer_Joint.Rz.q_3") == ("steer_angle", 3)
+    # A coordinate of its own.
+    assert recognise("Steer_Joint.Rz.q3") is None
     names = ["time", "bike.roll.phi [deg]", "der(bike.steer.phi)"]
     assert found(read_results(written(tmp_path, names))) == {
         "time": 0,

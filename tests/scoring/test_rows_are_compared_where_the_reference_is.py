@@ -144,14 +144,22 @@ def test_summed_times_cover_the_whole_run(reference, step):
     assert report.maneuvers[0].rows == len(time)
 
 
-def test_milliseconds_are_asked_about(reference):
+@pytest.mark.parametrize(
+    ("times", "unit"),
+    [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds"), (1e5, None)],
+)
+def test_smaller_units_of_time_are_asked_about(times, unit, reference):
     m = reference[1]
-    part = Rows(1, 1000 * m.time, m.time_lo, exact_columns(m))
+    rows = slice(0, 1 + int(0.7 * len(m.time)))
+    columns = {key: x[rows] for key, x in exact_columns(m).items()}
+    part = Rows(1, times * m.time[rows], m.time_lo[rows], columns)
+    asked = f"; are they in {unit}?" if unit else "nothing is extrapolated"
     report = score(Results("x", "text", (part,)), reference)
-    assert "are they in milliseconds?" in report.findings[0].message
+    assert report.findings[0].message.endswith(asked)
     unknown = Rows(None, part.time, part.time_lo, part.values)
-    with pytest.raises(NothingScoredError, match="milliseconds"):
+    with pytest.raises(NothingScoredError) as raised:
         score(Results("x", "text", (unknown,)), reference)
+    assert str(raised.value).endswith(asked if unit else "say which with --maneuver N")
 
 
 def test_maneuvers_in_each_others_place_are_told(reference):

@@ -48,6 +48,25 @@ def test_units_that_are_named_are_tried(heading, factors, units, reference, tmp_
     assert not findings(report, "unit_unknown", "unit_contradicted")
 
 
+@pytest.mark.parametrize("zero", [0.0, -300.0])
+def test_each_energy_has_the_unit_that_its_heading_names(zero, reference, tmp_path):
+    m = reference[2]
+    keys = ("roll_angle", "roll_rate", "potential_energy", "kinetic_energy", "mechanical_energy")
+    roll, rate, potential, kinetic, whole = (m.rows[key] for key in keys)
+    table = np.column_stack([m.time, roll, rate, potential + zero, kinetic, (whole + zero) / 1e3])
+    path = tmp_path / "r.csv"
+    heading = "t,roll_angle,roll_rate,V [J],T,E [kJ]"
+    np.savetxt(path, table, fmt="%.15g", delimiter=",", header=heading, comments="")
+    report = score(path, reference)
+    assert report.is_right
+    assert not findings(report, "unit_contradicted")
+    taken = {c.key: c.as_understood for c in report.maneuvers[0].columns}
+    assert [taken[key].unit for key in keys[2:]] == ["J", "J", "kJ"]
+    offset = taken["mechanical_energy"].offset
+    assert offset == pytest.approx(zero, abs=1e-9)
+    assert offset == taken["potential_energy"].offset
+
+
 def test_units_that_are_not_named_are_not_tried(reference, tmp_path):
     report = report_of(reference, tmp_path, "t,roll,v,T [J]", (1, 1e3, 1e2, 1))
     (m,) = report.maneuvers

@@ -154,6 +154,20 @@ def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
     assert [r.met for r in report.requirements] == [False, True]
 
 
+@pytest.mark.parametrize("name", ["bike.Steer_Joint.Rz.q#12", "model.steer.phi.0"])
+def test_an_angle_of_a_joint_whose_index_means_nothing(name, tmp_path):
+    columns = renamed({"steer_angle": name}, {**few(), "steer_angle": wrong("steer_angle")})
+    assert_not_whole(judged(written(tmp_path / "a.csv", columns)), name)
+    # Beside the angle it may be anything.
+    columns = {**right(), name: wrong("steer_angle")}
+    assert judged(written(tmp_path / "b.csv", columns)).is_right
+
+
+def test_a_torque_of_a_joint_is_no_column_of_the_result(tmp_path):
+    columns = {**few(), "bike.Steer_Joint.Rz.t#1": wrong("steer_angle")}
+    assert judged(written(tmp_path / "a.csv", columns)).is_right
+
+
 @pytest.mark.parametrize("name", [
     "roll_angle_setpoint", "steer_angle_error", "wheel speed front", "roll_angle.filtered", "u1",
     "wheel_speed", "q7", "torque",

@@ -58,6 +58,8 @@ _LAST = re.compile(
     rf"|[\s_.-]+{_PATTERN_OF_MANEUVER}[\s_-]*([0-9]{{1,3}}))",
     re.IGNORECASE,
 )
+# Of a joint's angle q_3: q3 is a coordinate.
+_NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
 _STEPS_OF_PATH = re.compile(r"[./|:\\]+")
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
@@ -81,6 +83,9 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     if key is None:
         plain, number = without_maneuver(stem)
         key = of_joint(plain)
+        if key is None and number is None and (match := _NUMBER_OF_JOINT.fullmatch(plain)):
+            key = of_joint(match[1])
+            number = None if key is None else int(match[2])
         # A step of the way may be the maneuver.
         each = (group_number(step) for step in _STEPS_OF_PATH.split(plain))
         number = number or next((n for n in each if n), None)
