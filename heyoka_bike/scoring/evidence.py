@@ -564,7 +564,7 @@ class CoveredInPart(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class EnergyHidesError(Evidence):
-    """Eq. (1) is met although something else is visibly wrong.
+    """The energy is within the limit of eq. (1) although something else is visibly wrong.
 
     Attributes
     ----------

@@ -493,8 +493,8 @@ def _(e: seen.EnergyHidesError) -> Finding:
     part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
     return warning(
         "energy_hides_error",
-        f"{maneuvers(e.maneuvers)}: eq. (1) is met, and yet {e.key} is wrong by up to {part} % of "
-        "its scale; energy alone does not show this error",
+        f"{maneuvers(e.maneuvers)}: the energy is within the limit of eq. (1), and yet {e.key} is "
+        f"wrong by up to {part} % of its scale; energy alone does not show this error",
         maneuvers=list(e.maneuvers),
         maneuver=e.maneuver,
         performance=e.performance,

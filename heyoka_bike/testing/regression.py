@@ -192,12 +192,14 @@ class Score:
             with warnings.catch_warnings():
                 # The test is about wrong results, whatever becomes of their diagnosis.
                 warnings.simplefilter("ignore")
-                said = diagnosed(self._report, self._reference).diagnosis
+                found = diagnosed(self._report, self._reference)
         except BicycleError as e:
             return (f"none: {e}",)
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
-        return tuple(sayings.sentences(said[:_FINDINGS_SHOWN]))
+        said, more = found.diagnosis[:_FINDINGS_SHOWN], found.diagnosis[_FINDINGS_SHOWN:]
+        # That a search was stopped early is said last.
+        return tuple(sayings.sentences((*said, *(more[-1:] if found.is_stopped_early else ()))))
 
     def __repr__(self) -> str:
         return f"<score of {words.verdict(self._report)}>"

@@ -148,11 +148,19 @@ BROKEN = {
         "    said = tuple(Finding('x', f'Finding {i}') for i in range(5))\n"
         "    return dataclasses.replace(report, diagnosis=said)"
     ),
+    "stops early": (
+        "import dataclasses\nfrom heyoka_bike.scoring.findings import Finding\n"
+        "from heyoka_bike.scoring.evidence import StoppedEarly\n"
+        "def broken(report, *rest):\n"
+        "    said = tuple(Finding('x', f'Finding {i}') for i in range(5))\n"
+        "    return dataclasses.replace(report, diagnosis=said, seen=(StoppedEarly(1.0),))"
+    ),
 }
 SAID = {
     "raises": "none: it failed with ZeroDivisionError: of all things",
     "is refused": "none: heyoka is not installed; integrating needs it",
     "warns": "Finding 0 Finding 1",
+    "stops early": "Finding 0 Finding 1 Finding 4",
 }
 
 

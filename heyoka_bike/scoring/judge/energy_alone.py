@@ -12,7 +12,7 @@ VISIBLE = 1e-2
 
 
 def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
-    """Maneuvers that meet eq. (1), although something else of them is visibly wrong."""
+    """Maneuvers within the limit of eq. (1), although something else of them is visibly wrong."""
     # A maneuver that is not judged is held against the limit of one that is.
     limits = [m.performance_limit for m in report.maneuvers if m.performance_limit is not None]
     hidden = {}

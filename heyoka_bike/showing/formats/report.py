@@ -253,7 +253,9 @@ def _consistency(m: ManeuverScore) -> doc.Facts:
     """Return the contradictions within the file itself, each with its explanation."""
     c = m.consistency
     eq_1 = doc.Words("eq. (1), 100 (max E − min E) / E₀", "eq. (1), 100 (max E - min E) / E0")
-    said = "drift of the file's own mechanical energy, the only thing the benchmark judges"
+    said = "drift of the file's own mechanical energy"
+    if m.performance_limit is not None:
+        said += ", the only thing that the benchmark judges here"
     found = [(eq_1, words.performance_words(m), said)]
     if c.energy_sum is not None:
         text = f"{words.number(c.energy_sum)} J"

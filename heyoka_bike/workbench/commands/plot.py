@@ -1,8 +1,8 @@
 """Draw the maneuvers, phase portraits, eigenvalues over speed, or an atlas.
 
 Draw figures of a reference set, by default each maneuver: roll and steer angles and their rates,
-forward speed, and the energies over time (figures 2 to 4 of the benchmark). Needs matplotlib: pip
-install "heyoka_bike[plot]".
+forward speed, and the energies over time. Of the benchmark these are its figures 2 to 4. Needs
+matplotlib: pip install "heyoka_bike[plot]".
 
 figures:
 $figures

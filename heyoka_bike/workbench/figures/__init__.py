@@ -66,9 +66,7 @@ Plates = dict[str, Callable[[], Any]]
 
 
 FIGURES: Mapping[str, Kind] = {
-    DEFAULT: Kind(
-        "motions", "maneuver", "figures 2 to 4 of the benchmark, one for each maneuver", "each"
-    ),
+    DEFAULT: Kind("motions", "maneuver", "columns over time, one figure for each maneuver", "each"),
     "stability": Kind("eigenvalues", "stability", "eigenvalues over forward speed", "none"),
     "phase": Kind("motions", "phase", "phase portraits", "all"),
     "path": Kind("motions", "path", "paths of the rear wheel and their curvature", "all"),
