@@ -13,7 +13,7 @@ from support.library_writers import WRITERS
 
 from heyoka_bike import read_results, score
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.not_read import NOT_READ
+from heyoka_bike.scoring.reading.not_read import NOT_READ, PRINT_ALL
 
 HERE = Path(__file__).parent / "drawn"
 FILES = sorted(p.name for p in HERE.iterdir() if p.suffix != ".plain")
@@ -75,6 +75,7 @@ def test_a_thousand_files_drawn_at_random():
         ("r.xml", "<?xml version='1.0'?>\n<data>", "found XML"),
         ("r.txt", "structure(list(time = c(0, 1)))", "R's dput"),
         ("r.csv", "time|roll|v\n0|1|4\n1|2|4\n", "fields separated by |"),
+        ("r.txt", "{'time': {0: 0.0, 1: 0.1}}", "a dictionary as Python prints it"),
     ],
 )
 def test_a_refusal_has_the_command_that_writes_it_readably(name, content, fragment, tmp_path):
@@ -85,6 +86,23 @@ def test_a_refusal_has_the_command_that_writes_it_readably(name, content, fragme
         read_results(tmp_path / name)
     assert fragment in str(caught.value)
     assert str(caught.value).endswith(instead)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("  time roll ... v\n0 0.0 0.1 ... 4.0\n9 0.9 0.2 ... 4.0\n\n[99 rows]\n", ":2:4: found"),
+        ("time roll\n0 1\n1 2\n... ...\n9 1\n", ":4:1: found '...'"),
+        ("[[0. 1. 4.]\n [1. 2. 4.]\n ...\n [9. 1. 4.]]\n", ": found '...'"),
+    ],
+)
+def test_a_table_that_is_shortened_for_printing_is_told_so(text, place, tmp_path):
+    path = tmp_path / "r.txt"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_results(path)
+    assert str(caught.value).startswith(f"{path}{place}")
+    assert str(caught.value).endswith(PRINT_ALL)
 
 
 def test_a_folder_of_zarr_is_named(tmp_path):

@@ -53,6 +53,7 @@ NOT_READ = (
     ),
     NotRead("R's saved objects", r"RD[XAB][23]\n|[XAB]\n\x00\x00\x00", _R),
     NotRead("R's dput", r"(?:[\w.`\"]+\s*<-\s*)?structure\(list\(", _R),
+    NotRead("a dictionary as Python prints it", r"\s*\{'", "in Python: json.dump(d, file)"),
     NotRead("a table of Markdown", r"\s*\|[^\n]*\|[ \t]*\r?\n[ \t]*\|[-:| \t]+\|", _FRAME),
     NotRead("a table of LaTeX", r"\s*\\begin\{(?:table|tabular|longtable)", _FRAME),
     NotRead("HTML", r"\s*<(?i:!doctype|html|table|body)\b", _FRAME),
@@ -63,6 +64,12 @@ NOT_READ = (
     ),
 )  # fmt: skip
 """Those that are known, by what they begin with."""
+
+SHORTENED = frozenset({"...", "\u2026", ".."})
+"""In the place of rows or columns that were left out for printing."""
+
+PRINT_ALL = f"a table is shortened for printing; {_PANDAS}; in NumPy: np.savetxt('results.txt', x)"
+"""What to do about them."""
 
 _PATTERNS = tuple((x, re.compile(x.begins.encode("latin-1"))) for x in NOT_READ)
 

@@ -108,7 +108,8 @@ def _is_text(head: bytes, _: str) -> bool:
 
 def _is_json(head: bytes, _: str) -> bool:
     encoding, mark = encoding_of(head) or ("utf-8", len(head))
-    return head[mark:].decode(encoding, "replace").lstrip().startswith(_BRACKETS)
+    begins = head[mark:].decode(encoding, "replace").lstrip().startswith(_BRACKETS)
+    return begins and not_read(head) is None
 
 
 FORMATS = (

@@ -18,6 +18,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,
     recognise,
 )
+from heyoka_bike.scoring.reading.not_read import PRINT_ALL
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
@@ -30,6 +31,8 @@ _WORDS_FOR_ROWS = ("data", "rows", "values")
 _DEEPEST = 30
 _TOO_DEEP = "found arrays in too many others, expected rows"
 _NOT_BLANK = re.compile(r"\S")
+# In the place of what was not printed.
+_ELLIPSIS = re.compile(rb"(?<![.\w])\.\.\.(?![.\w])")
 
 
 def read(file: ResultFile) -> Any:
@@ -52,6 +55,9 @@ def read(file: ResultFile) -> Any:
         with suppress(InputError):
             read_text((text,), file.encoding, file.request)
             return None
+        if shortened := _ELLIPSIS.search(text):
+            said = f"found {shortened[0].decode()!r}, expected every row: {PRINT_ALL}"
+            raise file.request.error(said) from None
         raise error from None
     found = _shaped(document, file.request)
     if found is None:

@@ -15,6 +15,7 @@ from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import is_maneuver, recognise, time_among
 from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.not_read import PRINT_ALL, SHORTENED
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
@@ -215,6 +216,8 @@ def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> Input
         if None in numbers:
             at = numbers.index(None)
             field = dialect.split(content)[at]
+            if field in SHORTENED:
+                return _shortened(field, request, i + 1, at + 1)
             said = dialect.empty if field == "" else f"{quoted(field)} as value {at + 1}"
             return request.not_columns(f"{said} and no row of numbers", i + 1, at + 1)
     return request.not_columns("no row of numbers")
@@ -226,6 +229,11 @@ def _count_of(content: Any, dialect: Dialect) -> tuple[int, int]:
     return len(numbers) - numbers.count(None), len(numbers)
 
 
+def _shortened(field: str, request: Request, line: int, column: int) -> InputError:
+    said = f"found {quoted(field)}, expected a number: {PRINT_ALL}"
+    return request.error(said, line, column)
+
+
 def row_error(
     content: Any, dialect: Dialect, width: int, request: Request, number: int
 ) -> InputError:
@@ -234,6 +242,8 @@ def row_error(
     row = dialect.numbers(fields)
     if None in row[:width]:
         at = row.index(None)
+        if fields[at] in SHORTENED:
+            return _shortened(fields[at], request, number, at + 1)
         found = dialect.empty if fields[at] == "" else quoted(fields[at])
         message = f"found {found} as value {at + 1}, expected a number"
     else:
