@@ -381,6 +381,6 @@ def _no_mistake(
         f"programs were tried. The largest error is {worst:.2g} of the scale, {where}"
     )
     seen = diagnosis.causes
-    if seen is not None and seen.is_shown and not seen.is_resolved:
+    if seen is not None and seen.is_shown and seen.is_met:
         text += ". The equations of motion show no changed parameter, force or initial condition"
     return info("no_mistake_found", text, tried=diagnosis.tried, max_rel_error=worst)

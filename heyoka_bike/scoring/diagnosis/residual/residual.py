@@ -156,6 +156,11 @@ class Residual:
         """True if there is a force or a term that no cause explains, and no integrator makes."""
         return self.leaves_force(max((h.relief for h in (*self.known, *self.fitted)), default=1.0))
 
+    @property
+    def is_met(self) -> bool:
+        """True if the right equations leave no more than the digits and the rows do."""
+        return bool(np.all(self._before * self._sizes <= WEIGHTS.at_floor * self._floors))
+
     def leaves_force(self, relief: float) -> bool:
         """True if a cause of some relief leaves what no integrator does.
 
