@@ -32,7 +32,7 @@ def started(tmp_path, *options):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(60)
+@pytest.mark.timeout(300)
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_it_answers_until_it_is_told_to_end(tmp_path, how):
     with started(tmp_path) as server:
@@ -49,7 +49,7 @@ def test_it_answers_until_it_is_told_to_end(tmp_path, how):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(60)
+@pytest.mark.timeout(300)
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
     body = (data_folder() / "peers" / "exudyn-h0.01.txt").read_bytes()
@@ -75,7 +75,7 @@ def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(60)
+@pytest.mark.timeout(300)
 def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
     with started(tmp_path) as killed, started(tmp_path) as living:
         killed.stdout.readline(), living.stdout.readline()
@@ -97,7 +97,7 @@ def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
     assert not list(tmp_path.glob("heyoka-bike-serve-*"))
 
 
-@pytest.mark.timeout(20)
+@pytest.mark.timeout(120)
 def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
     running = pytest.importorskip("heyoka_bike.workbench.serving.running")
     monkeypatch.setattr(running.tempfile, "gettempdir", lambda: str(tmp_path))
@@ -122,7 +122,7 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(60)
+@pytest.mark.timeout(300)
 def test_on_every_address_it_tells_its_name(tmp_path):
     with started(tmp_path, "--host", "0.0.0.0", "--name", "bicycle.example.org") as server:
         assert " on http://bicycle.example.org:" in server.stdout.readline()
@@ -130,7 +130,7 @@ def test_on_every_address_it_tells_its_name(tmp_path):
         server.communicate()
 
 
-@pytest.mark.timeout(60)
+@pytest.mark.timeout(300)
 def test_a_port_that_is_taken_is_said(capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
