@@ -485,9 +485,11 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     leader = next((key for key in ZEROED if key in found), None)
     if leader is None:
         return
-    # The kinetic energy tells the unit; without it, another zero hides it.
+    # The kinetic energy tells the unit; without it, another zero hides it, and only how much the
+    # potential energy varies shows it.
     known = found[leader].unit
-    units = (known,) if "kinetic_energy" in found else UNITS["J"]
+    is_hidden = leader == ZEROED[0] and "kinetic_energy" not in found
+    units = UNITS["J"] if is_hidden else (known,)
     for unit in sorted(units, key=lambda u: u != known):
         taken = {k: found[k] for k in ZEROED if k in found}
         taken |= _in_unit(unit, taken, found, samples)

@@ -1,5 +1,7 @@
 """Each definition, sign, unit and zero is recognised where it shows, and claimed only there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.made_results import codes, column, made, rows, smooth_error
@@ -222,6 +224,24 @@ def test_a_constant_mechanical_energy_alone_is_an_error_not_a_zero(reference):
     assert c.as_understood.offset == 0.0
     assert c.as_understood.measures.max_abs_error == pytest.approx(5.0)
     assert codes(report) == ["energy_sum"]
+
+
+def test_a_mechanical_energy_alone_is_in_no_smaller_unit_with_another_zero(reference):
+    """In millijoules every error would be a thousandth of itself."""
+
+    def change(key, values, number):
+        rounded = np.round(values + 0.01 * np.sin(3.0 * reference[number].time), 6)
+        return rounded if key == "mechanical_energy" else values
+
+    part = made(reference, change)
+    kept = tuple(
+        replace(x, values={k: v for k, v in x.values.items()
+                           if k not in ("kinetic_energy", "potential_energy")})
+        for x in part.maneuvers if x.maneuver == 2
+    )  # fmt: skip
+    c = column(score(replace(part, maneuvers=kept), reference), 2, "mechanical_energy")
+    assert (c.as_understood.unit, c.as_understood.offset) == ("J", 0.0)
+    assert c.as_understood.measures.max_abs_error == pytest.approx(0.01, rel=0.01)
 
 
 def test_drifting_energy_is_no_offset(reference):

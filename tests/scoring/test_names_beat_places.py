@@ -5,6 +5,7 @@ and a right file was wrong by 5,900 times its scale.
 """
 
 import json
+import pickle
 
 import h5py
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.columns import recognise, with_unit
 from heyoka_bike.scoring.reading.names.paths import without_paths
 
 ORDER = ("forward_speed", "steer_rate", "roll_angle", "mechanical_energy", "roll_rate",
@@ -110,7 +111,31 @@ def test_degree_signs_of_any_keyboard_and_encoding(degree, reference, tmp_path):
     assert ": wrong" in report.verdict
 
 
+def test_columns_that_pandas_indexes_are_read(tmp_path):
+    """In the layout ``table`` with ``data_columns``, beside the block of the others."""
+    kinds = [("index", "i8"), ("values_block_0", "f8", (2,)), ("time", "f8"), ("vx", "f8")]
+    rows = np.zeros(5, kinds)
+    rows["index"], rows["time"], rows["vx"] = np.arange(5), np.arange(5) / 10, 4.0
+    rows["values_block_0"] = [[0.1, 0.2]] * 5
+    with h5py.File(tmp_path / "r.h5", "w") as f:
+        frame = f.create_group("bike")
+        frame.attrs["pandas_type"] = np.bytes_("frame_table")
+        frame["table"] = rows
+        names = pickle.dumps(["roll_angle", "steer_angle"], 0)
+        frame["table"].attrs["values_block_0_kind"] = np.bytes_(names)
+    (read,) = read_results(tmp_path / "r.h5").maneuvers
+    assert {key: x[0] for key, x in read.values.items()} == {
+        "roll_angle": 0.1, "steer_angle": 0.2, "forward_speed": 4.0,
+    }  # fmt: skip
+    assert list(read.time) == [0.0, 0.1, 0.2, 0.3, 0.4]
+
+
+def test_an_attribute_tells_the_unit_of_a_path():
+    assert with_unit("bike:roll_angle", {"units": "mrad"}) == "bike:roll_angle [mrad]"
+
+
 def test_derivatives_of_dymola(reference):
+    assert recognise("field.der(bike.roll.phi)") == ("roll_rate", None)
     assert recognise("der(bike.roll,1)") == recognise("der(bike.roll)") == ("roll_rate", None)
 
 

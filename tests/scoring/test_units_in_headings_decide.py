@@ -38,6 +38,15 @@ from heyoka_bike.scoring.reading.source import read_results
         ("time_s", "time"),
         ("kinetic energy [N m]", "kinetic_energy"),
         ("yaw [deg/s]", "yaw_rate"),
+        # Signs that MATLAB, Octave and R make underscores or points of.
+        ("E_pot__N_m", "potential_energy"),
+        ("dphi__rad_s_1", "roll_rate"),
+        ("velocity_m_s__1", "forward_speed"),
+        ("velocity in m_s", "forward_speed"),
+        ("roll_angle___degrees", "roll_angle"),
+        ("steer_angle_in_degrees", "steer_angle"),
+        ("vx..m.s..1.", "forward_speed"),
+        ("roll_angle_in", None),
         ("v [N]", None),
         ("roll_angle [m]", "roll_angle"),
         ("roll_s", None),
@@ -46,6 +55,15 @@ from heyoka_bike.scoring.reading.source import read_results
 )
 def test_units_decide(name, key):
     assert recognise(name) == (None if key is None else (key, None))
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [("M2_E_in_N_m", "mechanical_energy"), ("potential_energy_2_Nm", "potential_energy"),
+     ("m2_steer_rate__deg_s__1", "steer_rate")],
+)  # fmt: skip
+def test_units_beside_a_maneuver(name, key):
+    assert recognise(name) == (key, 2)
 
 
 @pytest.mark.parametrize(
@@ -76,6 +94,13 @@ def test_units_decide(name, key):
 def test_units_tell_columns_apart(heading, expected, tmp_path):
     results = read_results(written(tmp_path, *heading))
     assert found(results) == {"time": 0} | {(None, key): j for key, j in expected.items()}
+
+
+def test_a_unit_with_a_blank_is_one_in_a_line_of_units(tmp_path):
+    path = tmp_path / "r.txt"
+    path.write_text("t roll v\n[s] [mrad] [m s^-1]\n0 1 4\n1 2 4\n2 3 4\n")
+    (rows,) = read_results(path).maneuvers
+    assert rows.units["roll_angle"] == "mrad"
 
 
 @pytest.mark.parametrize(

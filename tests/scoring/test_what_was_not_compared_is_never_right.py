@@ -154,7 +154,9 @@ def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
     assert [r.met for r in report.requirements] == [False, True]
 
 
-@pytest.mark.parametrize("name", ["bike.Steer_Joint.Rz.q#12", "model.steer.phi.0"])
+@pytest.mark.parametrize(
+    "name", ["bike.Steer_Joint.Rz.q#12", "model.steer.phi.0", "Bicycle_Steer_Joint_Rz_q__unit"]
+)
 def test_an_angle_of_a_joint_whose_index_means_nothing(name, tmp_path):
     columns = renamed({"steer_angle": name}, {**few(), "steer_angle": wrong("steer_angle")})
     assert_not_whole(judged(written(tmp_path / "a.csv", columns)), name)
@@ -166,6 +168,26 @@ def test_an_angle_of_a_joint_whose_index_means_nothing(name, tmp_path):
 def test_a_torque_of_a_joint_is_no_column_of_the_result(tmp_path):
     columns = {**few(), "bike.Steer_Joint.Rz.t#1": wrong("steer_angle")}
     assert judged(written(tmp_path / "a.csv", columns)).is_right
+
+
+@pytest.mark.parametrize("style", ["field.{}_m2", "maneuver_2.{}", "m2_{}", "bike.{}_m2"])
+def test_short_names_with_a_maneuver_and_a_path(style, tmp_path):
+    short = {"potential_energy": "V", "kinetic_energy": "T", "forward_speed": "velocity"}
+    columns = renamed({key: style.format(x) for key, x in short.items()}, few())
+    columns = {**columns, style.format("T"): wrong("kinetic_energy")}
+    report = judged(written(tmp_path / "a.csv", columns))
+    assert not report.is_right
+    assert not report.passed
+
+
+def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
+    keys = ["time", *reversed(KEYS)]
+    columns = {f"my_{key}_value": right()[key] for key in keys}
+    with pytest.raises(BicycleError, match=r"column names 'my_time_value', .* not understood"):
+        score(written(tmp_path / "a.csv", columns))
+    # In the places that they have anyway the names are no matter.
+    columns = {f"my_{key}_value": right()[key] for key in ("time", *KEYS)}
+    assert score(written(tmp_path / "b.csv", columns), maneuver=2).is_right
 
 
 @pytest.mark.parametrize("name", [

@@ -16,7 +16,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     recognise,
     unit_in,
 )
-from heyoka_bike.scoring.reading.names.left_out import left_out, set_aside, unknown_units
+from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside, unknown_units
 from heyoka_bike.scoring.reading.names.meanings import Found, meanings
 from heyoka_bike.scoring.reading.names.units import is_si, quantities
 from heyoka_bike.scoring.reading.names.words import names_found
@@ -73,9 +73,20 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     names_decide = places is None or None not in found or is_beyond or bool(unused)
     if request.names or (is_named and names_decide):
         return _settled(names, found, vectors, request)
-    if places is not None:
+    if places is not None and not _are_held_elsewhere(names, found, places, request):
         return replace(_settled([""] * width, places, vectors, request), seen=unused)
     raise request.not_columns(names_found(names, found), vectors.heading)
+
+
+def _are_held_elsewhere(
+    names: Sequence[str], found: Sequence[Found], places: Sequence[Found], request: Request
+) -> bool:
+    """True if an unknown name holds that of a quantity that has another place."""
+    for name, f, place in zip(names, found, places, strict=False):
+        held = None if f else name_held(name, request)[0]
+        if held is not None and place is not None and held != place[0]:
+            return True
+    return False
 
 
 def _meanings_by_place(width: int, count: int) -> Sequence[Found] | None:

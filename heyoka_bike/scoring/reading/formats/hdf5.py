@@ -23,6 +23,8 @@ from heyoka_bike.scoring.reading.names.columns import TIME, is_time, with_unit
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 
+# Of a frame of pandas, the columns of one type.
+_BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
 
@@ -101,7 +103,12 @@ class _OwnFile:
             rows = self._array(table)[()]
             if "index" in (rows.dtype.names or ()):
                 index = _of_kind(rows["index"], table.attrs.get("index_kind"))
-            for block in [name for name in rows.dtype.names or () if name.startswith("values_")]:
+            fields = [name for name in rows.dtype.names or () if name != "index"]
+            # Those that can be searched for stand beside the blocks, each by its name.
+            alone = [name for name in fields if not name.startswith(_BLOCK)]
+            found += ((name, _of_kind(rows[name], table.attrs.get(f"{name}_dtype")))
+                      for name in alone if rows[name].ndim == 1)  # fmt: skip
+            for block in [name for name in fields if name.startswith(_BLOCK)]:
                 names = texts_of_pickle(bytes(table.attrs.get(f"{block}_kind", b"")))
                 if len(names) == rows[block][0:1].size:
                     values = _of_kind(rows[block], table.attrs.get(f"{block}_dtype"))

@@ -12,8 +12,12 @@ from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.names.units import BRACKETS, is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.request import Request
 
-# time_s, steer_rate_deg_s, speed_m_per_s
-_ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)", re.IGNORECASE)
+# Between the words of time_s, steer_rate_deg_s, speed_in_m_s__1.
+_UNDERSCORES = re.compile(r"_+(?=[^_])")
+# A number is that of the maneuver, and a preposition no inch.
+_NO_UNIT_BEGINS = re.compile(r"[0-9]|in_", re.IGNORECASE)
+# A unit has at most so many words: speed_m_per_s_1.
+_MOST_WORDS_OF_UNIT = 4
 # A longer one is no name of a column, but a whole line.
 _LONGEST_OF_R = 1000
 _OF_R = re.compile(r"(.+?)\.\.([A-Za-z.]+)\.")
@@ -123,9 +127,13 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
     plain = name.strip().rstrip("_")
     if ".." in plain and len(plain) < _LONGEST_OF_R:
         plain = _OF_R.sub(lambda m: f"{m[1]}_{m[2].replace('.', '_')}", plain)
-    match = _ENDING.fullmatch(plain)
-    if match and quantities(ending := match[2].replace("_per_", "/").replace("_", "/")):
-        return match[1], ending, True
+    if len(plain) < _LONGEST_OF_R:
+        # The longest ending that is a unit.
+        for match in [*_UNDERSCORES.finditer(plain)][-_MOST_WORDS_OF_UNIT:]:
+            ending = plain[match.end() :]
+            is_unit = not _NO_UNIT_BEGINS.match(ending) and bool(quantities(ending))
+            if match.start() and is_unit:
+                return plain[: match.start()].removesuffix("_in"), ending, True
     plain, number = without_maneuver(plain)
     found, unit, is_ending = (name, None, False) if number is None else unit_in(plain)
     return (name, None, False) if unit is None else (f"m{number}_{found}", unit, is_ending)
@@ -135,7 +143,8 @@ def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
     """The name of a column, with the unit that its attributes say, if that is none of the SI."""
     told = next((attributes[x] for x in ("units", "unit") if x in attributes), "")
     unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
-    is_told = recognise(name) is not None and bool(quantities(unit)) and unit_in(name)[1] is None
+    is_known = any(recognise(x) is not None for x in (name, _STEPS_OF_PATH.split(name)[-1]))
+    is_told = is_known and bool(quantities(unit)) and unit_in(name)[1] is None
     return f"{name} [{unit}]" if is_told and not is_si(unit) else name
 
 

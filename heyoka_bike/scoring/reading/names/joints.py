@@ -20,18 +20,33 @@ _JOINTS: Mapping[str, tuple[str, int]] = {
 _IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
 _IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
 _PATH_STEPS = re.compile(r"[./|]")
-_DERIVATIVE = re.compile(r"der\((.+?)(?:,\s*1)?\)")
+# It may stand below others: log.der(bike.roll.phi).
+_DERIVATIVE = re.compile(r"((?:.*[./|])?)der\((.+?)(?:,\s*1)?\)")
 # What kind of joint it is, beside which one it is.
 _KIND_OF_JOINT = re.compile(r"revolute|rev|joint|hinge|pin|_")
 # An axis of a joint that could have several.
 _AXIS_OF_JOINT = re.compile(r"r[xyz]")
 
 
+_WORDS = re.compile(r"[^\W\d_]+")
+_KINDS_OF_JOINT = frozenset({"revolute", "rev", "joint", "hinge", "pin", "rx", "ry", "rz"})
+
+
+def joint_held(name: str) -> str | None:
+    """The column whose joint and quantity are the last words of a name; None if they are not.
+
+    ``Steer_Joint.Rz.q#12`` and ``Bicycle_Steer_Joint_Rz_q`` are of the steer angle, whatever more
+    they say.
+    """
+    words = [word for word in _WORDS.findall(name.lower()) if word not in _KINDS_OF_JOINT]
+    return of_joint(".".join(words[-2:]))
+
+
 def of_joint(name: str) -> str | None:
     """The column that the name of a joint's angle or rate means; None if it is no such name."""
     path = name.lower().strip(" \"'")
     if derived := _DERIVATIVE.fullmatch(path):
-        path = derived[1]
+        path = f"{derived[1]}{derived[2]}"
     steps = [
         step for step in _PATH_STEPS.split(path) if step and not _AXIS_OF_JOINT.fullmatch(step)
     ]

@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 
 from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
-from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, recognise
-from heyoka_bike.scoring.reading.names.joints import of_joint
+from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, by_words, recognise, unit_in
+from heyoka_bike.scoring.reading.names.joints import joint_held
 from heyoka_bike.scoring.reading.names.meanings import IN_WORDS, letter_of
 from heyoka_bike.scoring.reading.names.units import split_unit, unknown_unit
 from heyoka_bike.scoring.reading.names.words import NAMES_SHOWN
@@ -54,11 +54,12 @@ def name_held(name: str, request: Request) -> tuple[str | None, int | None]:
     # A unit, in brackets or in what MATLAB and R make of them.
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0] or name
     steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()] or [""]
-    last = "".join(_TOKENS.findall(steps[-1])).lower()
-    key = KEYS.get(last) if len(last) > 1 else None
+    word, key, number = by_words(unit_in(steps[-1])[0])
+    if len(word) < _SHORTEST_WORD and number is None:
+        key = None
     words = [word.lower() for step in steps for word in _TOKENS.findall(step)]
     runs = ("".join(words[i:j]) for i in range(len(words)) for j in range(i + 1, i + 5))
-    key = key or of_joint(_INDICES.sub("", plain))
+    key = key or joint_held(plain)
     key = key or next((KEYS[run] for run in runs if run in KEYS and _COMPOUND.search(run)), None)
     if key is None or key == TIME:
         return None, None
@@ -73,11 +74,11 @@ def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
     ]
 
 
-_UNIT_BEGINS = re.compile(r"[\[(]|(?<=\w)(?:__|\.\.)(?=\w)")
+_UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
+# A letter means many things, but with a maneuver.
+_SHORTEST_WORD = 2
 # What separates the steps of a path, and the words of a step: roll_angle, rollAngle.
 _PATH_BREAKS = re.compile(r"[./|:\\]+")
-# Behind the name of a joint's angle: q_3, q#12.
-_INDICES = re.compile(r"[\W_]*[0-9]+(?:[\W_]+[0-9]+)*\W*$")
 _TOKENS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 # The end of a name that says what kind of quantity it is, behind whose it is.
 _COMPOUND = re.compile(r".(?:angle|rate|velocity|speed|energy|dot)$")

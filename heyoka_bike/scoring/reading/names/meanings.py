@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise, without_maneuver
 from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
 
 Found = tuple[str, int | None] | None
@@ -79,14 +79,20 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
     other energies are there.
     """
     split = [(stem.strip(), unit) for stem, unit in map(split_unit, names)]
-    plain = [stem if unit is None else "" for stem, unit in split]
+    apart = [without_maneuver(stem) for stem, _ in split]
+    plain = [
+        stem if unit is None else "" for (stem, _), (_, unit) in zip(apart, split, strict=True)
+    ]
     others = [f for name, f in zip(plain, found, strict=True) if f and name not in _CAPITALS]
     meant = list(found)
     for name, (small, alone, energy) in _CAPITALS.items():
         is_second = (alone, None) in others and (energy, None) not in others
         words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
         if any(stem in [*small] for stem, _ in split) or (is_second and words & _ENERGY_NAMES):
-            meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
+            meant = [
+                (energy, number) if x == name else f
+                for x, (_, number), f in zip(plain, apart, meant, strict=True)
+            ]
     return meant
 
 

@@ -84,12 +84,20 @@ _PER = re.compile(r"\bper\b")
 _HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
 # No power of a metre or a second.
 _INDEXED = re.compile(r"[A-Za-z]+[0-9]+")
+# Of s^-1, once its signs are underscores.
+_POWER = re.compile(r"_+1$")
 _BEFORE_POWER = re.compile(r" +(?=-[0-9])")
 
 
 @lru_cache(1 << 12)
 def quantities(unit: str) -> Mapping[str, str]:
-    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of."""
+    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of.
+
+    Its signs may have become underscores, as MATLAB makes them: ``m_s``, ``N_m``, ``rad_s__1``.
+    """
+    if "_" in unit:
+        ways = (quantities(way) for way in _without_underscores(unit.strip("_")))
+        return next((found for found in ways if found), {})
     text = _PER.sub("/", unit.translate(_UNIT_MARKS)).strip(" .*")
     text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", text))
     if _INDEXED.fullmatch(text) or not _ONE_WORD.search(text):
@@ -104,6 +112,13 @@ def quantities(unit: str) -> Mapping[str, str]:
             if same := [u for u in units if size(u) == size(name)]:
                 meant[si] = same[0]
     return meant
+
+
+def _without_underscores(unit: str) -> tuple[str, ...]:
+    """What a unit with underscores in the place of its signs may be, the likeliest first."""
+    if (power := _POWER.sub("^-1", unit)) != unit:
+        return (power.replace("_", " "),)
+    return unit.replace("_per_", "/").replace("_", "/"), unit.replace("_", " ")
 
 
 def is_si(unit: str | None) -> bool:

@@ -19,6 +19,7 @@ _CALLED_UNITS = ("unit", "units", "unit:", "units:")
 # Of maneuvers, programs, parts and quantities.
 _MOST_LEVELS = 5
 COMMENT_SIGNS = re.compile(r"\A[#%!/;*\s]+")
+_BRACKETS_AND_WORDS = re.compile(r"\[[^][]*\]|\S+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
 # In the lines above the names in OpenSim's files of storage and motion.
 _IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
@@ -43,6 +44,9 @@ def headings_in(line: str) -> Iterator[list[str]]:
     yield [part for part in _TWO_BLANKS.split(text) if part]
     kept = _BRACKETED.sub(lambda match: re.sub(r"\s", "\0", match[0]), text)
     yield [part.replace("\0", " ").strip() for part in kept.split()]
+    if text.startswith("["):
+        # Units alone, in which there may be blanks: [m s^-1].
+        yield _BRACKETS_AND_WORDS.findall(text)
 
 
 def headings_of_cells(row: Sequence[Any]) -> list[list[str]]:

@@ -14,6 +14,7 @@ from typing import Any
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import is_maneuver, recognise, time_among
+from heyoka_bike.scoring.reading.names.left_out import name_held
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL, SHORTENED
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
@@ -150,6 +151,8 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         others, above_others = heading_among(above, width - 1, request)
         if others and (names is None or _unknown(others) < _unknown(names)):
             names, at = [LEFT_OUT[0], *others], above_others
+    if names is None:
+        names, at = _heading_that_holds_names(above, width, request)
     if width not in widths and (names is None or request.names):
         raise _wrong_width(above, width, len(rows), first + 1, request)
     _refuse_damaged_row(sample, first, dialect, width, request)
@@ -168,6 +171,20 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
     return Opening(notation, dialect, width, first, names, heading, time, exact)
+
+
+def _heading_that_holds_names(
+    above: Sequence[Sequence[list[str]]], width: int, request: Request
+) -> tuple[list[str] | None, int | None]:
+    """The last line of so many names of which one holds a known one, and its index.
+
+    None of them may be known: but they may say that the columns are not in their usual places.
+    """
+    for i, names in of_width(above, width):
+        plain = [name.strip(" \"'") for name in names]
+        if any(name_held(name, request)[0] for name in plain):
+            return plain, i
+    return None, None
 
 
 def _first_rows(
