@@ -132,6 +132,7 @@ def test_columns_that_pandas_indexes_are_read(tmp_path):
 
 def test_an_attribute_tells_the_unit_of_a_path():
     assert with_unit("bike:roll_angle", {"units": "mrad"}) == "bike:roll_angle [mrad]"
+    assert with_unit("bike.roll_angle.data", {"unit": "deg"}) == "bike.roll_angle.data [deg]"
 
 
 def test_derivatives_of_dymola(reference):

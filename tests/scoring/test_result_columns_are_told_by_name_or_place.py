@@ -232,13 +232,18 @@ def test_nine_columns_of_which_not_all_names_are_known(tmp_path):
 
 
 def test_nine_names_of_which_the_time_is_not_known():
-    # The place decides, and it is said that a name contradicts.
-    names = ["i", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"]
-    results = read_results({name: [j + 0.5, 100.5 + j] for j, name in enumerate(names)})
+    def read(names):
+        return read_results({name: [j + 0.5, 100.5 + j] for j, name in enumerate(names)})
+
+    # The place decides, and it is said that a letter contradicts.
+    results = read(["i", "roll", "p", "x1", "x2", "x3", "u", "steer", "v"])
     assert found(results)[None, "roll_angle"] == 1
     (finding,) = results.findings
     assert (finding.code, finding.severity) == ("names_not_used", "warning")
-    assert finding.evidence["columns"] == [2, 8]
+    assert finding.evidence["columns"] == [7, 9]
+    # Against words it does not.
+    with pytest.raises(InputError, match="column names 'i', 'x1', 'x2', 'x3', 'r' not understood"):
+        read(["i", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"])
 
 
 def test_nine_names_without_a_time_are_not_used(tmp_path):

@@ -17,8 +17,8 @@ from heyoka_bike.scoring.reading.names.columns import (
     unit_in,
 )
 from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside, unknown_units
-from heyoka_bike.scoring.reading.names.meanings import Found, meanings
-from heyoka_bike.scoring.reading.names.units import is_si, quantities
+from heyoka_bike.scoring.reading.names.meanings import Found, letter_of, meanings
+from heyoka_bike.scoring.reading.names.units import is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -81,9 +81,10 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
 def _are_held_elsewhere(
     names: Sequence[str], found: Sequence[Found], places: Sequence[Found], request: Request
 ) -> bool:
-    """True if an unknown name holds that of a quantity that has another place."""
+    """True if a name is, or holds, that of a quantity that has another place; no mere letter."""
     for name, f, place in zip(names, found, places, strict=False):
-        held = None if f else name_held(name, request)[0]
+        is_letter = bool(letter_of(split_unit(name)[0]))
+        held = f[0] if f and f[0] != TIME and not is_letter else name_held(name, request)[0]
         if held is not None and place is not None and held != place[0]:
             return True
     return False

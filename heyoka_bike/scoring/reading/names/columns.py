@@ -65,6 +65,9 @@ _LAST = re.compile(
 # Of a joint's angle q_3: q3 is a coordinate.
 _NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
+OF_NO_QUANTITY = frozenset({"data", "value", "values"})
+"""What messages call the number that they hold, at the end of a path."""
+
 _STEPS_OF_PATH = re.compile(r"[./|:\\]+")
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
@@ -143,7 +146,8 @@ def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
     """The name of a column, with the unit that its attributes say, if that is none of the SI."""
     told = next((attributes[x] for x in ("units", "unit") if x in attributes), "")
     unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
-    is_known = any(recognise(x) is not None for x in (name, _STEPS_OF_PATH.split(name)[-1]))
+    steps = [x for x in _STEPS_OF_PATH.split(name) if x.lower() not in OF_NO_QUANTITY]
+    is_known = any(recognise(x) is not None for x in (name, *steps[-1:]))
     is_told = is_known and bool(quantities(unit)) and unit_in(name)[1] is None
     return f"{name} [{unit}]" if is_told and not is_si(unit) else name
 

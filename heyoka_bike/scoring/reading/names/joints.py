@@ -39,7 +39,8 @@ def joint_held(name: str) -> str | None:
     they say.
     """
     words = [word for word in _WORDS.findall(name.lower()) if word not in _KINDS_OF_JOINT]
-    return of_joint(".".join(words[-2:]))
+    is_quantity = words and words[-1] in _IS_ANGLE | _IS_RATE
+    return of_joint(".".join(words[-2:])) if is_quantity else None
 
 
 def of_joint(name: str) -> str | None:

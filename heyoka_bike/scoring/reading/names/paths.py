@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading.names.columns import (
+    OF_NO_QUANTITY,
     TIME,
     by_words,
     group_number,
@@ -29,8 +30,6 @@ _ONE_LEVEL = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 _QUOTED = re.compile(r"\s*([\"'])([^\"']*)\1\s*")
 # Before the seconds and nanoseconds of a message's time, as ROS has it.
 _STAMP = re.compile(r"^.*(?<![a-z])stamp[./:|\\_]+(?=n?(?:ano)?secs?$)")
-# What messages call the number that they hold.
-_OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 _WHOLE_NAMES = frozenset({*(key.replace("_", "") for key in COMPARED), TIME})
 # Of one part, to be taken for the bicycle.
 _FEWEST_KEYS = 2
@@ -86,7 +85,7 @@ def _split(name: str) -> tuple[str, str]:
     """
     stem, unit = split_unit(name.strip(" \"'"))
     steps = [x for x in _STEPS.split(stem) if x]
-    if len(steps) > 1 and steps[-1].lower() in _OF_NO_QUANTITY:
+    if len(steps) > 1 and steps[-1].lower() in OF_NO_QUANTITY:
         steps.pop()
     *before, last = steps or [""]
     maneuvers = [x for x in before if group_number(x) is not None]
