@@ -7,7 +7,8 @@ like: a step size and its order, damping, noise, interpolation. Files are read a
 1 to 5 seconds of processor time, and at most 30 (--budget): a search that is not over then says
 what it found, and that it stopped early. heyoka is not needed. The same is part of 'score
 --diagnose', with a figure in its HTML. The first lines say which conventions the file follows
-(axes, units, zero of the energy, definitions), which are no errors.
+(axes, units, zero of the energy, definitions), which are no errors. -v tells of each step what it
+tried, what that left and how long it took.
 
 example: heyoka-bike diagnose my-results.txt
 

@@ -21,6 +21,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.plain import scaled
@@ -87,13 +88,32 @@ def worst(report: Report) -> Remainder:
     return Remainder(*max(errors, default=(0.0, "")))
 
 
-Step = Callable[[Report], AsMeant | None]
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One way to look at the rows.
+
+    Attributes
+    ----------
+    name
+    question
+        What it asks, for those who follow the diagnosis.
+    look : callable
+        What it sees in a report; None if it sees nothing.
+    """
+
+    name: str
+    question: str
+    look: Callable[[Report], AsMeant | None]
 
 
 def as_meant(report: Report, steps: Sequence[Step]) -> AsMeant | None:
     """What the first of some steps sees that sees something; None if none does."""
     for i, step in enumerate(steps, 1):
-        if (found := step(report)) is not None:
+        with followed.step(step.name, step.question) as told:
+            found = step.look(report)
+            if found is not None:
+                told.found = "; ".join(map(str, found.seen))
+        if found is not None:
             return replace(found, steps=tuple(steps[i:]))
     return None
 
@@ -474,5 +494,14 @@ def _places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:
                 yield m, c
 
 
-STEPS: tuple[Step, ...] = (_coarse_grids, _own_differences, _other_clocks, _deviating_columns)
+STEPS = (
+    Step("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
+    Step("differences", "is a rate the difference of its own angle?", _own_differences),
+    Step("clock", "are the rows of a maneuver the right ones of other times?", _other_clocks),
+    Step(
+        "columns",
+        "is a column the right one times a ratio, with another zero, bounded or averaged?",
+        _deviating_columns,
+    ),
+)
 """What is held against the rows, in this order."""

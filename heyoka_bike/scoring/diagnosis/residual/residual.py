@@ -18,6 +18,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import (
@@ -138,7 +139,12 @@ class Residual:
     @cached_property
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
-        return find_methods(equations_of(tuple(self.program.bicycle.values.items())), self.motions)
+        equations = equations_of(tuple(self.program.bicycle.values.items()))
+        with followed.step("method", "which integrator's error is left of the equations?") as told:
+            found = find_methods(equations, self.motions)
+            if found:
+                told.found = ", ".join(f"{m.says} (step {m.step:.3g} s)" for m in found)
+        return found
 
     @property
     def most(self) -> float:

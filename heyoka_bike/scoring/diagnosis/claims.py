@@ -1,0 +1,38 @@
+"""What a cause may claim: whether what it leaves can be an integrator's error."""
+
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+
+LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
+"""Codes of programs of the linear equations."""
+
+
+def explains(h: Hypothesis, residual: Residual | None) -> bool:
+    """True if what is left can be an integrator's error."""
+    is_seen = residual is not None and residual.is_shown
+    is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
+    # Each of several explains something where the equations do not show it.
+    least = WEIGHTS.mostly**h.count if is_mistake and not is_seen else WEIGHTS.explains
+    if h.unexplained is not None or h.relief < least:
+        return False
+    is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
+    if residual is None or residual.is_blown_up or not is_of_motion:
+        return True
+    if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
+        # The equations were asked in other definitions.
+        return True
+    return not residual.leaves_force(residual.relief(h.mistakes))
+
+
+def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
+    """True if a further cause can only be beside this one, and small beside one of the output."""
+    is_small = max(h.after.values(), default=1.0) < WEIGHTS.little
+    is_large = h.is_possible and h.relief > WEIGHTS.mostly and explains(h, residual)
+    return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))
+
+
+def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
+    """True if no single cause that is tried later could take its place."""
+    return h.leaves_nothing or explains_mostly(h, residual)

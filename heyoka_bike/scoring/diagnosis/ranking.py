@@ -1,0 +1,52 @@
+"""The causes that were judged, ranked: those that cannot be told apart are of one class."""
+
+from collections.abc import Sequence
+from math import log
+
+from heyoka_bike.scoring.diagnosis.claims import explains
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before
+from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+
+
+def ranked(
+    file: SeenFile, found: Sequence[Hypothesis], starts: Sequence[Hypothesis] = ()
+) -> tuple[tuple[Hypothesis, ...], ...]:
+    """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
+    all_of_them = (*_likelier(file, found), *starts)
+    worth = [h for h in all_of_them if h.is_possible and h.log_odds > WEIGHTS.said]
+    count = len({n for h in worth for n, _ in h.after})
+    worth.sort(
+        key=lambda h: WEIGHTS.values * count * log(h.gain) + log_odds_before(h.mistakes),
+        reverse=True,
+    )
+    classes: list[list[Hypothesis]] = []
+    for h in worth:
+        if classes and (
+            file.log_odds(classes[0][0], h) > WEIGHTS.refuted
+            # The best with something more says nothing more.
+            or classes[0][0].parts < h.parts
+        ):
+            continue
+        if classes and file.log_odds(classes[-1][0], h) < WEIGHTS.said:
+            classes[-1].append(h)
+        else:
+            classes.append([h])
+    explain = [[h for h in c if explains(h, file.residual)] for c in classes]
+    return tuple(tuple(c) for c in explain if c) if classes and explain[0] else ()
+
+
+def singles_by_code(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
+    """Single mistakes, by their codes."""
+    return {h.codes[0]: h for h in found if len(h.mistakes) == 1}
+
+
+def _likelier(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Single mistakes, and pairs that are likelier than each of their mistakes alone."""
+    alone = singles_by_code(found)
+
+    def is_likelier(h: Hypothesis) -> bool:
+        each = [alone[code] for code in h.codes if code in alone]
+        return all(file.log_odds(h, one) > WEIGHTS.said for one in each)
+
+    pairs = [h for h in found if len(h.mistakes) > 1]
+    return [*alone.values(), *filter(is_likelier, pairs)]

@@ -1,0 +1,375 @@
+"""The search for a cause, as a list of steps: each asks one question, and tries causes for it.
+
+The likeliest causes come first. What leaves next to nothing of the file's error ends the search for
+single causes; then pairs are tried, and at last other starts. What was judged when the time is
+spent stays (`budget`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
+from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
+from heyoka_bike.scoring.diagnosis.programs.program import apply, clock_mistake, differences
+from heyoka_bike.scoring.diagnosis.ranking import ranked, singles_by_code
+from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
+from heyoka_bike.scoring.diagnosis.residual.residual import EQUATIONS, UNKNOWNS, Residual
+from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+
+OF_MODEL = (
+    *(m for m in MISTAKES if m.kind == "model" and m.code not in LINEAR),
+    *EQUATION_MISTAKES,
+)
+"""Mistakes of the library that change the equations of motion."""
+
+Mistakes = tuple[Mistake, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step of the search.
+
+    Attributes
+    ----------
+    name
+    question
+        What it asks, for those who follow the search.
+    is_asked : callable
+        Whether it is worth the time, from what was found before.
+    tried : callable
+        The causes that it tries, judged one after the other.
+    """
+
+    name: str
+    question: str
+    is_asked: Callable[[Search], bool]
+    tried: Callable[[Search], Iterable[Hypothesis]]
+
+
+@dataclass(eq=False, slots=True)
+class Search:
+    """What is known of a file, and the causes that were judged.
+
+    Attributes
+    ----------
+    file : SeenFile
+    found : list of Hypothesis
+        Single causes and pairs of them, in the order in which they were tried.
+    starts : list of Hypothesis
+        Other starts: these leave nothing in the equations, and are compared with the others last.
+    """
+
+    file: SeenFile
+    found: list[Hypothesis] = field(default_factory=list)
+    starts: list[Hypothesis] = field(default_factory=list)
+
+    @property
+    def residual(self) -> Residual | None:
+        """What the equations of motion leave of the file's motion, if it shows that."""
+        return self.file.residual
+
+    @property
+    def is_over(self) -> bool:
+        """True if no single cause that is tried later could take the place of one found."""
+        return any(ends_search(h, self.residual) for h in self.found)
+
+    @property
+    def best(self) -> Hypothesis | None:
+        """The likeliest cause until now; None if none is likelier than none."""
+        likely = [h for h in (*self.found, *self.starts) if h.is_possible and h.log_odds > 0.0]
+        return max(likely, key=lambda h: h.log_odds, default=None)
+
+    def carry_out(self, steps: Sequence[Step], progress: Callable[[float], None]) -> None:
+        """Try the causes of each step that is asked.
+
+        Raises
+        ------
+        BudgetSpentError
+            The time is spent; what was judged until then has been kept.
+        """
+        for i, step in enumerate(steps):
+            if step.is_asked(self):
+                before = self.file.tried
+                kept = self.starts if step is OTHER_STARTS else self.found
+                with followed.step(step.name, step.question) as told:
+                    try:
+                        kept.extend(step.tried(self))
+                    finally:
+                        count = self.file.tried - before
+                        told.found = f"{count} tried; {followed.in_words(self.best)}"
+            progress((i + 1) / len(steps))
+
+
+def _is_open(search: Search) -> bool:
+    """True if a single cause may still be found."""
+    return not search.is_over
+
+
+def _are_linear(search: Search) -> Iterable[Hypothesis]:
+    return search.file.judged((m,) for m in LINEAR_PROGRAMS)
+
+
+def _by_equations(search: Search) -> Iterator[Hypothesis]:
+    """Mistakes and values that the equations of motion speak for."""
+    assert search.residual is not None
+    likely, _ = _of_equations(search.residual)
+    yield from search.file.judged(likely)
+    yield from _values(search.file, search.residual)
+
+
+def _unresolved(search: Search) -> Iterable[Hypothesis]:
+    """Mistakes that rows which are noisy or few neither show nor refute."""
+    assert search.residual is not None
+    return search.file.judged(_of_equations(search.residual)[1])
+
+
+def _by_output(search: Search) -> Iterable[Hypothesis]:
+    """Mistakes of the start, of what is written and of the clock."""
+    file = search.file
+    written = (*file.of_kind("output"), *file.order_beside(file.right))
+    beside = (*LINEAR_PROGRAMS, *written, *_clock(file.residual))
+    return file.judged((m,) for m in (*_starts(file), *beside))
+
+
+def _only_written(search: Search) -> Iterable[Hypothesis]:
+    file = search.file
+    return file.judged((m,) for m in (*file.of_kind("output"), *file.order_beside(file.right)))
+
+
+def _by_library(search: Search) -> Iterable[Hypothesis]:
+    return search.file.judged(search.file.possible([(m,) for m in OF_MODEL]))
+
+
+def _shows_no_motion(search: Search) -> bool:
+    return search.residual is None or search.residual.is_blown_up
+
+
+def _equations_are_not_enough(search: Search) -> bool:
+    """True if whole runs may show more than the equations of motion do."""
+    seen = search.residual
+    if seen is None:
+        return True
+    return not (seen.is_blown_up or (_tells_all(seen) and not seen.is_open))
+
+
+def _may_be_another_start(search: Search) -> bool:
+    """True if nothing explains most, and no method of integration explains what remains."""
+    seen = search.residual
+    if seen is None or seen.methods:
+        return False
+    best = ranked(search.file, search.found)[:1]
+    return not any(explains_mostly(c[0], seen) for c in best)
+
+
+def _tells_all(residual: Residual) -> bool:
+    """True if the equations tell of every value, also of those that change the speed first."""
+    return residual.is_judged and residual.equations == EQUATIONS
+
+
+def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
+    """Mistakes that the equations do not speak against, and others where they tell little.
+
+    Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
+    """
+    w, ranked = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
+    least = residual.log_odds - w.refuted
+    singles = [h for h in ranked if len(h.mistakes) == 1]
+    pairs = [h for h in ranked if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
+    # What changes next to nothing of the equations is neither shown by them nor refuted.
+    relief = 1.0 / w.also if residual.is_resolved else 0.0
+    most = w.pairs if residual.is_blown_up else w.simulated
+    likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
+    others = [h for h in singles[len(likely) :] if h.relief > w.kept][: w.simulated]
+    others = [] if residual.is_shown or residual.is_blown_up else others
+    return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
+
+
+def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
+    """Values of parameters and forces that the equations speak for, as whole runs show them."""
+    least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
+    likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
+    if all(len(h.parts) > 1 for h in likely):
+        likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
+    if residual.is_judged:
+        # Whole runs are explained no better.
+        likely = [h for h in likely if h.relief > WEIGHTS.explains]
+    if residual.is_open or residual.is_blown_up:
+        # Where a force is left, or no motion is seen, no values are those of the file.
+        yield from file.judged(h.mistakes for h in likely)
+        return
+    # Whole runs show a small value beside a large one, and another start.
+    names = [*PARAMETERS, *_names_of_starts(file)]
+    if likely:
+        yield from _fitted(file, names, [h.mistakes[0] for h in likely])
+
+
+def _names_of_starts(file: SeenFile) -> list[str]:
+    return [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
+
+
+def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
+    """Values of parameters, forces and starts that whole runs speak for, and mistakes of these."""
+    starts = _names_of_starts(file)
+    # What the equations of roll and steer show they have shown.
+    is_half = file.residual is not None and file.residual.is_judged and not file.residual.is_open
+    names = [*(FORWARD if is_half else UNKNOWNS), *starts]
+    found = [h for h in _fitted(file, names) if h.relief > WEIGHTS.mostly]
+    yield from found
+    keys = {x.key for h in found for x in h.found}
+    alike = [m for m in OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
+    of_start = file.of_kind("start") if keys & {*starts} else ()
+    yield from file.judged((m,) for m in (*alike, *of_start))
+
+
+def _fitted(
+    file: SeenFile, names: Sequence[str], begun: Sequence[Mistake] = (), maneuver: int | None = None
+) -> tuple[Hypothesis, ...]:
+    """The fewest of some values that explain whole runs, of one maneuver or all.
+
+    Or values that are `begun` with, and others beside them.
+    """
+    return file.whole_runs(tuple(begun[:1]), maneuver).fewest(
+        names,
+        lambda m: file.judged([(m,)]),
+        lambda h: h.leaves_nothing,
+        begun=[m.changes for m in begun],
+    )
+
+
+def _starts(file: SeenFile) -> list[Mistake]:
+    """Mistakes of the start that may be; all of them where the file does not show its start."""
+    every = len(file.right.expected)
+    seen = file.residual
+    if seen is None or sum(m.beginning is not None for m in seen.motions) < every:
+        return file.of_kind("start")
+    return seen.starts_nearby(file.of_kind("start"))
+
+
+def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Mistakes]:
+    """Pairs of mistakes that are worth a simulation.
+
+    The best single ones are tried with those of the output, the very best with those of the start;
+    and where the equations do not tell which mistakes of the model there are, with these.
+    """
+    alone = singles_by_code(found)
+    likeliest = sorted((h for h in alone.values() if h.gain > 1.0), key=lambda h: -h.log_odds)
+    leaders = [h for h in likeliest if h.log_odds > likeliest[0].log_odds - WEIGHTS.refuted]
+    leaders = leaders[: WEIGHTS.leaders]
+    if file.has_one_speed:
+        # What linear programs have in common.
+        leaders += [h for h in likeliest if h.codes == (LINEARISED,) and h not in leaders]
+    asked: list[Mistakes] = []
+    for leader in [] if any(h.leaves_nothing for h in found) else leaders:
+        (first,) = leader.mistakes
+        others = [*file.of_kind("output"), *file.order_beside(leader)]
+        if leader is likeliest[0]:
+            others += _starts(file)
+        if leader is likeliest[0] and first.kind == "output":
+            others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
+        elif file.residual is None or not file.residual.is_shown:
+            others += [h.mistakes[0] for h in likeliest[: WEIGHTS.rivals]]
+        asked += _with_others(first, others)
+    return asked
+
+
+def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
+    """Pairs of a mistake with others, of which only one may be of the initial conditions."""
+    kinds = {"start"}
+    return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
+
+
+def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
+    """Starts that whole runs speak for: that of each maneuver must be likely by itself.
+
+    They begin where the file's own rows lead back to.
+    """
+    found: list[Hypothesis] = []
+    seen = {
+        m.found[0].maneuver: [m] for m in (file.residual.other_starts() if file.residual else ())
+    }
+    for n in file.maneuvers:
+        values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
+        found += [h for h in values if h.is_possible and h.log_odds > WEIGHTS.said][:1]
+    return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
+
+
+def _clock(residual: Residual | None) -> list[Mistake]:
+    """Times on another scale, if they explain what remains of the equations."""
+    scales = [m.step for m in (residual.methods if residual else ()) if m.says == CLOCK]
+    return [
+        clock_mistake(
+            "time_scaled",
+            f"the times written are {1 / (1 + x):.6g} times those meant",
+            "the step size and the times of the rows",
+            scale=1 + x,
+            is_fitted=True,
+        )
+        for x in scales
+    ]
+
+
+OTHER_STARTS = Step(
+    "starts",
+    "is each maneuver the right motion of another start?",
+    _may_be_another_start,
+    lambda search: _of_start(search.file),
+)
+
+SEARCH = (
+    Step(
+        "linear",
+        "are these the linear equations, at one speed?",
+        lambda search: search.file.has_one_speed,
+        _are_linear,
+    ),
+    Step(
+        "equations",
+        "which mistake, value or force do the equations of motion show?",
+        lambda search: _is_open(search) and search.residual is not None,
+        _by_equations,
+    ),
+    Step(
+        "unresolved",
+        "which mistake do they neither show nor refute?",
+        lambda search: _is_open(search) and search.residual is not None,
+        _unresolved,
+    ),
+    Step(
+        "start and output",
+        "which start, clock or column is written?",
+        _is_open,
+        _by_output,
+    ),
+    Step(
+        "library",
+        "which mistake of the model do whole runs show?",
+        lambda search: _is_open(search) and _shows_no_motion(search),
+        _by_library,
+    ),
+    Step(
+        "whole runs",
+        "which values do whole runs show?",
+        lambda search: _is_open(search) and _equations_are_not_enough(search),
+        lambda search: _of_whole_runs(search.file),
+    ),
+    Step(
+        "together",
+        "which two explain more than each of them?",
+        lambda _: True,
+        lambda search: search.file.judged(_pairs(search.file, search.found)),
+    ),
+    OTHER_STARTS,
+)
+"""The steps of a search."""
+
+OF_WHAT_IS_WRITTEN = (Step("output", "which column is written?", lambda _: True, _only_written),)
+"""The step of a search for mistakes of what is written only."""

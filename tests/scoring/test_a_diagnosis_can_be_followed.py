@@ -1,0 +1,72 @@
+"""`diagnose -v` tells the steps that the page lists, in its order, with what each found."""
+
+import logging
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.made_results import exact_columns, rows, smooth_error
+
+from heyoka_bike import score
+from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.diagnosis.search import SEARCH
+from heyoka_bike.scoring.diagnosis.written import STEPS
+from heyoka_bike.scoring.reading.results import Results
+
+LINE = re.compile(r"(.+?): (.+?\?) (.+) \((\d+\.\d\d) s\)")
+
+
+def listed():
+    """Names and questions in the table of the page."""
+    page = (Path(__file__).parents[2] / "docs" / "how-diagnosis-works.md").read_text("utf-8")
+    return re.findall(r"^\| `(.+?)` \| (.+?) \|", page, re.MULTILINE)
+
+
+def test_the_page_lists_every_step_with_its_question():
+    pages = dict(listed())
+    for step in (*STEPS, *SEARCH):
+        question = pages[step.name]
+        assert question.lower() == step.question.lower()
+    assert [name for name in pages if name not in ("motion", "method")] == [
+        step.name for step in (*STEPS, *SEARCH)
+    ]
+
+
+def told(caplog, report, reference):
+    with caplog.at_level(logging.INFO, "heyoka_bike.scoring.diagnosis"):
+        diagnosed(report, reference)
+    lines = [r.getMessage() for r in caplog.records if r.name.endswith("followed")]
+    return {m[1]: m for line in lines if (m := LINE.fullmatch(line))}
+
+
+def made(reference, change):
+    columns = exact_columns(reference[2])
+    change(columns)
+    return score(Results("made.txt", "text", (rows(reference, 2, columns),), 16), reference)
+
+
+def test_what_ends_the_search_is_told_last(reference, caplog):
+    def exchange(columns):
+        columns["roll_angle"], columns["steer_angle"] = (
+            columns["steer_angle"], columns["roll_angle"],
+        )  # fmt: skip
+
+    steps = told(caplog, made(reference, exchange), reference)
+    names = [name for name, _ in listed() if name in steps]
+    assert [*steps] == names
+    last = steps["start and output"]
+    assert "likeliest columns_steer_angle_as_roll_angle" in last[3]
+    assert float(re.search(r"leaves ([0-9.e-]+) of", last[3])[1]) < 1e-8
+    assert "whole runs" not in steps
+
+
+@pytest.mark.proof
+def test_every_step_of_a_file_that_nothing_explains_is_told(reference, caplog):
+    def disturb(columns):
+        for key, values in columns.items():
+            columns[key] = values + smooth_error(reference, 2, 0.05 * float(np.max(np.abs(values))))
+
+    steps = told(caplog, made(reference, disturb), reference)
+    assert {"grid", "clock", "motion", "start and output", "together"} <= steps.keys()
+    assert "likeliest" not in steps["together"][3]
