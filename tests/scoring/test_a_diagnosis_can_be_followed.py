@@ -1,4 +1,4 @@
-"""`diagnose -v` tells the steps that the page lists, in its order, with what each found."""
+"""`diagnose -v` tells the steps that the page lists, and a cause claims no more than it leaves."""
 
 import logging
 import re
@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.made_results import exact_columns, rows, smooth_error
+from support.mistaken_programs import columns_of
 
 from heyoka_bike import score
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.search import SEARCH
 from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.reading.results import Results
@@ -70,3 +72,19 @@ def test_every_step_of_a_file_that_nothing_explains_is_told(reference, caplog):
     steps = told(caplog, made(reference, disturb), reference)
     assert {"grid", "clock", "motion", "start and output", "together"} <= steps.keys()
     assert "likeliest" not in steps["together"][3]
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(("size", "is_all"), [(0.0, True), (1e-4, False)])
+def test_a_cause_beside_which_much_is_left_only_looks_like_it(size, is_all, reference, caplog):
+    """A trail that is wrong, and an energy whose error is none of the motion."""
+    mistake = next(m for m in MISTAKES if m.code == "trail_normal")
+    columns = columns_of(reference, (mistake,))[2]
+    scale = float(np.max(np.abs(columns["kinetic_energy"])))
+    columns["kinetic_energy"] = columns["kinetic_energy"] + smooth_error(reference, 2, size * scale)
+    report = score(Results("made.txt", "text", (rows(reference, 2, columns),), 16), reference)
+    first = diagnosed(report, reference).diagnosis[0]
+    assert first.evidence["mistakes"] == ["trail_normal"]
+    assert first.evidence["is_all"] is is_all
+    assert first.message.startswith("Looks like: ") is not is_all
+    assert ("Something else is there: kinetic_energy of maneuver 2" in first.message) is not is_all

@@ -9,6 +9,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.display import shown_by
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import UNITS_BESIDE, numerical, plain
+from heyoka_bike.scoring.diagnosis.claims import left_over
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
@@ -252,6 +253,10 @@ def _part(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
 
 
+def _of_scale(error: float) -> str:
+    return f"{100 * error:.2g} % of its scale" if error < 2.0 else f"{error:.2g} times its scale"
+
+
 def _cause(
     rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Residual | None
 ) -> Finding:
@@ -260,8 +265,17 @@ def _cause(
     said = _said(first.mistakes)
     if first.found:
         said = f"{_COUNTS.get(len(first.found), 'These explain')} it: {said}"
-    text = ("" if rank == 1 else "or, less likely: ") + said
-    text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}. {_advice(first, report)}"
+    rest = left_over(first)
+    begins = ("" if rank == 1 else "or, less likely: ") + ("" if rest is None else "looks like: ")
+    text = f"{begins}{said}"
+    text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}"
+    if rest is not None:
+        number, key = rest
+        text += (
+            f". Something else is there: {key} of maneuver {number} is still off, typically by "
+            f"{_of_scale(first.after[rest])}"
+        )
+    text = f"{text}. {_advice(first, report)}"
     if others:
         same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.most_said])
         text += f". The file cannot tell this from {same}"
@@ -269,10 +283,16 @@ def _cause(
     if first.found:
         changes = [[_as_evidence(x) for x in h.found] for h in hypotheses if h.found]
         numbers = {"rank": rank, "gain": first.gain, "relief": first.relief}
-        return made("parameters", text, **numbers, changes=changes)
+        return made("parameters", text, **numbers, changes=changes, is_all=rest is None)
     codes, *alike = [list(h.codes) for h in hypotheses]
     return made(
-        "mistake", text, rank=rank, mistakes=codes, **_evidence(first), indistinguishable=alike
+        "mistake",
+        text,
+        rank=rank,
+        mistakes=codes,
+        **_evidence(first),
+        indistinguishable=alike,
+        is_all=rest is None,
     )
 
 

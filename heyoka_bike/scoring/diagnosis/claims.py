@@ -1,6 +1,7 @@
 """What a cause may claim: whether what it leaves can be an integrator's error."""
 
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
@@ -36,3 +37,22 @@ def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
 def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
     """True if no single cause that is tried later could take its place."""
     return h.leaves_nothing or explains_mostly(h, residual)
+
+
+def left_over(h: Hypothesis) -> Place | None:
+    """Return a column in which a cause leaves what neither digits nor an integrator do.
+
+    Much is left and little of it is explained; or far more than in the motion, whose errors an
+    integrator makes. None if there is no such column: the cause is all that is wrong.
+    """
+    w = WEIGHTS
+    above = {
+        k: x for k, x in h.after.items() if x > max(w.nothing, w.at_floor * h.floors.get(k, 0.0))
+    }
+    if not above:
+        return None
+    worst = max(above, key=above.__getitem__)
+    if above[worst] > w.little and h.relief < w.mostly:
+        return worst
+    of_motion = max((x for (_, key), x in h.after.items() if key in LATERAL), default=above[worst])
+    return worst if above[worst] > w.of_motion * max(of_motion, w.nothing) else None

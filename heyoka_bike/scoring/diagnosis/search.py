@@ -158,7 +158,8 @@ def _equations_are_not_enough(search: Search) -> bool:
     seen = search.residual
     if seen is None:
         return True
-    return not (seen.is_blown_up or (_tells_all(seen) and not seen.is_open))
+    # A force that no cause explains in the equations is explained by no value of whole runs.
+    return not (seen.is_blown_up or seen.is_open or _tells_all(seen))
 
 
 def _may_be_another_start(search: Search) -> bool:
