@@ -836,3 +836,88 @@ class Remainder(Evidence):
 
     max_rel_error: float
     place: str
+
+
+@dataclass(frozen=True, slots=True)
+class TooFar(Evidence):
+    """Half of the columns or more are off by half their own size: hardly any motion is left."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlownUp(Evidence):
+    """A motion that blows up.
+
+    Attributes
+    ----------
+    maneuver, key
+        The column that is off the most.
+    time
+        From then on it is off by half its size [s].
+    max_rel_error
+        In scales.
+    """
+
+    maneuver: int
+    key: str
+    time: float
+    max_rel_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorOfRounding(Evidence):
+    """No column is off by more than what rounding leaves of a run, in scales."""
+
+    max_rel_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class TooFewRows(Evidence):
+    """So few rows that the error has no shape."""
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothError(Evidence):
+    """An error as steps of an unknown method leave it, or another model."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyTrend(Evidence):
+    """A mechanical energy that falls or grows steadily in every maneuver.
+
+    Attributes
+    ----------
+    maneuvers
+    changes : tuple of float
+        Of each, in parts of the energy; all have one sign.
+    """
+
+    maneuvers: tuple[int, ...]
+    changes: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RoughError(Evidence):
+    """Columns (``2.roll_angle``) whose error is noise, far above the digits written."""
+
+    places: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StepRinging(Evidence):
+    """Maneuvers whose rates alternate from row to row."""
+
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class IterationNoise(Evidence):
+    """Maneuvers whose rates jump from row to row, much more than their angles."""
+
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SinglePrecisionBeside(Evidence):
+    """Numbers of single precision, beside an error that is far larger."""
+
+    single: SinglePrecision

@@ -39,6 +39,9 @@ from heyoka_bike.showing.wording import (
     time_beside,
 )
 
+# How to see what falls.
+_BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
+_BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 _KEYS_NAMED = 6
 """Columns that a sentence about conventions names."""
 _PART_OF_A_ROW = 0.05
@@ -780,3 +783,118 @@ def outcome(found: Outcome) -> str:
             return f"maneuver {found.maneuver} has no mechanical energy to judge"
         case EnergyDoesNotCount():
             return f"maneuver {found.maneuver}: {DOES_NOT_COUNT[found.reason]}"
+
+
+# What an error looks like where no cause is known.
+
+
+@_finding.register
+def _(_: seen.TooFar) -> Finding:
+    said = (
+        "Half of the columns or more are off by half their own size, so that their error says "
+        "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
+        "order and units, and at a run that is short"
+    )
+    return info("too_far", said)
+
+
+@_finding.register
+def _(e: seen.BlownUp) -> Finding:
+    said = (
+        f"The motion blows up: {e.key} of maneuver {e.maneuver} is off by {e.max_rel_error:.2g} "
+        f"times its size, and by half of it from {e.time:.3g} s on. Compare the rows before: what "
+        "follows says nothing"
+    )
+    return warning(
+        "blown_up",
+        said,
+        maneuver=e.maneuver,
+        column=e.key,
+        time=e.time,
+        max_rel_error=e.max_rel_error,
+    )
+
+
+@_finding.register
+def _(e: seen.ErrorOfRounding) -> Finding:
+    said = (
+        f"The error is {e.max_rel_error:.1g} of the scale at the most: that is what rounding "
+        "leaves of a run in binary64 arithmetic. If it does not fall with the tolerance or the "
+        f"step ({_BOTH_TOLERANCES}), it is the arithmetic, and not the model"
+    )
+    return info("limited_by_rounding", said, max_rel_error=e.max_rel_error)
+
+
+@_finding.register
+def _(_: seen.TooFewRows) -> Finding:
+    return info("cannot_tell", "So few rows do not show what the error looks like")
+
+
+@_finding.register
+def _(_: seen.SmoothError) -> Finding:
+    said = (
+        "The error is that of steps, even or chosen by a tolerance, of a method that is not known "
+        f"here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the tolerance by "
+        f"ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a method of "
+        "order p; that of another model stays the same curve; and noise of rounding or of "
+        "iterations stays as large, but is another curve"
+    )
+    return info("smooth_error", said)
+
+
+@_finding.register
+def _(e: seen.EnergyTrend) -> Finding:
+    every = " in every maneuver" if len(e.maneuvers) > 1 else ""
+    numbers, each = list(e.maneuvers), map(str, e.maneuvers)
+    changes = dict(zip(each, e.changes, strict=True))
+    if max(e.changes) > 0.0:
+        said = (
+            f"The mechanical energy grows steadily{every}, as with an explicit method of low "
+            "order, or with a drive in the model: a smaller step helps against the former only"
+        )
+        return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
+    said = (
+        f"The mechanical energy falls steadily{every}. Either the model loses it, by a damper, "
+        "drag, or a contact that slips or yields, or numerical damping does: with a smaller step "
+        "or tolerance only the latter becomes less"
+    )
+    return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
+
+
+@_finding.register
+def _(e: seen.RoughError) -> Finding:
+    said = (
+        "The error jumps from row to row like noise, far above the digits written, which no step "
+        "size makes: look for single-precision numbers on the way, random terms, or a loose "
+        "tolerance of the iterations"
+    )
+    return info("rough_error", said, columns=list(e.places))
+
+
+@_finding.register
+def _(e: seen.StepRinging) -> Finding:
+    said = (
+        "The velocities alternate from row to row, as the trapezoidal rule leaves them where "
+        "nothing damps the highest frequency: accelerations that are consistent at the start, or a "
+        "little numerical damping"
+    )
+    return info("step_ringing", said, maneuvers=list(e.maneuvers))
+
+
+@_finding.register
+def _(e: seen.IterationNoise) -> Finding:
+    said = (
+        "The velocities jump from row to row, much more than the angles, as a loose tolerance of "
+        "the Newton iterations in each step makes them, or impulses of a contact: tighten it until "
+        "the energy's error is smooth (a smaller step does not help); if it stays rough, it is the "
+        "contact or the friction, or, where the jumps are below 1e-8 of the scale, rounding "
+        "divided by the step"
+    )
+    return info("iteration_noise", said, maneuvers=list(e.maneuvers))
+
+
+@_finding.register
+def _(e: seen.SinglePrecisionBeside) -> Finding:
+    found = _finding(e.single)
+    said = f"{found.message}. The error is far larger: another cause comes before this one"
+    return info("single_precision", said, columns=list(e.single.keys))

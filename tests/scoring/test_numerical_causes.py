@@ -7,9 +7,10 @@ import pytest
 from support.fixed_steps import SPACING, Equations
 from support.made_results import codes, made, smooth_error
 
-from heyoka_bike.scoring.diagnosis.numerical import findings
+from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing import sayings
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
@@ -25,7 +26,7 @@ def equations(reference):
 
 
 def told(results, reference):
-    return findings(score(results, reference))
+    return sayings.findings(causes(score(results, reference)))
 
 
 def names(found):

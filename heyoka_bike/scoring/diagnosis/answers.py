@@ -18,6 +18,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.evidence import SmoothError
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.report import Report
@@ -95,7 +96,9 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     forces = [*_direction(diagnosis.causes), *_unexplained(diagnosis.causes)]
     if falls:
         return *forces, *first
-    shape = [f for f in numerical.findings(report) if not forces or f.code != "smooth_error"]
+    causes = numerical.causes(report)
+    shown = [e for e in causes if not (forces and isinstance(e, SmoothError))]
+    shape = map(shown_by("sayings").finding, shown)
     return *forces, *first, nothing, *shape
 
 

@@ -1,15 +1,25 @@
 """Numerical causes, where no mistake of the model explains a file: what its error looks like."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.findings import Finding, Severity, info
+from heyoka_bike.scoring.evidence import (
+    BlownUp,
+    EnergyTrend,
+    ErrorOfRounding,
+    Evidence,
+    IterationNoise,
+    RoughError,
+    SinglePrecisionBeside,
+    SmoothError,
+    StepRinging,
+    TooFar,
+    TooFewRows,
+)
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
@@ -49,46 +59,6 @@ _SCATTER = 0.1
 _OF_SINGLE = 1e-3
 # Times its own size.
 _BLOWN_UP = 10.0
-TOO_FAR = "too_far"
-"""Code of the finding that hardly anything of the motion is left."""
-# How to see what falls.
-_BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
-_BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
-
-_SENTENCES = {
-    TOO_FAR: "Half of the columns or more are off by half their own size, so that their error says "
-    "nothing: look at the first rows, whether the columns are those of the benchmark, in its order "
-    "and units, and at a run that is short",
-    "blown_up": "The motion blows up: {column} of maneuver {maneuver} is off by "
-    "{max_rel_error:.2g} times its size, and by half of it from {time:.3g} s on. Compare the rows "
-    "before: what follows says nothing",
-    "limited_by_rounding": "The error is {max_rel_error:.1g} of the scale at the most: that is "
-    "what rounding leaves of a run in binary64 arithmetic. If it does not fall with the tolerance "
-    f"or the step ({_BOTH_TOLERANCES}), it is the arithmetic, and not the model",
-    "cannot_tell": "So few rows do not show what the error looks like",
-    "smooth_error": "The error is that of steps, even or chosen by a tolerance, of a method that "
-    f"is not known here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the "
-    f"tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a "
-    "method of order p; that of another model stays the same curve; and noise of rounding or of "
-    "iterations stays as large, but is another curve",
-    "numerical_damping": "The mechanical energy falls steadily{every}. Either the model loses it, "
-    "by a damper, drag, or a contact that slips or yields, or numerical damping does: with a "
-    "smaller step or tolerance only the latter becomes less",
-    "energy_grows": "The mechanical energy grows steadily{every}, as with an explicit method of "
-    "low order, or with a drive in the model: a smaller step helps against the former only",
-    "rough_error": "The error jumps from row to row like noise, far above the digits written, "
-    "which no step size makes: look for single-precision numbers on the way, random terms, or a "
-    "loose tolerance of the iterations",
-    "step_ringing": "The velocities alternate from row to row, as the trapezoidal rule leaves them "
-    "where nothing damps the highest frequency: accelerations that are consistent at the start, or "
-    "a little numerical damping",
-    "iteration_noise": "The velocities jump from row to row, much more than the angles, as a loose "
-    "tolerance of the Newton iterations in each step makes them, or impulses of a contact: tighten "
-    "it until the energy's error is smooth (a smaller step does not help); if it stays rough, it "
-    "is the contact or the friction, or, where the jumps are below 1e-8 of the scale, rounding "
-    "divided by the step",
-}
-"""By the code of the finding, with the numbers of its evidence."""
 
 
 class _Roughness(NamedTuple):
@@ -110,58 +80,36 @@ class _Roughness(NamedTuple):
     at_two: float
 
 
-def findings(report: Report) -> tuple[Finding, ...]:
+def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the numerical causes of the error; at least that it is smooth."""
     columns = [(_error_in_scales(c), m, c) for m in report.maneuvers for c in m.columns]
     far = [error > HALF for error, _, c in columns if c.values]
     if 2 * sum(far) >= len(far):
-        return (_said(TOO_FAR),)
+        return (TooFar(),)
     worst, m, c = max(columns, key=lambda x: x[0])
     if worst > _BLOWN_UP:
         first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
-        place = {"maneuver": m.maneuver, "column": c.key, "time": float(c.trace.time[first])}
-        said = _said("blown_up", **place, max_rel_error=worst)
-        return (replace(said, severity=Severity.WARNING),)
+        return (BlownUp(m.maneuver, c.key, float(c.trace.time[first]), worst),)
     if worst < ROUNDING:
-        return (_said("limited_by_rounding", max_rel_error=worst),)
-    single = _single(report)
+        return (ErrorOfRounding(worst),)
+    single = next(single_precision(report), None)
     if single is not None and worst < _OF_SINGLE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
-        return (_said("cannot_tell"),)
-    found = (*_energy(report), *_rough(report)) or (_said("smooth_error"),)
-    if single is None:
-        return found
-    message = f"{single.message}. The error is far larger: another cause comes before this one"
-    return *found, replace(single, message=message, severity=Severity.INFO)
-
-
-def _single(report: Report) -> Finding | None:
-    """What is said of numbers of single precision."""
-    seen = next(single_precision(report), None)
-    if seen is None:
-        return None
-    found: Finding = shown_by("sayings").finding(seen)
-    return found
-
-
-def _said(code: str, **evidence: Any) -> Finding:
-    return info(code, _SENTENCES[code].format(**evidence), **evidence)
+        return (TooFewRows(),)
+    found = (*_energy(report), *_rough(report)) or (SmoothError(),)
+    return found if single is None else (*found, SinglePrecisionBeside(single))
 
 
 def _error_in_scales(c: ColumnScore) -> float:
     return c.as_understood.measures.max_rel_error or 0.0
 
 
-def _energy(report: Report) -> Iterator[Finding]:
+def _energy(report: Report) -> Iterator[EnergyTrend]:
     """Energy that falls or grows steadily in every maneuver."""
-    changes = {str(m.maneuver): _trend(m) for m in report.maneuvers}
-    if all(x < 0.0 for x in changes.values()) or all(x > 0.0 for x in changes.values()):
-        code = "energy_grows" if max(changes.values()) > 0.0 else "numerical_damping"
-        every = " in every maneuver" if len(changes) > 1 else ""
-        numbers = [m.maneuver for m in report.maneuvers]
-        message = _SENTENCES[code].format(every=every)
-        yield info(code, message, maneuvers=numbers, relative_change=changes)
+    changes = tuple(_trend(m) for m in report.maneuvers)
+    if all(x < 0.0 for x in changes) or all(x > 0.0 for x in changes):
+        yield EnergyTrend(tuple(m.maneuver for m in report.maneuvers), changes)
 
 
 def _trend(m: ManeuverScore) -> float:
@@ -177,8 +125,8 @@ def _trend(m: ManeuverScore) -> float:
     return change / float(np.max(np.abs(energy.trace.value)))
 
 
-def _rough(report: Report) -> Iterator[Finding]:
-    """Yield a finding on an error that jumps from row to row: iterations, or noise."""
+def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise]:
+    """Yield what an error shows that jumps from row to row: iterations, or noise."""
     found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
     jumping = {
         place: r
@@ -190,11 +138,11 @@ def _rough(report: Report) -> Iterator[Finding]:
     in_rates = [n for n in numbers if _in_rates(n, jumping)]
     ringing = [n for n in numbers if _rings(n, jumping)]
     if len(noisy) > len(found) / 2:
-        yield _said("rough_error", columns=[f"{number}.{key}" for number, key in jumping])
+        yield RoughError(tuple(f"{number}.{key}" for number, key in jumping))
     elif 2 * len(ringing) > len(numbers):
-        yield _said("step_ringing", maneuvers=ringing)
+        yield StepRinging(tuple(ringing))
     elif 2 * len(in_rates) > len(numbers):
-        yield _said("iteration_noise", maneuvers=in_rates)
+        yield IterationNoise(tuple(in_rates))
 
 
 def _is_white(r: _Roughness) -> bool:
