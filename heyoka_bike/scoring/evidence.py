@@ -921,3 +921,189 @@ class SinglePrecisionBeside(Evidence):
     """Numbers of single precision, beside an error that is far larger."""
 
     single: SinglePrecision
+
+
+@dataclass(frozen=True, slots=True)
+class FallsOver(Evidence):
+    """A bicycle that falls over, where the exact one does not.
+
+    Attributes
+    ----------
+    times : mapping of int to float
+        When the lean passes a quarter turn, by maneuver [s].
+    """
+
+    times: Mapping[int, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RowsRepeated(Evidence):
+    """Last rows that hold the same numbers, of a motion that does not stand still.
+
+    Attributes
+    ----------
+    maneuver
+    time
+        Of the first of them [s].
+    rows
+        How many.
+    keys
+    are_all
+        True if all columns stand still: the motion ended there.
+    """
+
+    maneuver: int
+    time: float
+    rows: int
+    keys: tuple[str, ...]
+    are_all: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RowsBetween(Evidence):
+    """Rows that were held or interpolated.
+
+    Attributes
+    ----------
+    maneuver
+    order
+        0 if rows repeat the one before, 1 if they are on straight lines between others.
+    share
+        Of the rows, in all angles and rates.
+    """
+
+    maneuver: int
+    order: int
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Departs(Evidence):
+    """A motion that is right up to some row, and a hundred times farther off at the next.
+
+    Attributes
+    ----------
+    maneuver
+    t_right, time
+        Of the last row that is right and of the next [s].
+    before, after
+        Errors until then and there, in scales.
+    t_back
+        Of the last row that is off, if those after it are right again [s].
+    shift
+        Where the rest is the right motion at another time, by how much that is later [s].
+    """
+
+    maneuver: int
+    t_right: float
+    time: float
+    before: float
+    after: float
+    t_back: float | None = None
+    shift: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class OtherTimes(Evidence):
+    """Rows that are the right motion at other times than those that are written.
+
+    Attributes
+    ----------
+    ahead : mapping of int to (float, float)
+        From how much later to how much later, of nine rows in ten of each maneuver [s].
+    relief : tuple of float
+        Factor by which that lets the error of each fall.
+    is_one
+        True if it is about the same time for all rows.
+    """
+
+    ahead: Mapping[int, tuple[float, float]]
+    relief: tuple[float, ...]
+    is_one: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnOfAnotherManeuver(Evidence):
+    """Columns of a maneuver that hold the numbers of another one."""
+
+    maneuver: int
+    of: int
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AnotherStart(Evidence):
+    """A first row with another value than the maneuver is given, in the unit of the column."""
+
+    maneuver: int
+    key: str
+    found: float
+    given: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Scaled:
+    """Values are a factor times the right ones, and an offset [SI]."""
+
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnsApart(Evidence):
+    """Columns that are wrong beside a motion that is right.
+
+    Attributes
+    ----------
+    columns : mapping of str to tuple of int
+        Their maneuvers, by their keys.
+    every
+        Number of maneuvers of the file.
+    error_of_others
+        The largest, in scales.
+    fits : mapping of str to Scaled
+        Of those that a factor or an offset explains.
+    units : mapping of str to str
+    is_sum_with_it
+        True if the mechanical energy is wrong because one of its parts is.
+    """
+
+    columns: Mapping[str, tuple[int, ...]]
+    every: int
+    error_of_others: float
+    fits: Mapping[str, Scaled]
+    units: Mapping[str, str]
+    is_sum_with_it: bool
+
+
+@dataclass(frozen=True, slots=True)
+class NotDiagnosed(Evidence):
+    """Columns beside the benchmark's that are wrong where those are, too."""
+
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnBeside(Evidence):
+    """A column beside the benchmark's that is wrong alone.
+
+    Attributes
+    ----------
+    key
+    maneuvers
+    unit
+    max_rel_error
+        In scales.
+    constant : tuple of float
+        The number in every row of each maneuver, where the right one moves; empty if it varies.
+    fit : Scaled or None
+        What explains it.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    unit: str
+    max_rel_error: float
+    constant: tuple[float, ...] = ()
+    fit: Scaled | None = None

@@ -898,3 +898,179 @@ def _(e: seen.SinglePrecisionBeside) -> Finding:
     found = _finding(e.single)
     said = f"{found.message}. The error is far larger: another cause comes before this one"
     return info("single_precision", said, columns=list(e.single.keys))
+
+
+# What is seen in the rows of a file without any simulation.
+
+
+@_finding.register
+def _(e: seen.FallsOver) -> Finding:
+    times = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in e.times.items())
+    said = (
+        f"The bicycle falls over: its lean passes 90 degrees {times}. Compare the first tenths of "
+        "a second: contact, friction or step there, for what follows is another motion"
+    )
+    return warning("falls_over", said, times={str(n): t for n, t in e.times.items()})
+
+
+@_finding.register
+def _(e: seen.RowsRepeated) -> Finding:
+    which = "rows" if e.are_all else f"rows of {named(e.keys)}"
+    why = "the motion ended there, and its last row was" if e.are_all else "they were"
+    said = (
+        f"From {e.time:.6g} s on all {e.rows} {which} of maneuver {e.maneuver} hold the same "
+        f"numbers: {why} written again"
+    )
+    return warning(
+        "rows_repeated",
+        said,
+        maneuver=e.maneuver,
+        time=e.time,
+        rows=e.rows,
+        columns=list(e.keys),
+    )
+
+
+@_finding.register
+def _(e: seen.RowsBetween) -> Finding:
+    what = "are on straight lines between rows" if e.order else "repeat the row before"
+    said = (
+        f"At least {100 * e.share:.0f} % of the rows of maneuver {e.maneuver} {what}, in all its "
+        "angles and rates, as no motion does: rows of the integrator were held or interpolated. "
+        "Write its own rows, or its dense output at the times asked for"
+    )
+    return warning("rows_between", said, maneuver=e.maneuver, order=e.order, share=e.share)
+
+
+@_finding.register
+def _(e: seen.Departs) -> Finding:
+    if e.t_back is not None:
+        what = f"to {e.t_back:.6g} s. All rows after these are right: look at these alone"
+    elif e.shift is not None:
+        why = "left out" if e.shift > 0.0 else "made twice"
+        what = f"on, where it is the right motion {_later(e.shift)}: a row or a step was {why}"
+    else:
+        what = (
+            "on. A mistake in the model or at the start is seen from the first rows on: look at "
+            "what happens there, such as an event, an input or an impulse that sets in, or a "
+            "restart from rounded numbers"
+        )
+    said = (
+        f"Maneuver {e.maneuver} is right to {e.before:.1g} of the scales until {e.t_right:.6g} s, "
+        f"and off by {e.after:.2g} from {e.time:.6g} s {what}"
+    )
+    numbers = {"before": e.before, "after": e.after, "shift": e.shift}
+    return warning("departs", said, maneuver=e.maneuver, time=e.time, **numbers)
+
+
+@_finding.register
+def _(e: seen.OtherTimes) -> Finding:
+    least, most = min(x for x, _ in e.ahead.values()), max(x for _, x in e.ahead.values())
+    when = _later((least + most) / 2) if e.is_one else f"{_later(least)} to {_later(most)}"
+    said = (
+        f"Each row is the right motion, but at another time, {when} than is written. Look at how "
+        "the times are written, and at when a row is: before or after the step, at the time asked "
+        "for or at the step next to it"
+    )
+    ahead = {str(n): x for n, x in e.ahead.items()}
+    return warning("other_times", said, ahead=ahead, relief=list(e.relief))
+
+
+def _later(seconds: float) -> str:
+    return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
+
+
+@_finding.register
+def _(e: seen.ColumnOfAnotherManeuver) -> Finding:
+    said = (
+        f"{', '.join(e.keys)} of maneuver {e.maneuver}: the same numbers as in maneuver {e.of}, "
+        "where they belong"
+    )
+    return warning(
+        "column_of_another_maneuver", said, maneuver=e.maneuver, of=e.of, columns=list(e.keys)
+    )
+
+
+@_finding.register
+def _(e: seen.AnotherStart) -> Finding:
+    said = (
+        f"Maneuver {e.maneuver} begins with a {e.key.replace('_', ' ')} of {e.found:.9g} "
+        f"{e.unit.replace(' s-1', '/s')} in its first row, where {e.given:.9g} is given"
+    )
+    return warning(
+        "another_start", said, maneuver=e.maneuver, column=e.key, found=e.found, given=e.given
+    )
+
+
+@_finding.register
+def _(e: seen.ColumnsApart) -> Finding:
+    only = ", ".join(
+        key if len(numbers) == e.every else f"{key} of {maneuvers(numbers)}"
+        for key, numbers in e.columns.items()
+    )
+    with_sum = ", and mechanical_energy with it" if e.is_sum_with_it else ""
+    scales = "".join(f": {key} is {_scaled(x, e.units[key])}" for key, x in e.fits.items())
+    is_one = len(e.columns) == 1
+    are, these = ("is", "this column is") if is_one else ("are", "these columns are")
+    said = (
+        f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to "
+        f"{e.error_of_others:.1g} of their scales, so neither the integrator nor the equations are "
+        f"to blame. Look at how {these} computed and written"
+    )
+    return warning(
+        "columns_apart",
+        said,
+        columns={key: list(numbers) for key, numbers in e.columns.items()},
+        max_rel_error_of_others=e.error_of_others,
+        factors={key: x.factor for key, x in e.fits.items()},
+    )
+
+
+def _scaled(x: seen.Scaled, unit: str) -> str:
+    """What values are, beside the right ones."""
+    times = f"{x.factor:.6g} times the right one" if x.factor != 1.0 else "the right one"
+    sign = "minus" if x.offset < 0 else "plus"
+    return times + (f" {sign} {_in(abs(x.offset), unit)}" if x.offset else "")
+
+
+def _in(x: float, unit: str) -> str:
+    return f"{x:.6g}" + ("" if unit == "1" else " " + unit.replace(" s-1", "/s"))
+
+
+@_finding.register
+def _(e: seen.NotDiagnosed) -> Finding:
+    said = (
+        f"{named(e.keys)}: not right either, and not diagnosed, as programs with mistakes are "
+        "simulated for the benchmark's columns only; begin with those"
+    )
+    return info("not_diagnosed", said, columns=list(e.keys))
+
+
+@_finding.register
+def _(e: seen.ColumnBeside) -> Finding:
+    alone = "while the benchmark's columns here are right"
+    advice = "look at how it is computed and written"
+    more: dict[str, object] = {}
+    if e.constant:
+        numbers = " / ".join(_in(x, e.unit) for x in dict.fromkeys(e.constant))
+        said = f"holds the same number in every row, {numbers}, {alone}: "
+        said += "it was not computed, or not written"
+        more = {"constant": list(e.constant)}
+    elif e.fit is not None:
+        said = f"is {_scaled(e.fit, e.unit)}, {alone}: {advice}"
+        more = {"factor": e.fit.factor, "offset": e.fit.offset}
+    else:
+        said = (
+            f"is wrong by up to {e.max_rel_error:.2g} of its scale, {alone}, and neither a factor "
+            f"nor an offset explains it: {advice}. Programs with mistakes are simulated for the "
+            "benchmark's columns only"
+        )
+    where = f"{e.key} of maneuver {', '.join(map(str, e.maneuvers))}"
+    return warning(
+        "column_beside",
+        f"{where} {said}",
+        column=e.key,
+        maneuvers=list(e.maneuvers),
+        max_rel_error=e.max_rel_error,
+        **more,
+    )

@@ -17,7 +17,6 @@ LOOPS = (ast.For, ast.comprehension)
 STILL_READ = {
     "scoring/diagnosis/answers.py",
     "scoring/diagnosis/diagnose.py",
-    "scoring/diagnosis/plain.py",
 }
 
 

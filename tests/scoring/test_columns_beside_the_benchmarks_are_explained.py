@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis.plain import beside
+from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing import sayings
 
 HEADINGS = {"roll_angle": "phi", "steer_angle": "delta", "yaw": "psi", "yaw_rate": "yaw_rate"}
+
+
+def beside(report):
+    """What is said of columns beside the benchmark's."""
+    return sayings.findings(plain.beside(report))
 
 
 def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):

@@ -9,11 +9,23 @@ from support.fixed_steps import Equations as Discretised
 from support.made_results import made
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.diagnosis.plain import columns_apart, other_times, shown
+from heyoka_bike.scoring.diagnosis.plain import other_times
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing import sayings
 from heyoka_bike.system.resources import data_folder
+
+
+def shown(report):
+    """What is said of what is seen at once."""
+    return sayings.findings(plain.shown(report))
+
+
+def columns_apart(report):
+    seen = plain.columns_apart(report)
+    return None if seen is None else sayings.finding(seen)
 
 
 def report_of(reference, change, **more):

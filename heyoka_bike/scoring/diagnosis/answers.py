@@ -1,6 +1,6 @@
 """A diagnosis in words: ranked findings, each with its evidence, and "cannot tell" where so."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import floor, log10
 from typing import Any
 
@@ -18,7 +18,16 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
-from heyoka_bike.scoring.evidence import SmoothError
+from heyoka_bike.scoring.evidence import (
+    AnotherStart,
+    ColumnOfAnotherManeuver,
+    Departs,
+    Evidence,
+    FallsOver,
+    RowsBetween,
+    RowsRepeated,
+    SmoothError,
+)
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.report import Report
@@ -30,7 +39,7 @@ NOTHING_WRONG = "nothing_to_explain"
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _FLOORS_OF_ROUNDING = 4.0
 # What is seen at once and is the whole cause.
-_EXPLAIN = ("rows_repeated", "rows_between", "column_of_another_maneuver", plain.DEPARTS)
+_EXPLAIN = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
 # In which columns a start is written, and the part of a change by which a first row may miss what
 # is given and still have it.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
@@ -63,9 +72,10 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     units = _units_beside(diagnosis.units)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *units)
-    first = plain.shown(report)
-    falls = [f for f in first if f.code == plain.FALLS]
-    departs = {f.evidence["maneuver"] for f in first if f.code == plain.DEPARTS}
+    seen = plain.shown(report)
+    first = _said_of(seen)
+    falls = _said_of(x for x in seen if isinstance(x, FallsOver))
+    departs = {x.maneuver for x in seen if isinstance(x, Departs)}
     if departs and departs >= {
         m.maneuver for m, c in columns if not c.is_at_floor(_FLOORS_OF_ROUNDING)
     }:
@@ -73,13 +83,13 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
         return first
     if diagnosis.classes:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
-        named = [f for f in first if f not in falls and f.code != "another_start"]
+        named = _said_of(x for x in seen if not isinstance(x, FallsOver | AnotherStart))
         said = (
             _cause(rank, hypotheses, report, diagnosis.causes)
             for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.most_said], 1)
         )
         return (*named, *said, *units, *falls)
-    if any(f.code in _EXPLAIN for f in first):
+    if any(isinstance(x, _EXPLAIN) for x in seen):
         return first
     if not diagnosis.is_whole:
         # What follows is concluded from that nothing else explains the file.
@@ -87,9 +97,10 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
         return (*first, *until_then)
     times = plain.other_times(report)
     if times is not None:
-        return (times,)
+        return _said_of((times,))
     # Nothing about the motion where it is right.
-    whole = plain.columns_apart(report) or _method(diagnosis.causes)
+    apart = plain.columns_apart(report)
+    whole = _method(diagnosis.causes) if apart is None else _said_of((apart,))[0]
     nothing = _no_mistake(diagnosis, columns)
     if whole is not None:
         return *first, whole, nothing
@@ -97,9 +108,13 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     if falls:
         return *forces, *first
     causes = numerical.causes(report)
-    shown = [e for e in causes if not (forces and isinstance(e, SmoothError))]
-    shape = map(shown_by("sayings").finding, shown)
+    shape = _said_of(e for e in causes if not (forces and isinstance(e, SmoothError)))
     return *forces, *first, nothing, *shape
+
+
+def _said_of(seen: Iterable[Evidence]) -> tuple[Finding, ...]:
+    """What is said of evidence."""
+    return tuple(map(shown_by("sayings").finding, seen))
 
 
 def is_right(report: Report) -> bool:

@@ -140,7 +140,8 @@ def _explained(
             others = tuple(x for x in report.seen if not isinstance(x, DefinitionUnknown))
             return replace(other, seen=others), is_other_whole
         is_whole = is_whole and is_other_whole
-    more = () if NOTHING in found.diagnosis else beside(report, unknown)
+    seen = () if NOTHING in found.diagnosis else beside(report, unknown)
+    more = tuple(map(shown_by("sayings").finding, seen))
     if any(f.code == NOTHING_WRONG for f in found.diagnosis):
         # What is wrong comes first.
         return replace(found, diagnosis=(*more, _right(report, keys))), is_whole

@@ -1,4 +1,4 @@
-"""Findings that need no simulation.
+"""What is seen without any simulation.
 
 A bicycle that falls over, rows that stand still, columns of another maneuver, a start that is
 another one, and columns that are wrong beside a motion that is right: those of the benchmark, and
@@ -7,14 +7,25 @@ one times a factor or with another zero, is seen.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, info, named, warning
-from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
+from heyoka_bike.scoring.evidence import (
+    AnotherStart,
+    ColumnBeside,
+    ColumnOfAnotherManeuver,
+    ColumnsApart,
+    Departs,
+    FallsOver,
+    NotDiagnosed,
+    OtherTimes,
+    RowsBetween,
+    RowsRepeated,
+    Scaled,
+)
 from heyoka_bike.scoring.judge.own_definitions import RIGHT_MOTION, far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.report import Report
@@ -42,35 +53,24 @@ _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
 # An energy that is wrong makes the sum wrong.
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
-_ADVICE = "look at how it is computed and written"
-DEPARTS = "departs"
-"""Code of the finding that the motion is right up to some row."""
-FALLS = "falls_over"
-"""Code of the finding that the bicycle falls over."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scaled:
-    """Values are a factor times the right ones, and an offset [SI]."""
-
-    factor: float
-    offset: float
-
-    def says(self, unit: str) -> str:
-        times = f"{self.factor:.6g} times the right one" if self.factor != 1.0 else "the right one"
-        sign = "minus" if self.offset < 0 else "plus"
-        return times + (f" {sign} {_in(abs(self.offset), unit)}" if self.offset else "")
+AtOnce = FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+"""What is seen at once."""
 
 
-def shown(report: Report) -> tuple[Finding, ...]:
+def shown(report: Report) -> tuple[AtOnce, ...]:
     """Return what is seen at once, whatever else is found."""
-    finders = (_falls_over, _standing_still, _between, _of_other_maneuvers, _other_starts)
-    found = [found for finder in finders for found in finder(report.maneuvers)]
-    known = {f.evidence.get("maneuver") for f in found}
-    return (*found, *_departures([m for m in report.maneuvers if m.maneuver not in known]))
+    maneuvers = report.maneuvers
+    found: list[AtOnce] = [*_falls_over(maneuvers), *_standing_still(maneuvers)]
+    found += _between(maneuvers)
+    found += _of_other_maneuvers(maneuvers)
+    found += _other_starts(maneuvers)
+    known = {x.maneuver for x in found if not isinstance(x, FallsOver)}
+    return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
 
 
-def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
     """A lean that grows to a quarter turn or more, where that of the reference does not."""
     times = {}
     for m in maneuvers:
@@ -87,16 +87,10 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         if lies.any() and way[0] < _UPRIGHT and np.max(np.abs(np.diff(way))) < _STRIDE:
             times[m.maneuver] = float(roll.time[row])
     if times:
-        said = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in times.items())
-        yield warning(
-            FALLS,
-            f"The bicycle falls over: its lean passes 90 degrees {said}. Compare the first tenths "
-            "of a second: contact, friction or step there, for what follows is another motion",
-            times={str(n): t for n, t in times.items()},
-        )
+        yield FallsOver(times)
 
 
-def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
     """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
@@ -109,17 +103,7 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         shown = held if others else standing
         rows = min(still[c.key] for c in shown)
         time = float(held[0].trace.time[m.rows - rows])
-        which = f"rows of {named([c.key for c in shown])}" if others else "rows"
-        why = "they were" if others else "the motion ended there, and its last row was"
-        yield warning(
-            "rows_repeated",
-            f"From {time:.6g} s on all {rows} {which} of maneuver {m.maneuver} hold the same "
-            f"numbers: {why} written again",
-            maneuver=m.maneuver,
-            time=time,
-            rows=rows,
-            columns=[c.key for c in shown],
-        )
+        yield RowsRepeated(m.maneuver, time, rows, tuple(c.key for c in shown), not others)
 
 
 def _last_step(c: ColumnScore) -> int:
@@ -132,26 +116,14 @@ def _moves(c: ColumnScore, first: int) -> bool:
     return float(np.ptp(c.trace.reference[first:])) > _WORSE * (c.floor or 0.0)
 
 
-def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
     """Rows held, or on straight lines between fewer rows, in all angles and rates."""
     for m in maneuvers:
         lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
-        for order, what in (
-            (1, "repeat the row before"),
-            (2, "are on straight lines between rows"),
-        ):
+        for order in (1, 2):
             share = min((_flat(c, order) for c in lateral), default=0.0)
             if share > _BETWEEN:
-                yield warning(
-                    "rows_between",
-                    f"At least {100 * share:.0f} % of the rows of maneuver {m.maneuver} {what}, "
-                    "in all its angles and rates, as no motion does: rows of the integrator were "
-                    "held or interpolated. Write its own rows, or its dense output at the times "
-                    "asked for",
-                    maneuver=m.maneuver,
-                    order=order - 1,
-                    share=share,
-                )
+                yield RowsBetween(m.maneuver, order - 1, share)
                 break
 
 
@@ -181,7 +153,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     return sorted(float(np.mean(x)) for x in parts)[1]
 
 
-def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
     """A row from which on all is a hundred times farther off than in every row before."""
     for m in maneuvers:
         columns = _whole(m)
@@ -198,32 +170,18 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         end = int(np.flatnonzero(off > _TIMES_WORSE_THAN_BEFORE * right)[-1]) + 1
         is_back = m.rows - end >= _FEW_ROWS
         ahead, relief = _ahead(columns, slice(row, None))
-        is_shifted = relief > _NEARLY
-        if is_back:
-            what = f"to {time[end - 1]:.6g} s. All rows after these are right: look at these alone"
-        elif is_shifted:
-            why = "left out" if ahead > 0.0 else "made twice"
-            when = _later(float(ahead))
-            what = f"on, where it is the right motion {when}: a row or a step was {why}"
-        else:
-            what = (
-                "on. A mistake in the model or at the start is seen from the first rows on: look "
-                "at what happens there, such as an event, an input or an impulse that sets in, or "
-                "a restart from rounded numbers"
-            )
-        yield warning(
-            DEPARTS,
-            f"Maneuver {m.maneuver} is right to {right:.1g} of the scales until "
-            f"{time[row - 1]:.6g} s, and off by {off[row]:.2g} from {time[row]:.6g} s {what}",
-            maneuver=m.maneuver,
-            time=float(time[row]),
-            before=float(right),
-            after=float(off[row]),
-            shift=float(ahead) if is_shifted and not is_back else None,
+        yield Departs(
+            m.maneuver,
+            float(time[row - 1]),
+            float(time[row]),
+            float(right),
+            float(off[row]),
+            float(time[end - 1]) if is_back else None,
+            float(ahead) if relief > _NEARLY and not is_back else None,
         )
 
 
-def other_times(report: Report) -> Finding | None:
+def other_times(report: Report) -> OtherTimes | None:
     """Rows that are the right motion at other times than those that are written."""
     found, relief = {}, []
     for m in report.maneuvers:
@@ -232,20 +190,13 @@ def other_times(report: Report) -> Finding | None:
             return None
         ahead, left = _ahead(columns, slice(None), axis=0)
         relief.append(left)
-        found[str(m.maneuver)] = tuple(np.quantile(ahead, _MOST_ROWS).tolist())
+        low, high = np.quantile(ahead, _MOST_ROWS).tolist()
+        found[m.maneuver] = low, high
     if not (max(relief) > _TIMES_WORSE_THAN_BEFORE and np.exp(np.mean(np.log(relief))) > _NEARLY):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = most - least < _SAME_TIME * abs(most + least)
-    when = _later((least + most) / 2) if is_one else f"{_later(least)} to {_later(most)}"
-    return warning(
-        "other_times",
-        f"Each row is the right motion, but at another time, {when} than is written. Look at how "
-        "the times are written, and at when a row is: before or after the step, at the time asked "
-        "for or at the step next to it",
-        ahead=found,
-        relief=relief,
-    )
+    return OtherTimes(found, tuple(relief), bool(is_one))
 
 
 def _whole(m: ManeuverScore) -> list[ColumnScore]:
@@ -273,11 +224,9 @@ def _ahead(
         return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
 
 
-def _later(seconds: float) -> str:
-    return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
-
-
-def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+def _of_other_maneuvers(
+    maneuvers: Sequence[ManeuverScore],
+) -> Iterator[ColumnOfAnotherManeuver]:
     """Columns that are the same numbers in two maneuvers, though these differ."""
     for i, m in enumerate(maneuvers):
         for other in maneuvers[:i]:
@@ -286,14 +235,7 @@ def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]
             if not same:
                 continue
             right, worse = sorted((m, other), key=lambda x: max(_worst(x[key]) for key in same))
-            yield warning(
-                "column_of_another_maneuver",
-                f"{', '.join(same)} of maneuver {worse.maneuver}: the same numbers as in maneuver "
-                f"{right.maneuver}, where they belong",
-                maneuver=worse.maneuver,
-                of=right.maneuver,
-                columns=same,
-            )
+            yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
 
 
 def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
@@ -308,7 +250,7 @@ def _worst(c: ColumnScore) -> float:
     return c.as_understood.measures.max_rel_error or 0.0
 
 
-def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
     """First rows with another roll rate or speed than the maneuver is given."""
     for m in maneuvers:
         for c in m.columns:
@@ -317,54 +259,33 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
             if off > max(_PART_OF_RIGHT_START * abs(given), _FLOORS_OF_ROUNDING * (c.floor or 0.0)):
-                unit = c.unit.replace(" s-1", "/s")
-                yield warning(
-                    "another_start",
-                    f"Maneuver {m.maneuver} begins with a {c.key.replace('_', ' ')} of "
-                    f"{here:.9g} {unit} in its first row, where {given:.9g} is given",
-                    maneuver=m.maneuver,
-                    column=c.key,
-                    found=here,
-                    given=given,
-                )
+                yield AnotherStart(m.maneuver, c.key, here, given, c.unit)
 
 
-def columns_apart(report: Report) -> Finding | None:
+def columns_apart(report: Report) -> ColumnsApart | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
     each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
     apart = {key for keys, _ in each.values() for key in keys}
     if not apart or any(not keys and limit > RIGHT_MOTION for keys, limit in each.values()):
         return None
-    with_sum = ""
-    if _SUM in apart and apart & _ENERGY_PARTS:
+    is_sum_with_it = _SUM in apart and bool(apart & _ENERGY_PARTS)
+    if is_sum_with_it:
         apart.remove(_SUM)
-        with_sum = ", and mechanical_energy with it"
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
     found = {
-        key: [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
+        key: tuple(m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE))
         for key, places in wrong.items()
     }
-    only = ", ".join(
-        key if len(numbers) == len(each) else f"{key} of {of_maneuvers(numbers)}"
-        for key, numbers in found.items()
-    )
     fits = {key: fit for key, places in wrong.items() if (fit := scaled([c for _, c in places]))}
+    units = {key: places[0][1].unit for key, places in wrong.items()}
     rest = max(limit for _, limit in each.values())
-    scales = "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in fits.items())
-    are, these = ("is", "this column is") if len(found) == 1 else ("are", "these columns are")
-    return warning(
-        "columns_apart",
-        f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to {rest:.1g} of "
-        "their scales, so neither the integrator nor the equations are to blame. Look at how "
-        f"{these} computed and written",
-        columns=found,
-        max_rel_error_of_others=rest,
-        factors={key: fit.factor for key, fit in fits.items()},
-    )
+    return ColumnsApart(found, len(each), rest, fits, units, is_sum_with_it)
 
 
-def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...]:
-    """Return findings about the columns that are not the benchmark's and not right.
+def beside(
+    report: Report, left_out: Collection[str] = ()
+) -> tuple[ColumnBeside | NotDiagnosed, ...]:
+    """Return what is seen in the columns that are not the benchmark's and not right.
 
     Parameters
     ----------
@@ -372,7 +293,7 @@ def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...
         Keys of columns of unknown meaning; those are not held to be right, and only named here if
         a factor or an offset explains them.
     """
-    found: list[Finding] = []
+    found: list[ColumnBeside | NotDiagnosed] = []
     others = []
     for key, places in report.by_column().items():
         wrong = [
@@ -386,14 +307,7 @@ def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...
         elif key not in left_out:
             others.append(key)
     if others:
-        found.append(
-            info(
-                "not_diagnosed",
-                f"{named(others)}: not right either, and not diagnosed, as programs with mistakes "
-                "are simulated for the benchmark's columns only; begin with those",
-                columns=others,
-            )
-        )
+        found.append(NotDiagnosed(tuple(others)))
     return tuple(found)
 
 
@@ -407,39 +321,21 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
 
 def _wrong_alone(
     key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
-) -> Iterator[Finding]:
-    """Yield the finding about a column that is wrong alone, by the number of the maneuver."""
+) -> Iterator[ColumnBeside]:
+    """Yield what is seen in a column that is wrong alone, by the number of the maneuver."""
     worst = max(c.max_rel_error or 0.0 for c in columns.values())
-    alone = "while the benchmark's columns here are right"
     unit = next(iter(columns.values())).unit
     # The number in every row, where the right one moves.
     held = [float(c.trace.value[0]) for c in columns.values()
             if not np.ptp(c.trace.value) and np.ptp(c.trace.reference)]  # fmt: skip
     fit = scaled([*columns.values()])
-    evidence: dict[str, object] = {}
+    seen = ColumnBeside(key, tuple(columns), unit, worst)
     if len(held) == len(columns):
-        numbers = " / ".join(_in(x, unit) for x in dict.fromkeys(held))
-        said = f"holds the same number in every row, {numbers}, {alone}: "
-        said += "it was not computed, or not written"
-        evidence = {"constant": held}
+        yield replace(seen, constant=tuple(held))
     elif fit:
-        said = f"is {fit.says(unit)}, {alone}: {_ADVICE}"
-        evidence = {"factor": fit.factor, "offset": fit.offset}
-    elif is_unknown:
-        return
-    else:
-        said = (
-            f"is wrong by up to {worst:.2g} of its scale, {alone}, and neither a factor nor an "
-            f"offset explains it: {_ADVICE}. Programs with mistakes are simulated for the "
-            "benchmark's columns only"
-        )
-    where = f"{key} of maneuver {', '.join(map(str, columns))}"
-    evidence = {"column": key, "maneuvers": [*columns], "max_rel_error": worst, **evidence}
-    yield warning("column_beside", f"{where} {said}", **evidence)
-
-
-def _in(x: float, unit: str) -> str:
-    return f"{x:.6g}" + ("" if unit == "1" else " " + unit.replace(" s-1", "/s"))
+        yield replace(seen, fit=fit)
+    elif not is_unknown:
+        yield seen
 
 
 def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
