@@ -86,5 +86,6 @@ def test_a_force_is_no_method(reference, equations):
 def test_a_diagnosis_begins_with_it(reference, program):
     first, *_ = diagnose(program.run(METHODS["Heun"](program), 0.005), reference).diagnosis
     assert first.code == "integrator"
-    assert first.message.startswith("Heun's method with a step of 0.005 s makes this error. ")
+    begins = "To its first term the error is that of Heun's method with a step of 0.005 s; "
+    assert first.message.startswith(begins)
     assert first.evidence["methods"] == [{"method": "Heun's method", "step": 0.005}]

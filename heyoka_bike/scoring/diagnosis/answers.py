@@ -193,13 +193,14 @@ def _method(causes: Residual | None) -> Finding | None:
         return None
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in methods)
     relief = methods[0].relief
-    makes = "makes this error" if relief > WEIGHTS.explains else "is nearest to this error"
+    text = f"Of the methods known here the first error term of {names} is the nearest"
+    if relief > WEIGHTS.explains:
+        text = f"To its first term the error is that of {names}; other methods can share this term"
     return info(
         "integrator",
-        f"{names[0].upper()}{names[1:]} {makes}. What it leaves of the exact equations, "
-        "in the rates of the angles and in the accelerations, falls by a factor of "
-        f"{relief:.2g} with the first term of the method's own error. Take a smaller step, "
-        "or a method of higher order",
+        f"{text}. What the file leaves of the exact equations, in the rates of the angles and in "
+        f"the accelerations, falls by a factor of {relief:.2g} with it. Take a smaller step, or a "
+        "method of higher order",
         methods=[{"method": m.says, "step": m.step} for m in methods],
         relief=relief,
     )

@@ -31,6 +31,9 @@ _FLOORS_OF_DRIFT = 2.0
 _FEW_ROWS = 10
 # Tenths of the run may go the other way by this part of the whole change of the energy.
 _PART_THAT_GOES_BACK = 0.02
+# An energy that changes by less than this part of the largest error is not what makes it: the
+# energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
+_PART_OF_ERROR = 1e-4
 # Noise of velocities hardly shows in the angles, their integrals; that of output does.
 _IN_RATES = 10.0
 # Fourth differences leave nothing of a smooth error and all of what jumps. Of white noise they are
@@ -97,7 +100,7 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
         return (TooFewRows(),)
-    found = (*_energy(report), *_rough(report)) or (SmoothError(),)
+    found = (*_energy(report, worst), *_rough(report)) or (SmoothError(),)
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
 
@@ -105,9 +108,14 @@ def _error_in_scales(c: ColumnScore) -> float:
     return c.as_understood.measures.max_rel_error or 0.0
 
 
-def _energy(report: Report) -> Iterator[EnergyTrend]:
-    """Energy that falls or grows steadily in every maneuver."""
+def _energy(report: Report, worst: float) -> Iterator[EnergyTrend]:
+    """Energy that falls or grows steadily in every maneuver, by enough to be the error.
+
+    The largest error is in scales.
+    """
     changes = tuple(_trend(m) for m in report.maneuvers)
+    if max(map(abs, changes)) < _PART_OF_ERROR * worst:
+        return
     if all(x < 0.0 for x in changes) or all(x > 0.0 for x in changes):
         yield EnergyTrend(tuple(m.maneuver for m in report.maneuvers), changes)
 
