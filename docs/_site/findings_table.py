@@ -1,7 +1,7 @@
 """The table of findings in docs/reference/findings.md: codes, severities and what was seen.
 
-A function of `heyoka_bike.showing.sayings` for each class of evidence has the code. Run as a
-script, this writes the table.
+A function of `heyoka_bike.showing.sayings`, or of `causes` there, for each class of evidence has
+the code. Run as a script, this writes the table.
 """
 
 import ast
@@ -13,7 +13,8 @@ from typing import NamedTuple
 from marked_parts import filled
 
 from heyoka_bike.scoring import evidence
-from heyoka_bike.showing import sayings
+from heyoka_bike.scoring.diagnosis import found
+from heyoka_bike.showing import causes, sayings
 
 PAGE = Path(__file__).parent.parent / "reference" / "findings.md"
 _SEVERITIES = ("info", "warning")
@@ -37,18 +38,21 @@ def _codes(function: ast.FunctionDef) -> Iterator[Code]:
 
 def findings() -> dict[str, list[Code]]:
     """The codes of each class of evidence, in the order of its module."""
-    found = {}
-    for function in ast.parse(inspect.getsource(sayings)).body:
-        if isinstance(function, ast.FunctionDef) and (codes := dict.fromkeys(_codes(function))):
-            seen = ast.unparse(function.args.args[0].annotation).removeprefix("seen.")
-            found[seen] = [*codes]
-    return {name: found[name] for name in vars(evidence) if name in found}
+    every = {}
+    for said, classes in ((sayings, evidence), (causes, found)):
+        codes_of = {}
+        for function in ast.parse(inspect.getsource(said)).body:
+            if isinstance(function, ast.FunctionDef) and (codes := dict.fromkeys(_codes(function))):
+                seen = ast.unparse(function.args.args[0].annotation).removeprefix("seen.")
+                codes_of[seen] = [*codes]
+        every |= {name: codes_of[name] for name in vars(classes) if name in codes_of}
+    return every
 
 
 def _line(name: str, code: Code) -> str:
-    about = inspect.getdoc(getattr(evidence, name)).partition("\n\n")[0]
+    about = inspect.getdoc(getattr(evidence, name, None) or getattr(found, name)).partition("\n\n")
     keys = ", ".join(f"`{key}`" for key in code.keys)
-    return f"| `{code.code}` | {code.severity} | {' '.join(about.split())} | {keys} |"
+    return f"| `{code.code}` | {code.severity} | {' '.join(about[0].split())} | {keys} |"
 
 
 def table() -> str:

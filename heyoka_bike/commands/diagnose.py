@@ -43,8 +43,10 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.commands.result_files import budget_told, maneuvers_of, read
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnosed_elsewhere
+    from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
+    from heyoka_bike.scoring.diagnosis.found import NothingToDiagnose
     from heyoka_bike.scoring.score import score
+    from heyoka_bike.showing import causes
     from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
@@ -60,8 +62,9 @@ def run(args: argparse.Namespace) -> int:
             diagnosed_elsewhere, [(score(files, reference), reference, budget)], [("", 1.0)],
             lambda name, stage, share: progress(share),
         )  # fmt: skip
-    if NOTHING in found.diagnosis:
-        raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
+    nothing = causes.finding(NothingToDiagnose())
+    if nothing in found.diagnosis:
+        raise NothingScoredError(f"{found.file.path}: {nothing.message}")
     print(_as_json(found) if args.format == "json" else diagnosis(found))
     return Exit.STOPPED_EARLY if found.is_stopped_early else Exit.OK
 

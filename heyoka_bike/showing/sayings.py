@@ -89,6 +89,10 @@ def _finding(evidence: seen.Evidence) -> Finding:
     raise TypeError(f"found {evidence!r:.60}, expected evidence that has a sentence")
 
 
+register = _finding.register
+"""Makes a function that of a class of evidence, as in `causes`."""
+
+
 # How a file was read.
 
 

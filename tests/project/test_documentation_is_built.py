@@ -14,6 +14,7 @@ import pytest
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring import evidence
+from heyoka_bike.scoring.diagnosis import found
 from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.system.resources import data_folder
@@ -56,7 +57,9 @@ def test_the_table_of_findings_is_that_of_the_code():
     assert made.page(text) == text, "run python docs/_site/findings_table.py"
     # Of every class of evidence but those that others are made from.
     classes = [
-        c for c in vars(evidence).values() if isinstance(c, type) and issubclass(c, Evidence)
+        c
+        for c in (*vars(evidence).values(), *vars(found).values())
+        if isinstance(c, type) and issubclass(c, Evidence)
     ]
     bases = {base for c in classes for base in c.__mro__[1:]}
     assert {c.__name__ for c in classes if c not in bases} == {*made.findings()}

@@ -20,19 +20,25 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.answers import answers
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing import causes
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
 
 SHOW_NOTHING = "show no changed parameter, force or initial condition"
 RNG = np.random.default_rng(5)
+
+
+def said_of(found, report):
+    """What is said of a diagnosis."""
+    return causes.findings(answers(found, report))
 
 
 def made(changes, noise, count=80, many=12, unknowns=9):
@@ -130,7 +136,7 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
     assert abs(got.value - value) < 3 * got.uncertain
     # An error of 1e-5 is left of one of some tenths.
     assert got.uncertain < 1e-3 * abs(value)
-    said = findings(found, score(file, reference))
+    said = said_of(found, score(file, reference))
     assert said[0].code == "parameters"
     assert f"({symbol})" in said[0].message
     assert said[0].evidence["changes"][0][0]["unknown"] == symbol
@@ -183,7 +189,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
     found, values = fitted(reference, simulator, file)
     assert list(values) == [("initial_roll_rate", 2)]
     assert values["initial_roll_rate", 2].value == pytest.approx(0.55, rel=1e-4)
-    said = findings(found, score(file, reference))
+    said = said_of(found, score(file, reference))
     assert "the initial roll rate of maneuver 2 is 0.55 " in said[0].message
 
 
@@ -219,7 +225,7 @@ def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     found, values = fitted(reference, simulator, file)
     assert values == {}
     assert found.causes.fitted == ()
-    said = findings(found, score(file, reference))
+    said = said_of(found, score(file, reference))
     (nothing,) = (f for f in said if f.code == "no_mistake_found")
     # What the integrator leaves of the equations may hide one.
     assert SHOW_NOTHING not in nothing.message
@@ -232,7 +238,7 @@ def test_equations_that_are_met_show_that_nothing_is_changed(reference, simulato
     file = Results("made.txt", "text", (rows(reference, 2, columns),), 16)
     found, values = fitted(reference, simulator, file)
     assert values == {}
-    said = findings(found, score(file, reference))
+    said = said_of(found, score(file, reference))
     (nothing,) = (f for f in said if f.code == "no_mistake_found")
     assert SHOW_NOTHING in nothing.message
 

@@ -7,17 +7,23 @@ import pytest
 from support.linear_programs import LATERAL, linear_run, run
 
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.answers import answers
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing import causes
 
 pytestmark = pytest.mark.proof
 
 
+def said_of(found, report):
+    """What is said of a diagnosis."""
+    return causes.findings(answers(found, report))
+
+
 def said(results, reference, simulator):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
-    return findings(found, score(results, reference))
+    return said_of(found, score(results, reference))
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])

@@ -16,12 +16,13 @@ from support.random_pairs import LEVEL, random_pairs
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.exact import ZERO
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.answers import answers
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing import causes
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
@@ -37,6 +38,11 @@ CLOSEST = (
     pytest.param("explicit Euler", 0.01, (2,), marks=pytest.mark.slow),
 )
 PAIRS = 60
+
+
+def said_of(found, report):
+    """What is said of a diagnosis."""
+    return causes.findings(answers(found, report))
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +117,7 @@ def test_a_mistake_is_named_first(reference, simulator, code):
     results = results_of(reference, [BY_CODE[code]], 1e-6)
     found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert (code,) in first(found)
-    (finding, *_) = findings(found, score(results, reference))
+    (finding, *_) = said_of(found, score(results, reference))
     assert finding.code == "mistake"
     assert finding.evidence["mistakes"] == [code]
     assert BY_CODE[code].check in finding.message
@@ -179,7 +185,7 @@ def test_a_correct_program_is_not_accused(reference, simulator, level):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert found.classes == ()
     assert found.causes.fitted == ()
-    assert findings(found, score(results, reference))[0].code == "no_mistake_found"
+    assert said_of(found, score(results, reference))[0].code == "no_mistake_found"
 
 
 @pytest.mark.parametrize(("method", "step", "shown"), CLOSEST)
@@ -248,7 +254,7 @@ def accused(name, run, reference, simulator, allowed):
     """The mistakes or parameters that are named, with all maneuvers and with each alone."""
     for file in (run, *(replace(run, maneuvers=(rows,)) for rows in run.maneuvers)):
         found = explain(align(file, reference).parts, reference, simulator=simulator)
-        said = {f.code for f in findings(found, score(file, reference))}
+        said = {f.code for f in said_of(found, score(file, reference))}
         if said & {"mistake", "parameters", "linearised"} - allowed:
             yield name, [r.maneuver for r in file.maneuvers], first(found)
 

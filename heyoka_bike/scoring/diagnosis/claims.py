@@ -4,6 +4,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
@@ -46,8 +47,13 @@ def left_over(h: Hypothesis) -> Place | None:
     integrator makes. None if there is no such column: the cause is all that is wrong.
     """
     w = WEIGHTS
+    # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
+    has_energy = not any(x.name in FORCES for x in h.found)
     above = {
-        k: x for k, x in h.after.items() if x > max(w.nothing, w.at_floor * h.floors.get(k, 0.0))
+        k: x
+        for k, x in h.after.items()
+        if x > max(w.nothing, w.at_floor * h.floors.get(k, 0.0))
+        and (has_energy or not k[1].endswith("_energy"))
     }
     if not above:
         return None

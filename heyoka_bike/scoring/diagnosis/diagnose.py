@@ -1,7 +1,7 @@
 """Why results differ from the reference: a score, with what explains it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
@@ -12,34 +12,55 @@ from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis.answers import (
-    NOTHING_WRONG,
-    explanation,
-    findings,
-    is_right,
-    nothing_wrong,
-)
+from heyoka_bike.scoring.diagnosis.answers import answers, is_right
 from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
+from heyoka_bike.scoring.diagnosis.found import (
+    Explained,
+    LinearMotion,
+    NoCauseFound,
+    NothingToDiagnose,
+    NothingWrong,
+)
 from heyoka_bike.scoring.diagnosis.plain import beside
 from heyoka_bike.scoring.diagnosis.written import STEPS, AsMeant, Step, as_meant, worst
 from heyoka_bike.scoring.evidence import (
     DefinitionUnknown,
+    Evidence,
     SignContradiction,
     StoppedEarly,
     TimeShift,
 )
-from heyoka_bike.scoring.findings import Finding, named, warning
+from heyoka_bike.scoring.explanation import Curve, Explanation
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 
-NOTHING = warning(
-    "nothing_to_diagnose",
-    "the diagnosis looks at the benchmark's columns, and none of them has a value: "
-    + ", ".join(BENCHMARK_COLUMNS),
-)
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Answer:
+    """What a diagnosis found.
+
+    Attributes
+    ----------
+    report : Report
+        The score that it is about.
+    seen : tuple of Evidence
+        What is said, in this order.
+    cause : Evidence or None
+        What explains the file, for its figure.
+    curves : tuple of Curve
+        What that leaves.
+    is_whole
+        False if the time was spent before every cause was tried.
+    """
+
+    report: Report
+    seen: tuple[Evidence, ...]
+    cause: Evidence | None = None
+    curves: tuple[Curve, ...] = ()
+    is_whole: bool = True
 
 
 @with_usual_errors
@@ -98,54 +119,62 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
-    found, is_whole = _explained(report, reference, progress or (lambda _: None), budget.begun())
-    if is_whole:
-        return found
-    stopped = StoppedEarly(budget.seconds)
-    said = shown_by("sayings").finding(stopped)
-    return replace(found, seen=(*found.seen, stopped), diagnosis=(*found.diagnosis, said))
+    found = _answer(report, reference, progress or (lambda _: None), budget.begun())
+    stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
+    say = shown_by("causes").finding
+    explanation = None
+    if found.cause is not None and found.curves:
+        explanation = Explanation(say(found.cause).message, found.curves)
+    return replace(
+        found.report,
+        seen=(*found.report.seen, *stopped),
+        diagnosis=tuple(map(say, (*found.seen, *stopped))),
+        explanation=explanation,
+    )
 
 
-def _explained(
+def _answer(
     report: Report,
     reference: Reference,
     progress: Callable[[float], None],
     deadline: Deadline,
     steps: Sequence[Step] = STEPS,
-) -> tuple[Report, bool]:
-    """The report with its diagnosis, and whether every cause was tried.
-
-    What is written is looked at by these steps first.
-    """
+) -> Answer:
+    """What explains a report. What is written is looked at by these steps first."""
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
     if late is not None:
         shifted = _shifted(report, reference, late.shift)
-        inner, is_whole = _explained(shifted, reference, progress, deadline)
-        rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
-        said = (shown_by("sayings").finding(late), *rest)
-        return replace(report, diagnosis=said, explanation=inner.explanation), is_whole
+        inner = _answer(shifted, reference, progress, deadline)
+        rest = (x for x in inner.seen if not isinstance(x, NoCauseFound))
+        return replace(inner, report=report, seen=(late, *rest))
     meant = as_meant(report, steps)
     if meant is not None:
         return _beside(report, meant, reference, progress, deadline)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
-    found, is_whole = _of_columns(report, reference, keys, progress, deadline)
-    if unknown and found.explanation is None:
+    found = _of_columns(report, reference, keys, progress, deadline)
+    if unknown and found.cause is None:
         # It may be another column, or be computed wrongly.
-        other, is_other_whole = _of_columns(
+        other = _of_columns(
             report, reference, BENCHMARK_COLUMNS, progress, deadline, only_output=True
         )
-        if any(f.code == "mistake" for f in other.diagnosis[:1]):
+        if any(_is_mistake(x) for x in other.seen[:1]):
             others = tuple(x for x in report.seen if not isinstance(x, DefinitionUnknown))
-            return replace(other, seen=others), is_other_whole
-        is_whole = is_whole and is_other_whole
-    seen = () if NOTHING in found.diagnosis else beside(report, unknown)
-    more = tuple(map(shown_by("sayings").finding, seen))
-    if any(f.code == NOTHING_WRONG for f in found.diagnosis):
+            return replace(other, report=replace(report, seen=others))
+        found = replace(found, is_whole=found.is_whole and other.is_whole)
+    if any(isinstance(x, NothingToDiagnose) for x in found.seen):
+        return found
+    more = beside(report, unknown)
+    if any(isinstance(x, NothingWrong) for x in found.seen):
         # What is wrong comes first.
-        return replace(found, diagnosis=(*more, _right(report, keys))), is_whole
-    return replace(found, diagnosis=(*found.diagnosis, *more)), is_whole
+        return replace(found, seen=(*more, _right(report, keys)))
+    return replace(found, seen=(*found.seen, *more))
+
+
+def _is_mistake(seen: Evidence) -> bool:
+    """True of a mistake of the library, and not of values that were found."""
+    return isinstance(seen, Explained) and not seen.hypotheses[0].found
 
 
 def _beside(
@@ -154,33 +183,27 @@ def _beside(
     reference: Reference,
     progress: Callable[[float], None],
     deadline: Deadline,
-) -> tuple[Report, bool]:
+) -> Answer:
     """What is seen in the rows of a report, and the diagnosis of the rows as they were meant.
 
     What is left of these is no cause of its own where it is right, and far less than before.
     """
-    found = (*map(shown_by("sayings").finding, meant.seen),)
     rest = scored(meant.alignment(report), reference)
     before, left = worst(report), worst(rest)
     if left.max_rel_error < min(WEIGHTS.little, before.max_rel_error / WEIGHTS.mostly):
-        if not is_right(rest):
-            found = (*found, shown_by("sayings").finding(left))
-        return replace(report, diagnosis=found), True
-    inner, is_whole = _explained(rest, reference, progress, deadline, meant.steps)
-    more = tuple(f for f in inner.diagnosis if f.code != NOTHING_WRONG)
-    return replace(report, diagnosis=(*found, *more), explanation=inner.explanation), is_whole
+        remainder = () if is_right(rest) else (left,)
+        return Answer(report, (*meant.seen, *remainder))
+    inner = _answer(rest, reference, progress, deadline, meant.steps)
+    more = (x for x in inner.seen if not (isinstance(x, NothingWrong) and x.signs is None))
+    return replace(inner, report=report, seen=(*meant.seen, *more))
 
 
-def _right(report: Report, keys: Sequence[str]) -> Finding:
+def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
     """All columns that are diagnosed are right, each by itself; named where there are others."""
     every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
-    told = [key for key in every if key in keys]
-    which = "every column" if len(told) == len(every) else f"{named(told)}: each"
+    told = tuple(key for key in every if key in keys)
     signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
-    if signs is not None:
-        odd: Finding = shown_by("sayings").finding(signs)
-        return replace(odd, message=f"{which} is right by itself, but {odd.message}")
-    return nothing_wrong(which)
+    return NothingWrong(() if len(told) == len(every) else told, signs)
 
 
 def diagnosed_elsewhere(
@@ -198,23 +221,21 @@ def _of_columns(
     deadline: Deadline,
     *,
     only_output: bool = False,
-) -> tuple[Report, bool]:
-    """The report with the diagnosis of these columns, and whether every cause was tried.
-
-    With `only_output` by mistakes of what is written only.
-    """
+) -> Answer:
+    """What explains these columns; with `only_output` of mistakes of what is written."""
     maneuvers = tuple(
         replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
         for m in report.maneuvers
     )
     parts = [m.part for m in maneuvers]
     if not any(part.has_values() for part in parts):
-        return replace(report, diagnosis=(NOTHING,)), True
+        return Answer(report, (NothingToDiagnose(),))
     if is_right(replace(report, maneuvers=maneuvers)):
-        return replace(report, diagnosis=(nothing_wrong("every column"),)), True
+        return Answer(report, (NothingWrong(),))
     found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
-    said = findings(found, replace(report, maneuvers=maneuvers))
-    return replace(report, diagnosis=said, explanation=explanation(found, said)), found.is_whole
+    seen = answers(found, replace(report, maneuvers=maneuvers))
+    first = seen[0] if isinstance(seen[0], Explained | LinearMotion) and found.curves else None
+    return Answer(report, seen, first, found.curves, found.is_whole)
 
 
 def _shifted(report: Report, reference: Reference, shift: float) -> Report:

@@ -10,7 +10,6 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.diagnosis import UNITS_BESIDE
 from heyoka_bike.scoring.evidence import (
     Conventions,
     DefinitionUnknown,
@@ -82,7 +81,7 @@ def diagnosis(report: Report) -> str:
     beside = [x for x in report.seen if isinstance(x, (DefinitionUnknown, NeverFilled, *odd_signs))]
     own = [x for x in report.seen if isinstance(x, Conventions)]
     is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
-    is_usual &= not any(f.code == UNITS_BESIDE for f in report.diagnosis)
+    is_usual &= not any(f.code == "units_beside" for f in report.diagnosis)
     paragraphs = [words.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
     paragraphs += [f.message for f in (*findings([*own, *beside]), *report.diagnosis)]
     return "\n\n".join(
