@@ -1033,7 +1033,16 @@ class ColumnOfAnotherManeuver(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class AnotherStart(Evidence):
-    """A first row with another value than the maneuver is given, in the unit of the column."""
+    """A first row with another value than the maneuver is given.
+
+    Attributes
+    ----------
+    maneuver
+    key
+    found, given
+        In the unit of the column.
+    unit
+    """
 
     maneuver: int
     key: str
