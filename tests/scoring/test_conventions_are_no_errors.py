@@ -8,8 +8,9 @@ from support.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
-from heyoka_bike.scoring.explanation import Explanation
-from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.diagnosis.evidence import Hypothesis
+from heyoka_bike.scoring.diagnosis.found import Explained, NoCauseFound
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.score import score
 
 TURNED = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
@@ -101,15 +102,14 @@ def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch
 
     def explain(parts, *_, only_output, **__):
         asked.append((only_output, [sorted(p.values) for p in parts]))
-        return SimpleNamespace(is_named=only_output or is_explained, is_whole=True)
+        curves = ("a curve",) if only_output or is_explained else ()
+        return SimpleNamespace(curves=curves, is_whole=True)
 
-    def findings(found, *_):
-        return (Finding("mistake" if found.is_named else "no_mistake_found", "it"),)
+    def answers(found, *_):
+        named = Explained(1, (Hypothesis(MISTAKES[:1], {}, {}, ()),), None, None, ())
+        return (named if found.curves else NoCauseFound(1, 1, "roll_angle", 0.1, False),)
 
-    def explanation(found, *_):
-        return Explanation("it", ()) if found.is_named else None
-
-    for stub in (explain, findings, explanation):
+    for stub in (explain, answers):
         monkeypatch.setattr(diagnosis, stub.__name__, stub)
     report = diagnosis.diagnose(of_no_point(reference), reference)
     others = sorted(set(BENCHMARK_COLUMNS) - {"forward_speed"})
