@@ -198,7 +198,7 @@ def test_why_it_differs(chromium, address, example):
     page.get_by_role("button", name="Why it differs").click()
     page.wait_for_selector(".answer", timeout=120_000)
     # The example is of Exudyn's trapezoidal rule.
-    assert "The trapezoidal rule with a step of 0.01 s" in page.inner_text(".answer")
+    assert "the trapezoidal rule with a step of 0.01 s" in page.inner_text(".answer")
     page.close()
 
 
