@@ -234,8 +234,10 @@ def _of_columns(
         return Answer(report, (NothingWrong(),))
     found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
     seen = answers(found, replace(report, maneuvers=maneuvers))
-    first = seen[0] if isinstance(seen[0], Explained | LinearMotion) and found.curves else None
-    return Answer(report, seen, first, found.curves, found.is_whole)
+    # Nothing is said of a search that was stopped before it found anything.
+    first = next(iter(seen), None)
+    cause = first if found.curves and isinstance(first, Explained | LinearMotion) else None
+    return Answer(report, seen, cause, found.curves, found.is_whole)
 
 
 def _shifted(report: Report, reference: Reference, shift: float) -> Report:
