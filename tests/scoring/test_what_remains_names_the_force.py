@@ -1,6 +1,7 @@
 """In the exact equations a right motion leaves nothing, and a wrong one what it lacks."""
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
@@ -114,7 +115,8 @@ def without_speed(results, numbers=(1, 2, 3)):
 def test_a_file_without_a_speed_is_explained_by_no_force(reference, code):
     """The speed follows from the others; its start may be another one."""
     results = without_speed(results_of(reference, [BY_CODE[code]]))
-    said = diagnose(results, reference).diagnosis
+    # On a busy machine the usual budget ends the search before all is tried.
+    said = diagnose(results, reference, budget=inf).diagnosis
     assert said[0].evidence["mistakes"] == [code]
     assert not {"direction", "term_unexplained"} & {f.code for f in said}
 
