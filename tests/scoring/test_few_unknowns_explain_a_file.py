@@ -12,6 +12,7 @@ import pytest
 from scipy.optimize import brentq
 from support.made_results import exact_columns, rows
 from support.mistaken_programs import correct, motion, results, results_of
+from support.said import said_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
@@ -20,25 +21,18 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.answers import answers
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import causes
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
 
 SHOW_NOTHING = "show no changed parameter, force or initial condition"
 RNG = np.random.default_rng(5)
-
-
-def said_of(found, report):
-    """What is said of a diagnosis."""
-    return causes.findings(answers(found, report))
 
 
 def made(changes, noise, count=80, many=12, unknowns=9):

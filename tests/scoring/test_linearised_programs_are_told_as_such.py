@@ -5,20 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.linear_programs import LATERAL, linear_run, run
+from support.said import said_of
 
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.answers import answers
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import causes
 
 pytestmark = pytest.mark.proof
-
-
-def said_of(found, report):
-    """What is said of a diagnosis."""
-    return causes.findings(answers(found, report))
 
 
 def said(results, reference, simulator):

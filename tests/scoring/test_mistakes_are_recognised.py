@@ -12,17 +12,16 @@ from support.linear_programs import linear_runs
 from support.made_results import made, smooth_error
 from support.mistaken_programs import columns_of, motion, numbers, results, results_of
 from support.random_pairs import LEVEL, random_pairs
+from support.said import said_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.exact import ZERO
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.answers import answers
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import causes
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
@@ -38,11 +37,6 @@ CLOSEST = (
     pytest.param("explicit Euler", 0.01, (2,), marks=pytest.mark.slow),
 )
 PAIRS = 60
-
-
-def said_of(found, report):
-    """What is said of a diagnosis."""
-    return causes.findings(answers(found, report))
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingWrong,
 )
 from heyoka_bike.scoring.diagnosis.plain import beside
-from heyoka_bike.scoring.diagnosis.written import STEPS, AsMeant, Step, as_meant, worst
+from heyoka_bike.scoring.diagnosis.written import STEPS, AsMeant, Look, as_meant, worst
 from heyoka_bike.scoring.evidence import (
     DefinitionUnknown,
     Evidence,
@@ -138,7 +138,7 @@ def _answer(
     reference: Reference,
     progress: Callable[[float], None],
     deadline: Deadline,
-    steps: Sequence[Step] = STEPS,
+    steps: Sequence[Look] = STEPS,
 ) -> Answer:
     """What explains a report. What is written is looked at by these steps first."""
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)

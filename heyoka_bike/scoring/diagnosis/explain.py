@@ -11,6 +11,7 @@ A search that has no time left (`budget`) ends with what was found until then.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -35,6 +36,7 @@ __all__ = ["Diagnosis", "Hypothesis", "explain"]
 _FEWEST_ROWS_DIAGNOSED = 3
 # Of the work, by putting the file's motion into the equations.
 _SHARE_OF_EQUATIONS = 0.3
+_MOTION = followed.Step("motion", "what does the file's motion leave of the equations?")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,9 +89,9 @@ def explain(
         return Diagnosis((), 0)
     library = () if only_output else OF_MODEL
     try:
-        with followed.step("motion", "what does the file's motion leave of the equations?") as told:
+        with followed.taken(_MOTION) as told:
             file = SeenFile(parts, reference, simulator or Simulator(), library, deadline)
-            told.found = _left_of_equations(file.residual)
+            told.found = partial(_left_of_equations, file.residual)
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import e, log10
@@ -14,28 +14,44 @@ _log = logging.getLogger(__name__)
 _DECADES = log10(e)
 
 
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step of a diagnosis.
+
+    Attributes
+    ----------
+    name
+    question
+        What it asks.
+    """
+
+    name: str
+    question: str
+
+
 @dataclass(slots=True)
 class Told:
     """A step that is being taken.
 
     Attributes
     ----------
-    found
-        What it found, in a few words.
+    found : callable
+        What it found, in a few words; asked for at its end, if somebody follows.
     """
 
-    found: str = "nothing"
+    found: Callable[[], str] = lambda: "nothing"
 
 
 @contextmanager
-def step(name: str, question: str) -> Iterator[Told]:
+def taken(step: Step) -> Iterator[Told]:
     """Tell what a step asks and finds and how long it takes, also one that is ended early."""
     begun, told = time.process_time(), Told()
     try:
         yield told
     finally:
-        seconds = time.process_time() - begun
-        _log.info("%s: %s %s (%.2f s)", name, question, told.found, seconds)
+        if _log.isEnabledFor(logging.INFO):
+            seconds = time.process_time() - begun
+            _log.info("%s: %s %s (%.2f s)", step.name, step.question, told.found(), seconds)
 
 
 def in_words(h: Hypothesis | None) -> str:

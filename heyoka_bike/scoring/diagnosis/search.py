@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.diagnosis import followed
@@ -35,27 +36,25 @@ Mistakes = tuple[Mistake, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """A step of the search.
+class Trial(followed.Step):
+    """A step that tries causes.
 
     Attributes
     ----------
-    name
-    question
-        What it asks, for those who follow the search.
     is_asked : callable
         Whether it is worth the time, from what was found before.
     tried : callable
         The causes that it tries, judged one after the other.
+    is_of_start
+        True if these are other starts, which are compared with the others last.
     """
 
-    name: str
-    question: str
     is_asked: Callable[[Search], bool]
     tried: Callable[[Search], Iterable[Hypothesis]]
+    is_of_start: bool = False
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False)
 class Search:
     """What is known of a file, and the causes that were judged.
 
@@ -77,6 +76,11 @@ class Search:
         """What the equations of motion leave of the file's motion, if it shows that."""
         return self.file.residual
 
+    @cached_property
+    def by_equations(self) -> tuple[list[Mistakes], list[Mistakes]]:
+        """Mistakes that the equations do not speak against, and others where they tell little."""
+        return ([], []) if self.residual is None else _of_equations(self.residual)
+
     @property
     def is_over(self) -> bool:
         """True if no single cause that is tried later could take the place of one found."""
@@ -88,7 +92,7 @@ class Search:
         likely = [h for h in (*self.found, *self.starts) if h.is_possible and h.log_odds > 0.0]
         return max(likely, key=lambda h: h.log_odds, default=None)
 
-    def carry_out(self, steps: Sequence[Step], progress: Callable[[float], None]) -> None:
+    def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Try the causes of each step that is asked.
 
         Raises
@@ -98,15 +102,15 @@ class Search:
         """
         for i, step in enumerate(steps):
             if step.is_asked(self):
-                before = self.file.tried
-                kept = self.starts if step is OTHER_STARTS else self.found
-                with followed.step(step.name, step.question) as told:
-                    try:
-                        kept.extend(step.tried(self))
-                    finally:
-                        count = self.file.tried - before
-                        told.found = f"{count} tried; {followed.in_words(self.best)}"
+                kept = self.starts if step.is_of_start else self.found
+                with followed.taken(step) as told:
+                    told.found = partial(self._in_words, self.file.tried)
+                    kept.extend(step.tried(self))
             progress((i + 1) / len(steps))
+
+    def _in_words(self, before: int) -> str:
+        """How many were tried since so many had been, and what is the likeliest now."""
+        return f"{self.file.tried - before} tried; {followed.in_words(self.best)}"
 
 
 def _is_open(search: Search) -> bool:
@@ -121,28 +125,29 @@ def _are_linear(search: Search) -> Iterable[Hypothesis]:
 def _by_equations(search: Search) -> Iterator[Hypothesis]:
     """Mistakes and values that the equations of motion speak for."""
     assert search.residual is not None
-    likely, _ = _of_equations(search.residual)
-    yield from search.file.judged(likely)
+    yield from search.file.judged(search.by_equations[0])
     yield from _values(search.file, search.residual)
 
 
 def _unresolved(search: Search) -> Iterable[Hypothesis]:
     """Mistakes that rows which are noisy or few neither show nor refute."""
-    assert search.residual is not None
-    return search.file.judged(_of_equations(search.residual)[1])
+    return search.file.judged(search.by_equations[1])
 
 
 def _by_output(search: Search) -> Iterable[Hypothesis]:
     """Mistakes of the start, of what is written and of the clock."""
     file = search.file
-    written = (*file.of_kind("output"), *file.order_beside(file.right))
-    beside = (*LINEAR_PROGRAMS, *written, *_clock(file.residual))
+    beside = (*LINEAR_PROGRAMS, *_written(file), *_clock(file.residual))
     return file.judged((m,) for m in (*_starts(file), *beside))
 
 
 def _only_written(search: Search) -> Iterable[Hypothesis]:
-    file = search.file
-    return file.judged((m,) for m in (*file.of_kind("output"), *file.order_beside(file.right)))
+    return search.file.judged((m,) for m in _written(search.file))
+
+
+def _written(file: SeenFile) -> list[Mistake]:
+    """Mistakes of what is written by a program that is right."""
+    return [*file.of_kind("output"), *file.order_beside(file.right)]
 
 
 def _by_library(search: Search) -> Iterable[Hypothesis]:
@@ -181,10 +186,10 @@ def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
 
     Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
     """
-    w, ranked = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
+    w, likeliest = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
     least = residual.log_odds - w.refuted
-    singles = [h for h in ranked if len(h.mistakes) == 1]
-    pairs = [h for h in ranked if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
+    singles = [h for h in likeliest if len(h.mistakes) == 1]
+    pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     # What changes next to nothing of the equations is neither shown by them nor refuted.
     relief = 1.0 / w.also if residual.is_resolved else 0.0
     most = w.pairs if residual.is_blown_up else w.simulated
@@ -318,59 +323,58 @@ def _clock(residual: Residual | None) -> list[Mistake]:
     ]
 
 
-OTHER_STARTS = Step(
-    "starts",
-    "is each maneuver the right motion of another start?",
-    _may_be_another_start,
-    lambda search: _of_start(search.file),
-)
-
 SEARCH = (
-    Step(
+    Trial(
         "linear",
         "are these the linear equations, at one speed?",
         lambda search: search.file.has_one_speed,
         _are_linear,
     ),
-    Step(
+    Trial(
         "equations",
         "which mistake, value or force do the equations of motion show?",
         lambda search: _is_open(search) and search.residual is not None,
         _by_equations,
     ),
-    Step(
+    Trial(
         "unresolved",
         "which mistake do they neither show nor refute?",
         lambda search: _is_open(search) and search.residual is not None,
         _unresolved,
     ),
-    Step(
+    Trial(
         "start and output",
         "which start, clock or column is written?",
         _is_open,
         _by_output,
     ),
-    Step(
+    Trial(
         "library",
         "which mistake of the model do whole runs show?",
         lambda search: _is_open(search) and _shows_no_motion(search),
         _by_library,
     ),
-    Step(
+    Trial(
         "whole runs",
         "which values do whole runs show?",
         lambda search: _is_open(search) and _equations_are_not_enough(search),
         lambda search: _of_whole_runs(search.file),
     ),
-    Step(
+    Trial(
         "together",
         "which two explain more than each of them?",
         lambda _: True,
         lambda search: search.file.judged(_pairs(search.file, search.found)),
     ),
-    OTHER_STARTS,
+    Trial(
+        "starts",
+        "is each maneuver the right motion of another start?",
+        _may_be_another_start,
+        lambda search: _of_start(search.file),
+        is_of_start=True,
+    ),
 )
 """The steps of a search."""
 
-OF_WHAT_IS_WRITTEN = (Step("output", "which column is written?", lambda _: True, _only_written),)
+OF_WHAT_IS_WRITTEN = (Trial("output", "which column is written?", lambda _: True, _only_written),)
 """The step of a search for mistakes of what is written only."""

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -66,13 +67,13 @@ class AsMeant:
     ----------
     seen : tuple of Evidence
     parts : tuple of Part
-    steps : tuple of Step
+    steps : tuple of Look
         Those that are left to try on these rows: each is taken once.
     """
 
     seen: tuple[Evidence, ...]
     parts: tuple[Part, ...]
-    steps: tuple[Step, ...] = ()
+    steps: tuple[Look, ...] = ()
 
     def alignment(self, report: Report) -> Alignment:
         """The rows as they were meant, laid beside the reference as those of the file."""
@@ -89,32 +90,26 @@ def worst(report: Report) -> Remainder:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """One way to look at the rows.
+class Look(followed.Step):
+    """A step that looks at the rows.
 
     Attributes
     ----------
-    name
-    question
-        What it asks, for those who follow the diagnosis.
     look : callable
         What it sees in a report; None if it sees nothing.
     """
 
-    name: str
-    question: str
     look: Callable[[Report], AsMeant | None]
 
 
-def as_meant(report: Report, steps: Sequence[Step]) -> AsMeant | None:
+def as_meant(report: Report, steps: Sequence[Look]) -> AsMeant | None:
     """What the first of some steps sees that sees something; None if none does."""
     for i, step in enumerate(steps, 1):
-        with followed.step(step.name, step.question) as told:
+        with followed.taken(step) as told:
             found = step.look(report)
             if found is not None:
-                told.found = "; ".join(map(str, found.seen))
-        if found is not None:
-            return replace(found, steps=tuple(steps[i:]))
+                told.found = partial("; ".join, map(str, found.seen))
+                return replace(found, steps=tuple(steps[i:]))
     return None
 
 
@@ -495,10 +490,10 @@ def _places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:
 
 
 STEPS = (
-    Step("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
-    Step("differences", "is a rate the difference of its own angle?", _own_differences),
-    Step("clock", "are the rows of a maneuver the right ones of other times?", _other_clocks),
-    Step(
+    Look("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
+    Look("differences", "is a rate the difference of its own angle?", _own_differences),
+    Look("clock", "are the rows of a maneuver the right ones of other times?", _other_clocks),
+    Look(
         "columns",
         "is a column the right one times a ratio, with another zero, bounded or averaged?",
         _deviating_columns,

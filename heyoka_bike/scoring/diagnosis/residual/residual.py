@@ -12,7 +12,7 @@ place of the columns. The likeliest values are then refined by whole runs.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
@@ -48,6 +48,7 @@ UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fi
 
 # Left by equations that have no solution, in parts of the accelerations.
 _NO_LIMIT = 1e9
+_METHOD = followed.Step("method", "which integrator's error is left of the equations?")
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -140,10 +141,11 @@ class Residual:
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
         equations = equations_of(tuple(self.program.bicycle.values.items()))
-        with followed.step("method", "which integrator's error is left of the equations?") as told:
+        with followed.taken(_METHOD) as told:
             found = find_methods(equations, self.motions)
             if found:
-                told.found = ", ".join(f"{m.says} (step {m.step:.3g} s)" for m in found)
+                each = (f"{m.says} (step {m.step:.3g} s)" for m in found)
+                told.found = partial(", ".join, each)
         return found
 
     @property

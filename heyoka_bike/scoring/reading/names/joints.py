@@ -22,14 +22,13 @@ _IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
 _PATH_STEPS = re.compile(r"[./|]")
 # It may stand below others: log.der(bike.roll.phi).
 _DERIVATIVE = re.compile(r"((?:.*[./|])?)der\((.+?)(?:,\s*1)?\)")
-# What kind of joint it is, beside which one it is.
-_KIND_OF_JOINT = re.compile(r"revolute|rev|joint|hinge|pin|_")
-# An axis of a joint that could have several.
-_AXIS_OF_JOINT = re.compile(r"r[xyz]")
-
-
 _WORDS = re.compile(r"[^\W\d_]+")
-_KINDS_OF_JOINT = frozenset({"revolute", "rev", "joint", "hinge", "pin", "rx", "ry", "rz"})
+# What kind of joint it is, beside which one it is.
+_KINDS = ("revolute", "rev", "joint", "hinge", "pin")
+_KIND_OF_JOINT = re.compile(f"{'|'.join(_KINDS)}|_")
+# An axis of a joint that could have several.
+_AXES_OF_JOINT = frozenset({"rx", "ry", "rz"})
+_NO_NAMES = _AXES_OF_JOINT.union(_KINDS)
 
 
 def joint_held(name: str) -> str | None:
@@ -38,7 +37,7 @@ def joint_held(name: str) -> str | None:
     ``Steer_Joint.Rz.q#12`` and ``Bicycle_Steer_Joint_Rz_q`` are of the steer angle, whatever more
     they say.
     """
-    words = [word for word in _WORDS.findall(name.lower()) if word not in _KINDS_OF_JOINT]
+    words = [word for word in _WORDS.findall(name.lower()) if word not in _NO_NAMES]
     is_quantity = words and words[-1] in _IS_ANGLE | _IS_RATE
     return of_joint(".".join(words[-2:])) if is_quantity else None
 
@@ -48,9 +47,7 @@ def of_joint(name: str) -> str | None:
     path = name.lower().strip(" \"'")
     if derived := _DERIVATIVE.fullmatch(path):
         path = f"{derived[1]}{derived[2]}"
-    steps = [
-        step for step in _PATH_STEPS.split(path) if step and not _AXIS_OF_JOINT.fullmatch(step)
-    ]
+    steps = [step for step in _PATH_STEPS.split(path) if step and step not in _AXES_OF_JOINT]
     if not steps or (len(steps) == 1 and not derived):
         return None
     *way, last = steps

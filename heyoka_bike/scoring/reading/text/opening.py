@@ -151,7 +151,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         others, above_others = heading_among(above, width - 1, request)
         if others and (names is None or _unknown(others) < _unknown(names)):
             names, at = [LEFT_OUT[0], *others], above_others
-    if names is None:
+    if names is None and width in widths:
         names, at = _heading_that_holds_names(above, width, request)
     if width not in widths and (names is None or request.names):
         raise _wrong_width(above, width, len(rows), first + 1, request)
