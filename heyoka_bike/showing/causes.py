@@ -11,7 +11,7 @@ from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import found as seen
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.showing.sayings import finding, findings, in_units, register
 
@@ -117,26 +117,51 @@ def _(e: seen.LikeliestUntilThen) -> Finding:
 @register
 def _(e: seen.Integrator) -> Finding:
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in e.methods)
-    relief = e.methods[0].relief
+    first = e.methods[0]
     said = f"Of the methods known here the first error term of {names} is the nearest"
     if e.is_explained:
         said = f"To its first term the error is that of {names}; other methods can share this term"
+    if not first.is_of_rows:
+        said += (
+            ". Rows are no whole number of such steps apart: so it is another method of order "
+            f"{first.order}, with a step of its own"
+        )
     said += (
         ". What the file leaves of the exact equations, in the rates of the angles and in the "
-        f"accelerations, falls by a factor of {relief:.2g} with it. Take a smaller step, or a "
-        "method of higher order"
+        f"accelerations, falls by a factor of {first.relief:.2g} with it. Take a smaller step, or "
+        "a method of higher order"
     )
     methods = [{"method": m.says, "step": m.step} for m in e.methods]
-    return info("integrator", said, methods=methods, relief=relief)
+    return info("integrator", said, methods=methods, relief=first.relief)
+
+
+@register
+def _(e: seen.IntegratedBy) -> Finding:
+    names = " or ".join(m.says for m in e.methods)
+    first = e.hypotheses[0]
+    said = (
+        f"The error is that of {names}. Run here, in roll, steer, their rates and the rolling "
+        f"rate, it leaves an error that is smaller by a factor of {first.relief:.1g}. "
+    )
+    if e.rest is None:
+        said += "Nothing else is seen"
+    else:
+        number, key = e.rest
+        said += (
+            f"Something else is there: {key} of maneuver {number} is still off, typically by "
+            f"{_of_scale(first.after[e.rest])}"
+        )
+    said += ". Take a smaller step, or a method of higher order"
+    methods = [{"method": m.method, "step": m.step} for m in e.methods]
+    return info("integrator", said, methods=methods, relief=first.relief)
 
 
 @register
 def _(e: seen.Direction) -> Finding:
     h = e.hypothesis
-    more = ". This is its first order; what is left can be the next one"
     said = (
         f"Nearly explained by this: {_said(h.mistakes)}. What disagrees with the exact equations "
-        f"falls by a factor of {h.relief:.2g} with it{more if e.is_of_next_order else ''}"
+        f"falls by a factor of {h.relief:.2g} with it"
     )
     return info("direction", said, mistakes=list(h.codes), relief=h.relief)
 
@@ -144,7 +169,8 @@ def _(e: seen.Direction) -> Finding:
 @register
 def _(e: seen.ForceUnexplained) -> Finding:
     what = (
-        "What is left has another cause, a force or a term that is none of those known here"
+        "What is left is more than an integrator's error: a higher order of this, or another cause "
+        "beside it"
         if e.is_beside
         else "A force or a term is missing, or one too many, or constraints drift, slip or yield, "
         "and it is none of the causes known here"
@@ -208,7 +234,7 @@ def _(_: seen.NothingToDiagnose) -> Finding:
     return warning("nothing_to_diagnose", said)
 
 
-def _said(mistakes: Sequence[Mistake]) -> str:
+def _said(mistakes: Sequence[Cause]) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
 
 

@@ -7,7 +7,7 @@ import pytest
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.program import Found
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValues, Found
 
 BY_CODE = {m.code: m for m in MISTAKES}
 MODEL, OUTPUT = BY_CODE["sign_IHxz"], BY_CODE["energy_difference"]
@@ -35,8 +35,10 @@ def test_what_resembles_an_error_by_chance_is_not_said():
 
 def test_values_that_are_fitted_and_second_mistakes_cost_more():
     found = Found("g", None, 9.8, 9.81, 1e-3)
-    fitted = replace(MODEL, found=(found,), is_fitted=True)
-    two = replace(MODEL, found=(found, found), is_fitted=True)
+    fitted, two = (
+        FittedValues("other", "", "", "model", lambda p: p, values)
+        for values in ((found,), (found, found))
+    )
     alone, pair = log_odds_before([MODEL]), log_odds_before([MODEL, OUTPUT])
     assert 0.0 == log_odds_before([]) > alone > log_odds_before([fitted]) > log_odds_before([two])
     assert pair < 2 * alone

@@ -24,7 +24,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 LINEAR = {m.code for m in LINEAR_PROGRAMS}
@@ -54,7 +54,7 @@ def test_the_reference_leaves_nothing(reference, equations):
     found = causes_of(made(reference), reference, equations)
     # The derivative of binary64 rows 0.01 s apart, averaged over 0.3 s.
     assert max(found.shares["roll"], found.shares["steer"]) < 1e-9
-    assert found.is_shown
+    assert found.visibility is Visibility.EQUATIONS
     assert not found.is_open
     assert found.fitted == ()
     assert not likely(found)
@@ -125,7 +125,7 @@ def test_a_speed_that_one_maneuver_lacks_is_asked_of_none(reference, equations):
     results = without_speed(results_of(reference, [BY_CODE["sign_IHxz"]]), (2,))
     found = causes_of(results, reference, equations)
     assert found.equations == ("roll", "steer")
-    assert not found.is_shown
+    assert found.visibility is not Visibility.EQUATIONS
     assert not found.is_open
     assert found.methods == ()
     assert found.known[0].codes == ("sign_IHxz",)

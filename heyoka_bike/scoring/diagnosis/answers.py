@@ -12,6 +12,7 @@ from heyoka_bike.scoring.diagnosis.found import (
     Direction,
     Explained,
     ForceUnexplained,
+    IntegratedBy,
     Integrator,
     LikeliestUntilThen,
     LinearMotion,
@@ -20,11 +21,10 @@ from heyoka_bike.scoring.diagnosis.found import (
     UnitsBeside,
 )
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.program import Found
+from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
     ColumnOfAnotherManeuver,
@@ -46,8 +46,6 @@ _EXPLAIN = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
 # is given and still have it.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 _AS_GIVEN = 0.1
-# Of the bicycle [m]: a wheel's radius.
-_LENGTH = 0.3
 
 
 def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
@@ -70,7 +68,7 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
         causes = (
-            _explained(rank, hypotheses, report, diagnosis.causes)
+            _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
             for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.most_said], 1)
         )
         return (*others, *causes, *units, *falls)
@@ -114,40 +112,35 @@ def _linear(h: Hypothesis) -> LinearMotion:
     return LinearMotion(h, unknown, place, left)
 
 
+def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
+    """Methods of integration, if the likeliest of these hypotheses is one."""
+    found = [(h, m) for h in hypotheses for m in h.mistakes if isinstance(m, NumericalMethod)]
+    if not found or found[0][0] is not hypotheses[0]:
+        return None
+    return IntegratedBy(
+        tuple(h for h, _ in found), tuple(m for _, m in found), left_over(hypotheses[0])
+    )
+
+
 def _integrator(causes: Residual | None) -> Integrator | None:
     """The integrator that makes the error."""
     methods = tuple(m for m in causes.methods if m.says != CLOCK) if causes else ()
-    return Integrator(methods, methods[0].relief > WEIGHTS.explains) if methods else None
+    return Integrator(methods, methods[0].relief > WEIGHTS.nearly) if methods else None
 
 
 def _direction(causes: Residual | None) -> Iterator[Direction]:
     """The cause that explains nearly all of the residual, but not the whole run."""
     best = causes.best if causes else None
     if best is not None:
-        yield Direction(best, _is_of_next_order(best))
+        yield Direction(best)
 
 
 def _unexplained(causes: Residual | None) -> Iterator[ForceUnexplained]:
     """A force or a term which nothing explains, alone or beside the best."""
-    if causes is None or not causes.is_open or causes.is_blown_up:
+    if causes is None or not causes.is_open or causes.visibility is Visibility.NOTHING:
         return
-    best = causes.best
-    if best is None or not _is_of_next_order(best):
-        is_beside = best is not None
-        yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside)
-
-
-def _is_of_next_order(best: Hypothesis) -> bool:
-    """True if what is left can be the next order of a force whose law is the first order only.
-
-    That is smaller by the coefficient in parts of a length of the bicycle, a wheel's radius.
-    """
-    orders = [
-        abs(x.value) / _LENGTH
-        for x in best.found
-        if x.name in FORCES and FORCES[x.name].is_first_order
-    ]
-    return bool(orders) and 1.0 / best.relief < max(orders)
+    is_beside = causes.best is not None
+    yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside)
 
 
 def _explained(
@@ -193,5 +186,6 @@ def _no_cause(
     # Of equal ones the last, by name.
     m, c = max(columns, key=lambda x: (error(x[1]), f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
-    is_met = seen is not None and seen.is_shown and seen.is_met
+    is_seen = seen is not None and seen.visibility is Visibility.EQUATIONS
+    is_met = seen is not None and is_seen and seen.is_met
     return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met)

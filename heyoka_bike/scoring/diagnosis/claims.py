@@ -5,7 +5,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 """Codes of programs of the linear equations."""
@@ -13,14 +13,14 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
-    is_seen = residual is not None and residual.is_shown
+    is_seen = residual is not None and residual.visibility is Visibility.EQUATIONS
     is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
     # Each of several explains something where the equations do not show it.
     least = WEIGHTS.mostly**h.count if is_mistake and not is_seen else WEIGHTS.explains
     if h.unexplained is not None or h.relief < least:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
-    if residual is None or residual.is_blown_up or not is_of_motion:
+    if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
         return True
     if any(h.understood[key].assumed().name != x for key, x in residual.definitions.items()):
         # The equations were asked in other definitions.
@@ -43,8 +43,9 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 def left_over(h: Hypothesis) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
-    Much is left and little of it is explained; or far more than in the motion, whose errors an
-    integrator makes. None if there is no such column: the cause is all that is wrong.
+    Much is left in a column that the cause does not touch; or much is left and little of it is
+    explained; or far more than in the motion, whose errors an integrator makes. None if there is
+    no such column: the cause is all that is wrong.
     """
     w = WEIGHTS
     # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
@@ -58,6 +59,9 @@ def left_over(h: Hypothesis) -> Place | None:
     if not above:
         return None
     worst = max(above, key=above.__getitem__)
+    untouched = {k: x for k, x in above.items() if k not in h.changed and x > w.little}
+    if untouched:
+        return max(untouched, key=untouched.__getitem__)
     if above[worst] > w.little and h.relief < w.mostly:
         return worst
     of_motion = max((x for (_, key), x in h.after.items() if key in LATERAL), default=above[worst])

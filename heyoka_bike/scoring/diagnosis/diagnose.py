@@ -18,6 +18,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.found import (
     Explained,
+    IntegratedBy,
     LinearMotion,
     NoCauseFound,
     NothingToDiagnose,
@@ -36,6 +37,9 @@ from heyoka_bike.scoring.explanation import Curve, Explanation
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
+
+# Whose runs have a figure.
+_SHOWN = Explained | IntegratedBy | LinearMotion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -236,7 +240,7 @@ def _of_columns(
     seen = answers(found, replace(report, maneuvers=maneuvers))
     # Nothing is said of a search that was stopped before it found anything.
     first = next(iter(seen), None)
-    cause = first if found.curves and isinstance(first, Explained | LinearMotion) else None
+    cause = first if found.curves and isinstance(first, _SHOWN) else None
     return Answer(report, seen, cause, found.curves, found.is_whole)
 
 

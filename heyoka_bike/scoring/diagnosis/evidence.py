@@ -22,13 +22,16 @@ from math import exp, log
 from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis.programs.forces import is_plausible
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.double import Array
     from heyoka_bike.scoring.definitions import Understandings
-    from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
+    from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 
 Place = tuple[int, str]
 """A maneuver's number, and a column's key or the name of an equation."""
@@ -43,7 +46,7 @@ class Weights:
     values
         Independent values in the error of a maneuver. Errors of correct programs resemble some
         mistake of the library by up to a factor of 7 in one maneuver: odds of 400 to 1, as often as
-        one of 300 mistakes should.
+        one of some hundred mistakes should.
     known, unknown, start
         Logarithm of the number of mistakes of the library, of parameters and forces, and of values
         of the starts: as much are the odds against one of them.
@@ -123,9 +126,11 @@ class Weights:
     """
 
     values: float = 6.0
-    known: float = log(300.0)
-    unknown: float = log(180.0)
-    start: float = log(15.0)
+    known: float = log(len(MISTAKES) + len(EQUATION_MISTAKES))
+    unknown: float = log(
+        len(PARAMETERS) + sum(f.is_fitted for f in FORCES.values()) + len(OF_THE_STATE)
+    )
+    start: float = log(len(START) * MANEUVERS)
     fitted: float = 10.8
     further: float = log(100.0)
     said: float = log(1000.0)
@@ -165,23 +170,22 @@ class Weights:
 WEIGHTS = Weights()
 
 
-def log_odds_before(mistakes: Collection[Mistake]) -> float:
+def log_odds_before(mistakes: Collection[Cause]) -> float:
     """Logarithm of the odds for some mistakes against none, before the file is looked at."""
     w, cost = WEIGHTS, 0.0
     for m in mistakes:
-        values = len(m.found) or int(m.is_fitted)
         one = w.start if m.kind == "start" else w.unknown
-        cost += (w.fitted + one) * values if values else w.known
+        cost += (w.fitted + one) * m.fitted if m.fitted else w.known
     return -cost - w.further * max(len(mistakes) - 1, 0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hypothesis:
-    """Mistakes as an explanation of a file, and what they leave of its error.
+    """Causes as an explanation of a file, and what they leave of its error.
 
     Attributes
     ----------
-    mistakes : tuple of Mistake
+    mistakes : tuple of Cause
         None of them for the correct program.
     before, after : mapping of (int, str) to float
         Typical error at each place, of the correct program and of this one, in scales of the
@@ -198,7 +202,7 @@ class Hypothesis:
         The definitions of the file's columns if this program wrote them.
     """
 
-    mistakes: tuple[Mistake, ...]
+    mistakes: tuple[Cause, ...]
     before: Mapping[Place, float]
     after: Mapping[Place, float]
     changed: tuple[Place, ...]

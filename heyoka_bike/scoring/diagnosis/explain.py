@@ -120,5 +120,5 @@ def _left_of_equations(residual: Residual | None) -> str:
     if residual is None:
         return "it is not shown"
     shares = ", ".join(f"{name} {x:.1e}" for name, x in residual.shares.items())
-    told = "blown up" if residual.is_blown_up else "judged" if residual.is_judged else "not judged"
-    return f"of the accelerations {shares}; {told}"
+    told = residual.visibility.name.lower().replace("_", " ")
+    return f"of the accelerations {shares}; it shows {told}"

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
+from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence import Evidence, SignContradiction
 
@@ -85,18 +86,35 @@ class Integrator(Evidence):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class IntegratedBy(Evidence):
+    """Methods that, run here, leave the file's error.
+
+    Attributes
+    ----------
+    hypotheses : tuple of Hypothesis
+        Of methods that cannot be told apart, the likeliest first.
+    methods : tuple of NumericalMethod
+        The same methods.
+    rest
+        Where more is left than their digits and a hundredth of the error; None if the method is
+        all.
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    methods: tuple[NumericalMethod, ...]
+    rest: Place | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Direction(Evidence):
     """A cause that nearly explains what disagrees with the equations.
 
     Attributes
     ----------
     hypothesis : Hypothesis
-    is_of_next_order
-        True if what is left can be the next order of the same cause.
     """
 
     hypothesis: Hypothesis
-    is_of_next_order: bool
 
 
 @dataclass(frozen=True, slots=True)

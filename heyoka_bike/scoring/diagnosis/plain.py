@@ -64,7 +64,7 @@ def shown(report: Report) -> tuple[AtOnce, ...]:
     maneuvers = report.maneuvers
     found: list[AtOnce] = [*_falls_over(maneuvers), *_standing_still(maneuvers)]
     found += _between(maneuvers)
-    found += _of_other_maneuvers(maneuvers)
+    found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
     known = {x.maneuver for x in found if not isinstance(x, FallsOver)}
     return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
@@ -224,7 +224,7 @@ def _ahead(
         return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
 
 
-def _of_other_maneuvers(
+def of_other_maneuvers(
     maneuvers: Sequence[ManeuverScore],
 ) -> Iterator[ColumnOfAnotherManeuver]:
     """Columns that are the same numbers in two maneuvers, though these differ."""
@@ -339,7 +339,10 @@ def _wrong_alone(
 
 
 def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
-    """The factor, the offset or both, the same in all maneuvers, that explain a column."""
+    """The factor, the offset or both, the same in all maneuvers, that explain a column.
+
+    Of a factor and an offset the one that leaves less; both together if neither explains.
+    """
     sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
     value = np.concatenate([c.trace.value for c in columns]) / sizes
     right = np.concatenate([c.trace.reference for c in columns]) / sizes
@@ -348,10 +351,14 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
     def solved(matrix: Array, goal: Array) -> list[float]:
         return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
 
-    found = [Scaled(solved(both[:, :1], value)[0], 0.0)]
-    found.append(Scaled(1.0, solved(both[:, 1:], value - right)[0]))
-    found.append(Scaled(*solved(both, value)))
-    for count, fit in zip((1, 1, 2), found, strict=True):
+    def left(fit: Scaled) -> float:
+        return rms(value - fit.factor * right - fit.offset / sizes)
+
+    one = [
+        Scaled(solved(both[:, :1], value)[0], 0.0),
+        Scaled(1.0, solved(both[:, 1:], value - right)[0]),
+    ]
+    for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
         if len(value) > count and all(_explains(fit, c) for c in columns):
             return fit
     return None

@@ -12,18 +12,30 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
+from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
-from heyoka_bike.scoring.diagnosis.programs.program import apply, clock_mistake, differences
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Cause,
+    OtherScale,
+    apply,
+    differences,
+    fitted_scale,
+)
 from heyoka_bike.scoring.diagnosis.ranking import ranked, singles_by_code
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
-from heyoka_bike.scoring.diagnosis.residual.residual import EQUATIONS, UNKNOWNS, Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import (
+    EQUATIONS,
+    UNKNOWNS,
+    Residual,
+    Visibility,
+)
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 
 OF_MODEL = (
@@ -32,7 +44,7 @@ OF_MODEL = (
 )
 """Mistakes of the library that change the equations of motion."""
 
-Mistakes = tuple[Mistake, ...]
+Causes = tuple[Cause, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +89,14 @@ class Search:
         return self.file.residual
 
     @cached_property
-    def by_equations(self) -> tuple[list[Mistakes], list[Mistakes]]:
+    def by_equations(self) -> tuple[list[Causes], list[Causes]]:
         """Mistakes that the equations do not speak against, and others where they tell little."""
         return ([], []) if self.residual is None else _of_equations(self.residual)
 
     @property
     def is_over(self) -> bool:
         """True if no single cause that is tried later could take the place of one found."""
-        return any(ends_search(h, self.residual) for h in self.found)
+        return any(ends_search(h, self.residual) for h in (*self.found, *self.starts))
 
     @property
     def best(self) -> Hypothesis | None:
@@ -116,6 +128,14 @@ class Search:
 def _is_open(search: Search) -> bool:
     """True if a single cause may still be found."""
     return not search.is_over
+
+
+def _may_be_an_integrator(search: Search) -> bool:
+    """True if nothing explains the error, which is small, and no force is left."""
+    seen, file = search.residual, search.file
+    is_small = max(file.right.after.values(), default=1.0) < HALF
+    has_force = seen is not None and (seen.is_open or seen.visibility is Visibility.NOTHING)
+    return is_small and not has_force and not any(explains_mostly(h, seen) for h in search.found)
 
 
 def _are_linear(search: Search) -> Iterable[Hypothesis]:
@@ -155,7 +175,7 @@ def _by_library(search: Search) -> Iterable[Hypothesis]:
 
 
 def _shows_no_motion(search: Search) -> bool:
-    return search.residual is None or search.residual.is_blown_up
+    return search.residual is None or search.residual.visibility is Visibility.NOTHING
 
 
 def _equations_are_not_enough(search: Search) -> bool:
@@ -164,13 +184,22 @@ def _equations_are_not_enough(search: Search) -> bool:
     if seen is None:
         return True
     # A force that no cause explains in the equations is explained by no value of whole runs.
-    return not (seen.is_blown_up or seen.is_open or _tells_all(seen))
+    is_seen = seen.visibility is not Visibility.NOTHING
+    return is_seen and not (seen.is_open or _tells_all(seen))
+
+
+def _shows_another_start(search: Search) -> bool:
+    """True if the file's motion meets the equations, and its rows lead back to another start."""
+    seen = search.residual
+    if seen is None or seen.visibility < Visibility.EQUATIONS_PARTLY or search.is_over:
+        return False
+    return seen.is_met and bool(seen.other_starts())
 
 
 def _may_be_another_start(search: Search) -> bool:
     """True if nothing explains most, and no method of integration explains what remains."""
     seen = search.residual
-    if seen is None or seen.methods:
+    if seen is None or seen.methods or search.starts:
         return False
     best = ranked(search.file, search.found)[:1]
     return not any(explains_mostly(c[0], seen) for c in best)
@@ -178,10 +207,10 @@ def _may_be_another_start(search: Search) -> bool:
 
 def _tells_all(residual: Residual) -> bool:
     """True if the equations tell of every value, also of those that change the speed first."""
-    return residual.is_judged and residual.equations == EQUATIONS
+    return residual.visibility >= Visibility.EQUATIONS_PARTLY and residual.equations == EQUATIONS
 
 
-def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
+def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
     """Mistakes that the equations do not speak against, and others where they tell little.
 
     Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
@@ -192,10 +221,11 @@ def _of_equations(residual: Residual) -> tuple[list[Mistakes], list[Mistakes]]:
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     # What changes next to nothing of the equations is neither shown by them nor refuted.
     relief = 1.0 / w.also if residual.is_resolved else 0.0
-    most = w.pairs if residual.is_blown_up else w.simulated
+    most = w.pairs if residual.visibility is Visibility.NOTHING else w.simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
     others = [h for h in singles[len(likely) :] if h.relief > w.kept][: w.simulated]
-    others = [] if residual.is_shown or residual.is_blown_up else others
+    is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
+    others = others if is_partly else []
     return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
 
 
@@ -205,10 +235,10 @@ def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
     likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
-    if residual.is_judged:
+    if residual.visibility >= Visibility.EQUATIONS_PARTLY:
         # Whole runs are explained no better.
         likely = [h for h in likely if h.relief > WEIGHTS.explains]
-    if residual.is_open or residual.is_blown_up:
+    if residual.is_open or residual.visibility is Visibility.NOTHING:
         # Where a force is left, or no motion is seen, no values are those of the file.
         yield from file.judged(h.mistakes for h in likely)
         return
@@ -226,7 +256,10 @@ def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
     """Values of parameters, forces and starts that whole runs speak for, and mistakes of these."""
     starts = _names_of_starts(file)
     # What the equations of roll and steer show they have shown.
-    is_half = file.residual is not None and file.residual.is_judged and not file.residual.is_open
+    seen = file.residual
+    is_half = (
+        seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open
+    )
     names = [*(FORWARD if is_half else UNKNOWNS), *starts]
     found = [h for h in _fitted(file, names) if h.relief > WEIGHTS.mostly]
     yield from found
@@ -237,7 +270,7 @@ def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
 
 
 def _fitted(
-    file: SeenFile, names: Sequence[str], begun: Sequence[Mistake] = (), maneuver: int | None = None
+    file: SeenFile, names: Sequence[str], begun: Sequence[Cause] = (), maneuver: int | None = None
 ) -> tuple[Hypothesis, ...]:
     """The fewest of some values that explain whole runs, of one maneuver or all.
 
@@ -255,39 +288,42 @@ def _starts(file: SeenFile) -> list[Mistake]:
     """Mistakes of the start that may be; all of them where the file does not show its start."""
     every = len(file.right.expected)
     seen = file.residual
-    if seen is None or sum(m.beginning is not None for m in seen.motions) < every:
+    if seen is None or sum(m.has_beginning for m in seen.motions) < every:
         return file.of_kind("start")
     return seen.starts_nearby(file.of_kind("start"))
 
 
-def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Mistakes]:
+def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
     """Pairs of mistakes that are worth a simulation.
 
     The best single ones are tried with those of the output, the very best with those of the start;
     and where the equations do not tell which mistakes of the model there are, with these.
     """
     alone = singles_by_code(found)
-    likeliest = sorted((h for h in alone.values() if h.gain > 1.0), key=lambda h: -h.log_odds)
+    likeliest = sorted(
+        (h for h in alone.values() if h.gain > 1.0 and h.mistakes[0].kind in KINDS),
+        key=lambda h: -h.log_odds,
+    )
     leaders = [h for h in likeliest if h.log_odds > likeliest[0].log_odds - WEIGHTS.refuted]
     leaders = leaders[: WEIGHTS.leaders]
     if file.has_one_speed:
         # What linear programs have in common.
         leaders += [h for h in likeliest if h.codes == (LINEARISED,) and h not in leaders]
-    asked: list[Mistakes] = []
+    asked: list[Causes] = []
     for leader in [] if any(h.leaves_nothing for h in found) else leaders:
         (first,) = leader.mistakes
-        others = [*file.of_kind("output"), *file.order_beside(leader)]
+        others: list[Cause] = [*file.of_kind("output"), *file.order_beside(leader)]
         if leader is likeliest[0]:
             others += _starts(file)
         if leader is likeliest[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
-        elif file.residual is None or not file.residual.is_shown:
+        elif file.residual is None or file.residual.visibility is not Visibility.EQUATIONS:
             others += [h.mistakes[0] for h in likeliest[: WEIGHTS.rivals]]
         asked += _with_others(first, others)
     return asked
 
 
-def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[Mistakes]:
+def _with_others(first: Cause, others: Iterable[Cause]) -> list[Causes]:
     """Pairs of a mistake with others, of which only one may be of the initial conditions."""
     kinds = {"start"}
     return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
@@ -304,20 +340,24 @@ def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
     }
     for n in file.maneuvers:
         values = _fitted(file, [f"initial_{name}_{n}" for name in START], seen.get(n, ()), n)
-        found += [h for h in values if h.is_possible and h.log_odds > WEIGHTS.said][:1]
+        # The other maneuvers may be as far off as before.
+        found += [
+            h
+            for h in values
+            if h.log_odds > WEIGHTS.said and max(h.after[k] for k in h.changed) < HALF
+        ][:1]
     return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
 
 
-def _clock(residual: Residual | None) -> list[Mistake]:
+def _clock(residual: Residual | None) -> list[OtherScale]:
     """Times on another scale, if they explain what remains of the equations."""
     scales = [m.step for m in (residual.methods if residual else ()) if m.says == CLOCK]
     return [
-        clock_mistake(
+        fitted_scale(
             "time_scaled",
             f"the times written are {1 / (1 + x):.6g} times those meant",
             "the step size and the times of the rows",
-            scale=1 + x,
-            is_fitted=True,
+            1 + x,
         )
         for x in scales
     ]
@@ -343,10 +383,23 @@ SEARCH = (
         _unresolved,
     ),
     Trial(
+        "integrator",
+        "which integrator, run here, leaves the file's error?",
+        _may_be_an_integrator,
+        lambda search: search.file.by_integrators(),
+    ),
+    Trial(
         "start and output",
         "which start, clock or column is written?",
         _is_open,
         _by_output,
+    ),
+    Trial(
+        "start",
+        "is each maneuver the right motion of the start that its first rows show?",
+        _shows_another_start,
+        lambda search: _of_start(search.file),
+        is_of_start=True,
     ),
     Trial(
         "library",

@@ -21,15 +21,16 @@ from heyoka_bike.scoring.diagnosis.evidence import (
     log_odds_before,
     log_ratio,
 )
+from heyoka_bike.scoring.diagnosis.integrated import CARRIED, Run, are_equal_steps, integrated
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import Columns, Start, beginning
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import factor
@@ -149,7 +150,7 @@ class SeenFile:
         """Mistakes of the library, for the maneuvers of the reference: ``start`` or ``output``."""
         return [m for m in self._library if m.kind == kind]
 
-    def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> Iterator[Hypothesis]:
+    def judged(self, hypotheses: Iterable[tuple[Cause, ...]]) -> Iterator[Hypothesis]:
         """Simulate programs with these mistakes and compare them with the file.
 
         Without those that are, as far as the file shows it, a program that was tried before. Each
@@ -160,7 +161,7 @@ class SeenFile:
         BudgetSpentError
             The time of the diagnosis is spent.
         """
-        new: dict[object, tuple[tuple[Mistake, ...], Program]] = {}
+        new: dict[object, tuple[tuple[Cause, ...], Program]] = {}
         for mistakes in hypotheses:
             program = apply(self.program, mistakes)
             new.setdefault(self._key(program), (mistakes, program))
@@ -174,7 +175,7 @@ class SeenFile:
                 yield self._judge(*x, expected)
                 self.tried += 1
 
-    def possible(self, hypotheses: Sequence[tuple[Mistake, ...]]) -> list[tuple[Mistake, ...]]:
+    def possible(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
         """Return hypotheses that leave the first maneuver no farther off, simulated alone."""
         if len(self._parts) == 1:
             return list(hypotheses)
@@ -184,7 +185,7 @@ class SeenFile:
         self.tried += first.tried - len(kept)
         return kept
 
-    def whole_runs(self, mistakes: tuple[Mistake, ...] = (), maneuver: int | None = None) -> Fits:
+    def whole_runs(self, mistakes: tuple[Cause, ...] = (), maneuver: int | None = None) -> Fits:
         """Fits of whole runs of one maneuver or all.
 
         With the definitions that the file has if it makes some mistakes.
@@ -209,17 +210,59 @@ class SeenFile:
 
         split = min(_SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), WEIGHTS.resolved)
-        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split)
+        # As `claims.explains` has it.
+        is_seen = self.residual is not None and self.residual.visibility is Visibility.EQUATIONS
+        least = WEIGHTS.explains if is_seen else WEIGHTS.mostly
+        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, least)
 
-    def _judge(
-        self, mistakes: tuple[Mistake, ...], program: Program, expected: Expected
+    def by_integrators(self) -> Iterator[Hypothesis]:
+        """Methods of integration that leave the file's error, see `integrated`.
+
+        None where rows are not those of equal steps.
+
+        Raises
+        ------
+        BudgetSpentError
+            The time of the diagnosis is spent.
+        """
+        if not all(are_equal_steps(p.part.time, p.step) for p in self._parts):
+            return
+        runs = [
+            self._integrated(p, right)
+            for p, right in zip(self._parts, self.right.expected, strict=True)
+        ]
+        for found in integrated(runs, self._deadline):
+            expected = [
+                {name: v + off[name] for name, v in columns.items()}
+                for columns, off in zip(self.right.expected, found.off, strict=True)
+            ]
+            yield self._compared((found.cause,), self.right.floors, expected)
+            self.tried += 1
+
+    def _integrated(self, p: _SeenPart, right: Columns) -> Run:
+        """A maneuver with the errors of its columns, as integrators follow it."""
+        understood = self.right.understood
+        names = {key: understood[key].column.name for key in p.of_motion}
+        return Run(
+            self.simulator,
+            p.motion(self.program, p.time[p.pick]),
+            p.step,
+            {x: in_si(p.part, understood, k)[p.compared] - right[x] for k, x in names.items()},
+            {x: p.part.reference.scale(k) or 1.0 for k, x in names.items()},
+            {x: max(CARRIED, self.right.floors[p.part.number, k]) for k, x in names.items()},
+        )
+
+    def _judge(self, causes: tuple[Cause, ...], program: Program, expected: Expected) -> Hypothesis:
+        return self._compared(causes, self._resolved(program, expected), expected)
+
+    def _compared(
+        self, causes: tuple[Cause, ...], floors: Mapping[Place, float], expected: Expected
     ) -> Hypothesis:
         understood, after = self._typical(expected)
         before = {k: x for k, x in self._before(expected).items() if k in after}
         changed = tuple(k for k in before if self._differ(k, expected, self.right.expected))
-        floors = self._resolved(program, expected)
         ends = self._reaches_the_end(expected)
-        return Hypothesis(mistakes, before, after, changed, floors, ends, expected, understood)
+        return Hypothesis(causes, before, after, changed, floors, ends, expected, understood)
 
     def _resolved(self, program: Program, expected: Expected) -> Mapping[Place, float]:
         """Return the resolution limit of each column, by its digits and the simulation, in scales.
@@ -295,10 +338,10 @@ class SeenFile:
                 if not motions:
                     continue
                 found.append(Residual(motions, self.program, library, self._deadline))
-            if not (found[-1].is_open or found[-1].is_blown_up):
+            if not found[-1].is_open and found[-1].visibility is not Visibility.NOTHING:
                 break
         # Rates that contradict the angles are not understood.
-        return max(found, key=lambda r: (not r.is_blown_up, r.most), default=None)
+        return max(found, key=lambda r: (bool(r.visibility), r.most), default=None)
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""

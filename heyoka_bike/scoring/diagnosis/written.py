@@ -25,7 +25,7 @@ from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
-from heyoka_bike.scoring.diagnosis.plain import scaled
+from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
 from heyoka_bike.scoring.evidence import (
     ClippedColumn,
@@ -339,10 +339,12 @@ _Deviations = Mapping[tuple[int, str], _Deviation]
 def _deviating_columns(report: Report) -> AsMeant | None:
     """Columns that are times a constant, clipped or smoothed: what explains each best."""
     found: dict[tuple[int, str], _Deviation] = {}
+    # These are no function of the right column.
+    others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in _places(report):
         # One number in every row is no function of the right column.
         is_told = c.values >= _FEWEST_ROWS and c.scale and np.ptp(c.trace.value)
-        if _is_right(c) or not is_told:
+        if _is_right(c) or not is_told or (m.maneuver, c.key) in others:
             continue
         before, best = rms(c.trace.error), WEIGHTS.mostly
         for describe in (_ratio, _clipped, _averaged):

@@ -16,11 +16,13 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES, misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.in_start import START_MISTAKES, misplaced
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, Mistake, Program, apply
 
 __all__ = ["MISTAKES", "Mistake", "Program", "apply", "in_order", "mistakes_of"]
 
 KINDS = ("model", "start", "output")
+MANEUVERS = len(benchmark()[1])
+"""How many the benchmark has."""
 
 _OF_ANY_BENCHMARK: tuple[Mistake, ...] = (
     *MODEL_MISTAKES, *AXES_MISTAKES, *START_MISTAKES, *OUTPUT_MISTAKES, *LINEAR_PROGRAMS,
@@ -47,8 +49,8 @@ MISTAKES: tuple[Mistake, ...] = _of_the_benchmark()
 _PLACE_IN_LIBRARY = {m.code: i for i, m in enumerate(MISTAKES)}
 
 
-def in_order(mistakes: Sequence[Mistake]) -> tuple[Mistake, ...]:
-    """Mistakes that are made together: of the model, of the start, of what is written."""
+def in_order(mistakes: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Causes that are made together: of the model, of the start, of what is written."""
     return tuple(
         sorted(mistakes, key=lambda m: (KINDS.index(m.kind), _PLACE_IN_LIBRARY.get(m.code, 0)))
     )

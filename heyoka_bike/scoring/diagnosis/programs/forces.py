@@ -166,7 +166,13 @@ class Moving:
         rotors: list[Number] = [0.0] * 3
         for name, amount in amounts.items():
             each = self.powers(FORCES[name].law(self))
-            force = [f + amount * x for f, x in zip(force, each, strict=True)]
+            strength = amount
+            if (turned := FORCES[name].turned) is not None:
+                a = self.equations.a
+                strength, lost = a.sin(amount), 1.0 - a.cos(amount)
+                of_lost = self.powers(turned(self))
+                force = [f + lost * x for f, x in zip(force, of_lost, strict=True)]
+            force = [f + strength * x for f, x in zip(force, each, strict=True)]
             if (hinge := FORCES[name].turns_with) is not None:
                 rotors[hinge] = rotors[hinge] + amount
         mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
@@ -245,6 +251,9 @@ class Force:
         True if the law is the first order of what a coefficient of any size does.
     turns_with
         Index of the independent speed with which a rotor of this inertia turns; None of a force.
+    turned
+        Where the coefficient is an angle by which a force of the benchmark is turned, what that
+        loses along its own axis at an angle of 90 degrees: it acts with 1 - cos, the law with sin.
     """
 
     says: str
@@ -255,6 +264,7 @@ class Force:
     is_fitted: bool = True
     is_first_order: bool = False
     turns_with: int | None = None
+    turned: Law | None = None
 
 
 _PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
@@ -362,7 +372,7 @@ def _crown(frames: str) -> Law:
 
 
 def _slope_of_ground(along: Vector) -> Law:
-    """Gravity's component along an axis of the ground that rises by a small angle."""
+    """Gravity's component along an axis of the ground that rises steeply."""
 
     def law(m: Moving) -> Linear:
         pull = scaled(-m.b.g, m.ground(along))
@@ -499,7 +509,7 @@ FORWARD: Mapping[str, Force] = {
                                 0.1, _forward_drag(law))),
         (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law)))},
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
-                         _slope_of_ground(_AHEAD_AXIS)),
+                         _slope_of_ground(_AHEAD_AXIS), turned=_weightless("RBHF")),
     **{f"wheel_friction{end}": Force(f"viscous friction of {each}'s axle", "N m s", 0.01,
                                      _on_axles(wheels, lambda rate: -rate))
        for end, wheels, each, _ in _BRAKED_WHEELS},
@@ -544,7 +554,7 @@ FORCES: Mapping[str, Force] = {
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
-                          _slope_of_ground(_SIDE)),
+                          _slope_of_ground(_SIDE), turned=_weightless("RBHF")),
     "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH"), is_first_order=True),
     "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B"),
                      is_first_order=True),

@@ -158,8 +158,8 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
-class Mistake:
-    """One usual mistake.
+class Cause:
+    """What a program does otherwise than the right one.
 
     Attributes
     ----------
@@ -170,13 +170,10 @@ class Mistake:
     check
         The place to look at in one's own program.
     kind
-        ``model``, ``start`` or ``output``; the former two change the motion.
+        ``model``, ``start`` or ``output``, or ``method`` of one that follows the right equations
+        by an integrator of its own; all but ``output`` change the motion.
     change
         Makes it.
-    is_fitted
-        True if it has a number that was fitted to the file.
-    found : tuple of Found
-        Values that were found in the file, if the mistake is nothing else.
     """
 
     code: str
@@ -184,8 +181,16 @@ class Mistake:
     check: str
     kind: str
     change: Callable[[Program], Program]
-    is_fitted: bool = False
-    found: tuple[Found, ...] = ()
+
+    @property
+    def found(self) -> tuple[Found, ...]:
+        """Values that were found in the file, if the cause is nothing else."""
+        return ()
+
+    @property
+    def fitted(self) -> int:
+        """How many numbers were fitted to the file."""
+        return len(self.found)
 
     @property
     def changes(self) -> dict[str, float]:
@@ -193,7 +198,60 @@ class Mistake:
         return {x.key: x.value - x.right for x in self.found}
 
 
-def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
+@dataclass(frozen=True, slots=True)
+class Mistake(Cause):
+    """One usual mistake."""
+
+
+@dataclass(frozen=True, slots=True)
+class OtherScale(Cause):
+    """Times on a scale that was fitted to the file."""
+
+    @property
+    def fitted(self) -> int:
+        """One: the scale."""
+        return 1
+
+
+@dataclass(frozen=True, slots=True)
+class FittedValues(Cause):
+    """Parameters, forces or starts of other values, fitted to the file.
+
+    Attributes
+    ----------
+    values : tuple of Found
+    """
+
+    values: tuple[Found, ...]
+
+    @property
+    def found(self) -> tuple[Found, ...]:
+        """The values."""
+        return self.values
+
+
+@dataclass(frozen=True, slots=True)
+class NumericalMethod(Cause):
+    """The right equations, integrated by a method with a fixed step.
+
+    Attributes
+    ----------
+    method
+        Its name.
+    step
+        [s], fitted to the file.
+    """
+
+    method: str
+    step: float
+
+    @property
+    def fitted(self) -> int:
+        """One: the step."""
+        return 1
+
+
+def apply(program: Program, mistakes: Iterable[Cause]) -> Program:
     """A program that makes all of the mistakes."""
     for mistake in mistakes:
         program = mistake.change(program)
@@ -308,15 +366,22 @@ def output_mistake(code: str, says: str, check: str, change: Change) -> Mistake:
 
 
 def clock_mistake(
-    code: str, says: str, check: str, *, scale: float = 1.0, shift: float = 0.0,
-    is_fitted: bool = False,
-) -> Mistake:  # fmt: skip
+    code: str, says: str, check: str, *, scale: float = 1.0, shift: float = 0.0
+) -> Mistake:
     """A mistake in the times of the rows."""
+    return Mistake(code, says, check, "output", _other_clock(scale, shift))
 
+
+def fitted_scale(code: str, says: str, check: str, scale: float) -> OtherScale:
+    """Times on another scale, which was fitted to the file."""
+    return OtherScale(code, says, check, "output", _other_clock(scale, 0.0))
+
+
+def _other_clock(scale: float, shift: float) -> Callable[[Program], Program]:
     def make(program: Program) -> Program:
         return replace(program, scale=scale * program.scale, shift=scale * program.shift + shift)
 
-    return Mistake(code, says, check, "output", make, is_fitted)
+    return make
 
 
 _INITIAL = "initial_"
@@ -354,7 +419,7 @@ def _of_start(name: str) -> tuple[int, int]:
 
 def other_values(
     changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
-) -> Mistake:
+) -> FittedValues:
     """A program with parameters, forces and starts of other values than the right one."""
     p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
     found, kind = [], "model"
@@ -366,6 +431,4 @@ def other_values(
         found.append(Found(what, maneuver, right + change, right, uncertain[name]))
     code = "_".join(["other", *changes])
     check = ("it" if len(found) == 1 else "them") + " in your input"
-    return Mistake(
-        code, "", check, kind, lambda p: changed(p, changes), is_fitted=True, found=tuple(found)
-    )
+    return FittedValues(code, "", check, kind, lambda p: changed(p, changes), tuple(found))

@@ -153,6 +153,22 @@ class Simulator:
             for columns, group in zip(first, groups, strict=True)
         ]
 
+    def followed(self, motion: AskedMotion, time: Array) -> tuple[Equations, Array]:
+        """Equations of a motion, and its states at some times [s] to its end, shape (7, n)."""
+        self.run_all([motion])
+        constants = _constants(tuple(motion.bicycle.values.items()))
+        assert constants is not None
+        states = _at(self._known[_key(motion)], time, _intervals(motion))
+        return self._with(constants[0]), states
+
+    def differences(self, motion: AskedMotion, off: Array) -> dict[str, Array]:
+        """What the columns of a motion differ by if its states do by `off`, shape (7, n)."""
+        constants = _constants(tuple(motion.bicycle.values.items()))
+        assert constants is not None
+        _, states = self.followed(motion, motion.time)
+        one, other = (self._columns(motion, constants[0], x) for x in (states, states + off))
+        return {name: other[name] - v for name, v in one.items()}
+
     def _near(
         self,
         columns: Mapping[str, Array],

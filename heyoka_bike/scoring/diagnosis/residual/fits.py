@@ -12,7 +12,12 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, changed, other_values
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    FittedValues,
+    Program,
+    changed,
+    other_values,
+)
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     Blocks,
     Errors,
@@ -44,6 +49,9 @@ class Fits:
         Values whose relief to first order, to this power, is too small are not refined.
     split
         Number of blocks, one after the other in time, into which each column is split.
+    least
+        Each value must let the error fall by so much, or explains nothing: those that to first
+        order, to the power that large changes need, do not are not refined.
     """
 
     right: Program
@@ -52,11 +60,12 @@ class Fits:
     maneuvers: int
     promise: float
     split: int = 1
+    least: float = 1.0
 
     def fewest(
         self,
         names: Sequence[str],
-        judged: Callable[[Mistake], Iterable[Hypothesis]],
+        judged: Callable[[FittedValues], Iterable[Hypothesis]],
         is_enough: Callable[[Hypothesis], bool],
         *,
         least: float = 0.0,
@@ -94,7 +103,10 @@ class Fits:
         whole = self._first_order(dict.fromkeys(names, 0.0))
         views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
         members: list[NDArray[np.intp] | None] = [None] * len(views)
-        cost = (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise)
+        cost = max(
+            (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise),
+            float(np.log(self.least)) / max(WEIGHTS.promise),
+        )
         for size, count in WEIGHTS.subsets[: len(names)]:
             found: dict[tuple[int, ...], None] = {}
             for i, view in enumerate(views):
@@ -113,7 +125,7 @@ class Fits:
         _, gains = solve(self._first_order(every), subsets)
         return {**changes, [*every][known + int(np.argmax(gains))]: 0.0}
 
-    def _refined(self, changes: Mapping[str, float]) -> Mistake:
+    def _refined(self, changes: Mapping[str, float]) -> FittedValues:
         """The values that leave least, from some on, without those that are as they should be."""
         x, b = gauss_newton(*self._problem(changes))
         found, off = (dict(zip(changes, v, strict=True)) for v in (x.tolist(), uncertain(b)))

@@ -84,8 +84,11 @@ class Method(NamedTuple):
     Attributes
     ----------
     says
+    order
     step
         [s]
+    is_of_rows
+        True if rows are a whole number of steps apart, or steps of rows, as nearly as is known.
     relief
         Factor by which what remains falls, a geometric mean.
     log_odds
@@ -93,7 +96,9 @@ class Method(NamedTuple):
     """
 
     says: str
+    order: int
     step: float
+    is_of_rows: bool
     relief: float
     log_odds: float
 
@@ -150,18 +155,26 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
         scheme, is_clock = SCHEMES[i], SCHEMES[i].says == CLOCK
         if of_angles > WEIGHTS.explains and (is_clock or size > 0.0):
             step = float(size) if is_clock else float(size) ** (1 / scheme.order)
-            near = step if is_clock else _usual(step, motions[0].time)
-            found.append(Method(scheme.says, near, float(gain), odds))
+            spacing = float(np.median(np.diff(motions[0].time)))
+            near = None if is_clock else step_of_rows(step, spacing, float(gain))
+            found.append(
+                Method(scheme.says, scheme.order, near or step, near is not None, float(gain), odds)
+            )
     # First terms that are multiples of one another, such as of BDF2, are in the order of `SCHEMES`.
     order = [s.says for s in SCHEMES]
     found.sort(key=lambda m: (-round(m.log_odds, 3), order.index(m.says)))
     least = max((m.log_odds for m in found), default=0.0) - WEIGHTS.said
-    return tuple(m for m in found if m.log_odds > max(least, WEIGHTS.said))
+    found = [m for m in found if m.log_odds > max(least, WEIGHTS.said)]
+    # No program takes steps between which its rows lie.
+    return tuple([m for m in found if m.is_of_rows] or found)
 
 
-def _usual(step: float, time: Array) -> float:
-    """The step, or the one near it of which rows are a multiple or a part."""
-    spacing = float(np.median(np.diff(time)))
+def step_of_rows(step: float, spacing: float, relief: float) -> float | None:
+    """The step near one of which rows are a multiple or a part; None if it is not near [s].
+
+    A method that lets an error fall by some factor tells its step to about this part of it.
+    """
     near = spacing / round(spacing / step) if step < spacing else spacing * round(step / spacing)
     # Times are sums of steps, or their binary64 numbers.
-    return float(f"{near:.9g}") if abs(step - near) < _PART_OF_SAME_ERROR * near else step
+    is_near = abs(step - near) < min(_PART_OF_SAME_ERROR, 1.0 / relief) * near
+    return float(f"{near:.9g}") if is_near else None

@@ -78,8 +78,9 @@ class Observed:
         Names of the columns of `STATE`, as they were understood.
     beginning : ndarray, shape (5,), or None
         The columns of `STATE` at t = 0, to which the right equations lead back from the rows after
-        the first: that may be as given, whatever was computed. None where the rows begin later, or
-        the file has no speed.
+        the first: that may be as given, whatever was computed. None where the rows begin later.
+    has_beginning
+        True if it is that of columns of the file; otherwise slopes tell it, and the speed is given.
     scatter : ndarray, shape (5,)
         By how much these rows disagree about it.
     has_state
@@ -96,13 +97,17 @@ class Observed:
     kinematic_uncertain: Array
     definitions: Mapping[str, str]
     beginning: Array | None
+    has_beginning: bool
     scatter: Array
     has_state: bool
 
     def without_speed(self) -> Observed:
         """Return it without what is known of the speed only where that is in the file."""
         return replace(
-            self, accelerations=self.accelerations[:2], uncertain=self.uncertain[:2], beginning=None
+            self,
+            accelerations=self.accelerations[:2],
+            uncertain=self.uncertain[:2],
+            has_beginning=False,
         )
 
     def inconsistency(self) -> float:
@@ -178,8 +183,7 @@ def observe(
     slopes, off = _mean_slopes(time, np.array([state[k] for k in columns]), windows, digits)
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
     began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
-    # Slopes tell less of the first rows.
-    is_begun = ANGLE_OF.keys() <= part.values.keys() and time[0] <= 2 * (time[1] - time[0])
+    is_begun = bool(time[0] <= 2 * (time[1] - time[0]))
     found = Observed(
         number=part.number,
         time=time,
@@ -191,6 +195,8 @@ def observe(
         kinematic_uncertain=off[:2],
         definitions={k: name for k, name in names.items() if k in part.values},
         beginning=np.median(began, axis=1) if is_begun else None,
+        # Slopes tell less of the first rows.
+        has_beginning=is_begun and ANGLE_OF.keys() <= part.values.keys(),
         scatter=np.ptp(began, axis=1),
         has_state={*STATE} <= part.values.keys(),
     )

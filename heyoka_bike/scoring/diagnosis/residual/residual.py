@@ -12,6 +12,7 @@ place of the columns. The likeliest values are then refined by whole runs.
 """
 
 from collections.abc import Mapping, Sequence
+from enum import IntEnum
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
@@ -28,6 +29,8 @@ from heyoka_bike.scoring.diagnosis.programs.forces import (
     Moving,
 )
 from heyoka_bike.scoring.diagnosis.programs.program import (
+    Cause,
+    FittedValues,
     Mistake,
     ParameterValues,
     Program,
@@ -50,6 +53,19 @@ UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fi
 _NO_LIMIT = 1e9
 _METHOD = followed.Step("method", "which integrator's error is left of the equations?")
 _TINY = float(np.finfo(np.float64).tiny)
+
+
+class Visibility(IntEnum):
+    """What a file's motion shows, each kind all that those before it do."""
+
+    NOTHING = 0
+    """Rates have nothing to do with the angles, or the right equations have no solution there."""
+    STARTS = 1
+    """Where each maneuver starts: rows are too far apart for the equations, or have few digits."""
+    EQUATIONS_PARTLY = 2
+    """The equations; the speed or a rate is not in the file, and may be another than was taken."""
+    EQUATIONS = 3
+    """The equations of motion, by angles, rates and the speed."""
 
 
 class Residual:
@@ -81,15 +97,9 @@ class Residual:
     above
         How much more remains than the file's own rates are off from the slopes of its angles, both
         in parts of what they are: errors of integrators are in both.
-    is_judged
-        True if the rows are near enough and have digits enough to judge the equations.
-    has_state
-        True if the file has the speed and the rates; otherwise these may be others than were taken.
-    is_resolved, is_shown
-        True if both, and what remains is seen at all, or the equations are judged.
-    is_blown_up
-        True if rates and angles have nothing to do with each other, or the right equations have no
-        solution there.
+    visibility : Visibility
+    is_resolved
+        True if the equations are seen and what remains of them is above what the digits leave.
     observed : ndarray, shape (n,)
         Averages of the file's accelerations, block by block.
     """
@@ -124,17 +134,23 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        self.is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _NO_LIMIT)
+        is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _NO_LIMIT)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
-        is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not self.is_blown_up
-        is_near = is_resolved or bool(np.median(rest / resolved) < share)
-        self.is_judged = is_near and not self.is_blown_up
-        self.has_state = all(m.has_state for m in motions)
-        self.is_resolved = is_resolved and self.has_state
-        self.is_shown = self.is_judged and self.has_state
+        is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
+        is_judged = is_resolved or bool(np.median(rest / resolved) < share)
+        self._has_state = all(m.has_state for m in motions)
+        self.is_resolved = is_resolved and self._has_state
+        if is_blown_up:
+            self.visibility = Visibility.NOTHING
+        elif not is_judged:
+            self.visibility = Visibility.STARTS
+        else:
+            self.visibility = (
+                Visibility.EQUATIONS if self._has_state else Visibility.EQUATIONS_PARTLY
+            )
         self.known = self._known(library)
         self.fitted = self._fitted(UNKNOWNS)
-        if self.is_open and self.is_shown:
+        if self.is_open and self.visibility is Visibility.EQUATIONS:
             self.fitted = self._fitted([*UNKNOWNS, *OF_THE_STATE])
 
     @cached_property
@@ -174,7 +190,7 @@ class Residual:
 
         Where the speed or a rate is not in the file, it may be another one than was taken.
         """
-        return self.has_state and self.above > WEIGHTS.above * relief
+        return self._has_state and self.above > WEIGHTS.above * relief
 
     @cached_property
     def acts_in(self) -> str:
@@ -214,7 +230,7 @@ class Residual:
             if len(h.parts) == 1 or not self.leaves_force(h.relief)
         ]
         likely = max(credible, key=lambda h: h.log_odds, default=None)
-        if likely is None or not self.is_shown:
+        if likely is None or self.visibility is not Visibility.EQUATIONS:
             return None
         is_sure = likely.relief > WEIGHTS.nearly and likely.log_odds > WEIGHTS.said
         return likely if is_sure else None
@@ -263,14 +279,14 @@ class Residual:
     def _relief(self, accelerations: Array) -> float:
         return float(np.exp(np.mean(np.log(self._before / self._left(accelerations)))))
 
-    def relief(self, mistakes: Sequence[Mistake]) -> float:
+    def relief(self, mistakes: Sequence[Cause]) -> float:
         """Factor by which some mistakes let what remains fall."""
         return self._relief(self.of(apply(self.program, mistakes)))
 
-    def _judged(self, *mistakes: Mistake) -> Hypothesis:
+    def _judged(self, *mistakes: Cause) -> Hypothesis:
         return self._compared(mistakes, self.of(apply(self.program, mistakes)))
 
-    def _compared(self, mistakes: tuple[Mistake, ...], accelerations: Array) -> Hypothesis:
+    def _compared(self, mistakes: tuple[Cause, ...], accelerations: Array) -> Hypothesis:
         before, left = (
             dict(zip(self._places, x.tolist(), strict=True))
             for x in (self._before, self._left(accelerations))
@@ -322,11 +338,12 @@ class Residual:
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Mistakes of the start that come nearer to the file's own than the right one does."""
-        own = {m.number: m.beginning for m in self.motions if m.beginning is not None}
+        own = {m.number: m.beginning for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
             found = 0.0
             for n, state in own.items():
+                assert state is not None
                 size = np.abs(_given(self.program, n)) + np.abs(state) + 1e-3
                 found += float(np.sum(np.abs(_given(program, n) - state) / size))
             return found
@@ -335,7 +352,7 @@ class Residual:
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
         return [library[i] for x, i in sorted(near)[: WEIGHTS.starts] if x < right]
 
-    def other_starts(self) -> list[Mistake]:
+    def other_starts(self) -> list[FittedValues]:
         """The start of each maneuver that its own rows lead back to, in what is another."""
         found = []
         for m in self.motions:

@@ -1,0 +1,224 @@
+"""Usual methods of integration with a fixed step, and the errors that they leave of a motion.
+
+A step from a state of the right motion misses the state that follows by the method's local error.
+Such errors are carried along the right motion by its variational equations: if y_i are the right
+states, e_(i+1) = J_i e_i + (what the step from y_i misses), where J_i is the derivative of the
+state a step later by the state. That is the whole error of the method to first order in the error
+itself, and to all orders in the step. All steps are made at once, by NumPy alone.
+
+References
+----------
+E. Hairer, S. P. Norsett, G. Wanner (1993), Solving Ordinary Differential Equations I, II.3 to II.5.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.double import Array
+
+Rates = Callable[[Array], Array]
+"""From states, shape (7, n), to their derivatives by the time."""
+Step = Callable[[Rates, Array, float], Array]
+"""From the rates, states and the length of a step [s] to the states after it."""
+
+# For derivatives of a step by the state, by differences: errors are carried to as much.
+_SHIFT_OF_SLOPE = 1e-7
+# Of implicit equations, which are solved by repetition: with steps of 0.02 s each leaves less than
+# a half; and the last change.
+_REPETITIONS, _SETTLED = 40, 1e-14
+
+
+@dataclass(frozen=True, slots=True)
+class FixedStep:
+    """A method of integration with a fixed step.
+
+    Attributes
+    ----------
+    says
+        Its name.
+    order
+    step
+        Makes one step.
+    """
+
+    says: str
+    order: int
+    step: Step
+
+
+def _runge_kutta(a: Sequence[Sequence[float]], b: Sequence[float]) -> Step:
+    """The explicit method with these coefficients; each row of `a` is that of a stage."""
+
+    def step(f: Rates, y: Array, h: float) -> Array:
+        stages: list[Array] = []
+        for row in a:
+            stages.append(f(y + h * _sum(row, stages)) if row else f(y))
+        return y + h * _sum(b, stages)
+
+    return step
+
+
+def _sum(factors: Sequence[float], stages: Sequence[Array]) -> Array:
+    found: Array = sum((x * k for x, k in zip(factors, stages, strict=True) if x), 0.0 * stages[0])
+    return found
+
+
+def _semi_implicit(f: Rates, y: Array, h: float) -> Array:
+    """New speeds first, then the angles by these."""
+    ahead = y.copy()
+    ahead[3:6] += h * f(y)[3:6]
+    return np.concatenate([y[:3], ahead[3:6], y[6:]]) + h * np.where(_ARE_ANGLES, f(ahead), 0.0)
+
+
+_ARE_ANGLES = np.array([1, 1, 1, 0, 0, 0, 1], bool)[:, None]
+
+
+def _theta(old: float, new: float) -> Step:
+    """Rates at both ends of the step, with these weights."""
+
+    def step(f: Rates, y: Array, h: float) -> Array:
+        now = f(y)
+        known = y + h * old * now
+        return _settled(lambda ahead: known + h * new * f(ahead), y + h * now)
+
+    return step
+
+
+def _implicit_midpoint(f: Rates, y: Array, h: float) -> Array:
+    return 2 * _settled(lambda middle: y + h / 2 * f(middle), y) - y
+
+
+def _settled(better: Callable[[Array], Array], guess: Array) -> Array:
+    """What no longer changes."""
+    for _ in range(_REPETITIONS):
+        guess, before = better(guess), guess
+        if np.max(np.abs(guess - before)) < _SETTLED * np.max(np.abs(guess)):
+            break
+    return guess
+
+
+def _adams_bashforth(weights: Sequence[float]) -> Step:
+    """With the rates of so many steps before, on the right motion."""
+
+    def step(f: Rates, y: Array, h: float) -> Array:
+        found, before = y + h * weights[0] * f(y), y
+        for weight in weights[1:]:
+            before = _nearly_right(f, before, -h)
+            found = found + h * weight * f(before)
+        return found
+
+    return step
+
+
+_RK4 = _runge_kutta([[], [1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+
+
+def _nearly_right(f: Rates, y: Array, h: float) -> Array:
+    """A step that is far nearer to the right motion than the methods are: two small ones."""
+    return _RK4(f, _RK4(f, y, h / 2), h / 2)
+
+
+METHODS = (
+    FixedStep("explicit Euler", 1, _runge_kutta([[]], [1])),
+    FixedStep("implicit Euler", 1, _theta(0.0, 1.0)),
+    FixedStep("semi-implicit Euler", 1, _semi_implicit),
+    FixedStep("Heun's method", 2, _runge_kutta([[], [1]], [1 / 2, 1 / 2])),
+    FixedStep("the explicit midpoint rule", 2, _runge_kutta([[], [1 / 2]], [0, 1])),
+    FixedStep("Ralston's method", 2, _runge_kutta([[], [2 / 3]], [1 / 4, 3 / 4])),
+    FixedStep("the trapezoidal rule", 2, _theta(1 / 2, 1 / 2)),
+    FixedStep("the implicit midpoint rule", 2, _implicit_midpoint),
+    FixedStep("Adams and Bashforth's method of order 2", 2, _adams_bashforth([3 / 2, -1 / 2])),
+    FixedStep(
+        "Kutta's method of order 3",
+        3,
+        _runge_kutta([[], [1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6]),
+    ),
+    FixedStep(
+        "Heun's method of order 3", 3, _runge_kutta([[], [1 / 3], [0, 2 / 3]], [1 / 4, 0, 3 / 4])
+    ),
+    FixedStep(
+        "Shu and Osher's method of order 3",
+        3,
+        _runge_kutta([[], [1], [1 / 4, 1 / 4]], [1 / 6, 1 / 6, 2 / 3]),
+    ),
+    FixedStep(
+        "Bogacki and Shampine's method of order 3 (ode23, RK23) with a fixed step",
+        3,
+        _runge_kutta([[], [1 / 2], [0, 3 / 4]], [2 / 9, 1 / 3, 4 / 9]),
+    ),
+    FixedStep("the classical Runge-Kutta method of order 4 (RK4)", 4, _RK4),
+    FixedStep(
+        "Kutta's 3/8 rule of order 4",
+        4,
+        _runge_kutta([[], [1 / 3], [-1 / 3, 1], [1, -1, 1]], [1 / 8, 3 / 8, 3 / 8, 1 / 8]),
+    ),
+    FixedStep(
+        "Adams and Bashforth's method of order 4",
+        4,
+        _adams_bashforth([55 / 24, -59 / 24, 37 / 24, -9 / 24]),
+    ),
+    FixedStep(
+        "Dormand and Prince's method of order 5 (ode45, RK45) with a fixed step",
+        5,
+        _runge_kutta(
+            [
+                [],
+                [1 / 5],
+                [3 / 40, 9 / 40],
+                [44 / 45, -56 / 15, 32 / 9],
+                [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
+                [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
+            ],
+            [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+        ),
+    ),
+)
+"""Methods whose errors are known here."""
+
+
+class Carried:
+    """Errors of methods along a right motion.
+
+    Parameters
+    ----------
+    equations : Equations
+        Of the regular form, over arrays.
+    states : ndarray, shape (7, n)
+        Of the right motion, at rows of equal distance from the start on.
+    spacing
+        Of the rows [s].
+
+    Attributes
+    ----------
+    spacing
+    """
+
+    def __init__(self, equations: Equations, states: Array, spacing: float) -> None:
+        self._equations, self._states, self.spacing = equations, states, spacing
+        shifts = _SHIFT_OF_SLOPE * np.concatenate([np.zeros((7, 1)), np.eye(7)], axis=1)
+        moved = (states[:, None, :-1] + shifts[:, :, None]).reshape(7, -1)
+        ahead = _RK4(self._rates, moved, spacing).reshape(7, 8, -1)
+        slopes = (ahead[:, 1:] - ahead[:, :1]) / _SHIFT_OF_SLOPE
+        # (rows, of, by)
+        self._slopes = np.ascontiguousarray(slopes.transpose(2, 0, 1))
+
+    def _rates(self, y: Array) -> Array:
+        made = self._equations.rates_with_yaw(list(y))
+        return np.array([np.broadcast_to(r, y[0].shape) for r in made])
+
+    def errors(self, method: FixedStep, steps: int) -> Array:
+        """What a method with so many steps from row to row leaves, shape (7, n)."""
+        y = self._states[:, :-1]
+        with np.errstate(all="ignore"):
+            for _ in range(steps):
+                y = method.step(self._rates, y, self.spacing / steps)
+        missed = (y - self._states[:, 1:]).T
+        found = np.zeros(self._states.shape)
+        error = np.zeros(7)
+        for i, (slope, miss) in enumerate(zip(self._slopes, missed, strict=True), 1):
+            error = slope @ error + miss
+            found[:, i] = error
+        return found

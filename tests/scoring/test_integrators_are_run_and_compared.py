@@ -1,0 +1,105 @@
+"""An error that is that of a usual method with a fixed step is named by running the method."""
+
+import numpy as np
+import pytest
+from support.fixed_steps import Equations as Discretised
+
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS, Carried
+
+
+@pytest.fixture(scope="module")
+def reduced(reference):
+    """In roll, pitch, steer, their rates and the rolling rate."""
+    return Discretised(reference, is_regular=True)
+
+
+def integrator(results, reference):
+    found = diagnose(results, reference, budget=float("inf")).diagnosis
+    return [x for x in found if x.code == "integrator"]
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(
+    ("method", "step", "says"),
+    [
+        ("rk4", 0.01, "the classical Runge-Kutta method of order 4 (RK4)"),
+        ("three_eighths", 0.005, "Kutta's 3/8 rule of order 4"),
+        ("kutta3", 0.01, "Kutta's method of order 3"),
+        ("ssp3", 0.005, "Shu and Osher's method of order 3"),
+        ("heun", 0.002, "Heun's method"),
+    ],
+)
+def test_the_method_and_its_step_are_named(reference, reduced, method, step, says):
+    (found,) = integrator(reduced.run(reduced.explicit(method), step), reference)
+    assert found.evidence["methods"] == [{"method": says, "step": step}]
+    assert found.message.startswith(f"The error is that of {says} with a step of {step:g} s. ")
+    assert found.message.count("Nothing else is seen") == 1
+
+
+@pytest.mark.proof
+def test_angles_alone_show_it(reference, reduced):
+    results = reduced.run(reduced.explicit("rk4"), 0.01)
+    angles = {}
+    for n, m in enumerate(results.maneuvers, 1):
+        angles |= {f"{key}_{n}": m.values[key] for key in ("roll_angle", "steer_angle")}
+    table = {"time": np.arange(1001) / 100, **angles}
+    (found,) = integrator(table, reference)
+    assert found.evidence["methods"][0]["method"].endswith("(RK4)")
+    assert found.evidence["methods"][0]["step"] == 0.01
+
+
+@pytest.mark.proof
+def test_other_weights_are_another_method(reference, reduced):
+    """RK4 with the weights 1, 2, 1, 2 is of order 1, and none of those that are run."""
+    weights = (1 / 6, 2 / 6, 1 / 6, 2 / 6)
+
+    def step(y, h, _):
+        k1 = reduced.slope(y)
+        k2 = reduced.slope(y + h / 2 * k1)
+        k3 = reduced.slope(y + h / 2 * k2)
+        k4 = reduced.slope(y + h * k3)
+        return y + h * sum(w * k for w, k in zip(weights, (k1, k2, k3, k4), strict=True))
+
+    for found in integrator(reduced.run(step, 0.01), reference):
+        assert not found.message.startswith("The error is that of")
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.says)
+def test_a_method_has_its_order(reference, method):
+    """Half the step leaves an error 2^p times smaller, along a motion that rolls and steers."""
+    equations = Equations.binary64(Bicycle.parse(reference.bicycle, reference.parameters))
+    start = np.array([[0.1], [0.0], [0.05], [0.2], [-0.3], [15.0], [0.0]])
+
+    def rates(y):
+        made = equations.rates_with_yaw(list(y))
+        return np.array([np.broadcast_to(r, y[0].shape) for r in made])
+
+    def missed(h):
+        right = start
+        rk4 = next(m for m in METHODS if m.says.endswith("(RK4)"))
+        for _ in range(64):
+            right = rk4.step(rates, right, h / 64)
+        return float(np.max(np.abs(method.step(rates, start, h) - right)))
+
+    assert np.log2(missed(0.01) / missed(0.005)) == pytest.approx(method.order + 1, abs=0.3)
+
+
+def test_errors_are_carried_as_the_method_makes_them(reference, reduced):
+    """A second implementation, compiled by heyoka, makes every step; to first order in the error."""
+    rk4 = next(m for m in METHODS if m.says.endswith("(RK4)"))
+    equations = Equations.binary64(Bicycle.parse(reference.bicycle, reference.parameters))
+    exact = [reduced.start]
+    fine, coarse = reduced.explicit("rk4"), [reduced.start]
+    for _ in range(200):
+        y = exact[-1]
+        for _ in range(16):
+            y = fine(y, 0.01 / 16, None)
+        exact.append(y)
+        coarse.append(fine(coarse[-1], 0.01, None))
+    states, made = (np.stack(x, axis=2)[:, 1] for x in (exact, coarse))
+    carried = Carried(equations, states, 0.01).errors(rk4, 1)
+    left = np.abs(carried - (made - states)).max(axis=1)
+    assert np.all(left < 1e-5 * np.abs(made - states).max(axis=1) + 1e-15)
