@@ -22,6 +22,8 @@ _UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.item
 _LEAST_UNCERTAINTY_SHOWN = 1e-6
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _REST_WORTH_A_WORD = 1e-6
+# Of the range of a variable, where values of a law are said.
+_PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
 # A part of a term that is all of it.
 _WHOLE = 0.02
 _COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
@@ -187,6 +189,35 @@ def _(e: seen.ForceUnexplained) -> Finding:
 
 
 @register
+def _(e: seen.TorqueLaw) -> Finding:
+    law = e.law
+    of = dict(zip(law.places, law.values, strict=True))
+    largest = max(of)
+    unit = "rad/s" if law.variable.endswith("rate") else "rad"
+    some = sorted({min(of, key=lambda x: abs(x - part * largest)) for part in _PARTS_OF_RANGE})
+    where = "on the steer axis" if law.equation == "steer" else "that leans the bicycle"
+    values = ", ".join(f"{of[x]:.3g} N m at {x:.2g} {unit}" for x in some)
+    said = (
+        f"A torque {where} is there, or missing, that depends on the {law.variable} alone: as an "
+        f"odd function of it by its values, such as {values}, what disagrees with the exact "
+        f"equations falls by a factor of {law.relief:.2g}"
+    )
+    if law.variable == f"{law.equation} rate" and all(of[x] < 0.0 for x in some):
+        said += (
+            ". It brakes: a friction. Look at what your program applies at this joint by default"
+        )
+    return warning(
+        "torque_law",
+        said,
+        equation=law.equation,
+        variable=law.variable,
+        places=list(law.places),
+        values=list(law.values),
+        relief=law.relief,
+    )
+
+
+@register
 def _(e: seen.NoCauseFound) -> Finding:
     said = (
         f"No usual mistake explains the difference, alone or with another: {e.tried} such "
@@ -255,6 +286,8 @@ def _proof(e: seen.Explained) -> str:
             f". The file's own {where} acceleration is off from the exact equations by "
             f"{_part(share)}; with this, {relief:.1g} times less"
         )
+    if e.rest is None and e.left:
+        said += f". What is left, typically {_of_scale(e.left)}, can be the integrator's error"
     return said
 
 

@@ -88,7 +88,7 @@ def test_a_method_has_its_order(reference, method):
 
 
 def test_errors_are_carried_as_the_method_makes_them(reference, reduced):
-    """A second implementation, compiled by heyoka, makes every step; to first order in the error."""
+    """A second implementation, compiled by heyoka, makes every step."""
     rk4 = next(m for m in METHODS if m.says.endswith("(RK4)"))
     equations = Equations.binary64(Bicycle.parse(reference.bicycle, reference.parameters))
     exact = [reduced.start]

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
-from heyoka_bike.scoring.diagnosis.claims import left_over
+from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.found import (
@@ -18,6 +18,7 @@ from heyoka_bike.scoring.diagnosis.found import (
     LinearMotion,
     MostlyZeros,
     NoCauseFound,
+    TorqueLaw,
     UnitsBeside,
 )
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
@@ -135,9 +136,12 @@ def _direction(causes: Residual | None) -> Iterator[Direction]:
         yield Direction(best)
 
 
-def _unexplained(causes: Residual | None) -> Iterator[ForceUnexplained]:
-    """A force or a term which nothing explains, alone or beside the best."""
+def _unexplained(causes: Residual | None) -> Iterator[TorqueLaw | ForceUnexplained]:
+    """A force or a term which nothing explains, alone or beside the best: by its law, if seen."""
     if causes is None or not causes.is_open or causes.visibility is Visibility.NOTHING:
+        return
+    if causes.best is None and causes.law is not None:
+        yield TorqueLaw(causes.law)
         return
     is_beside = causes.best is not None
     yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside)
@@ -155,6 +159,7 @@ def _explained(
         left_over(first),
         _acceleration(first, causes),
         tuple(key for key in as_given if key),
+        max(above_digits(first).values(), default=0.0),
     )
 
 

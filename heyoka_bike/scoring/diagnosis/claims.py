@@ -40,6 +40,19 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
     return h.leaves_nothing or explains_mostly(h, residual)
 
 
+def above_digits(h: Hypothesis) -> dict[Place, float]:
+    """What a cause leaves beyond digits: typical errors in scales, where they are more."""
+    w = WEIGHTS
+    # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
+    has_energy = not any(x.name in FORCES for x in h.found)
+    return {
+        k: x
+        for k, x in h.after.items()
+        if x > max(w.nothing, w.at_floor * h.floors.get(k, 0.0))
+        and (has_energy or not k[1].endswith("_energy"))
+    }
+
+
 def left_over(h: Hypothesis) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
@@ -47,15 +60,7 @@ def left_over(h: Hypothesis) -> Place | None:
     explained; or far more than in the motion, whose errors an integrator makes. None if there is
     no such column: the cause is all that is wrong.
     """
-    w = WEIGHTS
-    # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
-    has_energy = not any(x.name in FORCES for x in h.found)
-    above = {
-        k: x
-        for k, x in h.after.items()
-        if x > max(w.nothing, w.at_floor * h.floors.get(k, 0.0))
-        and (has_energy or not k[1].endswith("_energy"))
-    }
+    w, above = WEIGHTS, above_digits(h)
     if not above:
         return None
     worst = max(above, key=above.__getitem__)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
+from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence import Evidence, SignContradiction
 
@@ -32,6 +33,8 @@ class Explained(Evidence):
         falls with the cause; None where the equations do not show it.
     as_given : tuple of str
         Columns whose first row has the start that is given, where another one was found.
+    left
+        The largest typical error that digits do not explain, in scales; 0 if there is none.
     """
 
     rank: int
@@ -39,6 +42,7 @@ class Explained(Evidence):
     rest: Place | None
     acceleration: tuple[str, float, float] | None
     as_given: tuple[str, ...]
+    left: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -137,6 +141,13 @@ class ForceUnexplained(Evidence):
     acts_in: str
     above: float
     is_beside: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TorqueLaw(Evidence):
+    """A torque that no cause known here explains, as a function of one angle or rate."""
+
+    law: Law
 
 
 @dataclass(frozen=True, slots=True)

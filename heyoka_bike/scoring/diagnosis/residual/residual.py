@@ -40,6 +40,8 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     other_values,
 )
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
+from heyoka_bike.scoring.diagnosis.residual.laws import EQUATIONS as EQUATIONS_OF_LAWS
+from heyoka_bike.scoring.diagnosis.residual.laws import VARIABLES, Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, state_vector
 
@@ -163,6 +165,29 @@ class Residual:
                 each = (f"{m.says} (step {m.step:.3g} s)" for m in found)
                 told.found = partial(", ".join, each)
         return found
+
+    @cached_property
+    def law(self) -> Law | None:
+        """A torque as a function of one variable that explains nearly all; None if none does."""
+        moving = self._moving(tuple(self.program.bicycle.values.items()), 0.0)
+        count, length = len(self.equations), float(moving.equations.k.length)
+        zero = 0.0 * moving.state[0]
+        unit = np.array([[1.0], [1.0], [length]])
+        added = [
+            np.array(moving.added([zero + float(i == j) for j in range(3)])) * unit
+            for i in range(len(EQUATIONS_OF_LAWS))
+        ]
+        starts = [0, *self._ends.tolist()]
+        weights = iter(self.blocks(self._weights))
+        averaged = [
+            (i, slice(start, start + len(m.time)), next(weights)[:, None] * m.windows)
+            for m, start in zip(self.motions, starts, strict=True)
+            for i in range(count)
+        ]
+        left = self.blocks(self._weights * (self.observed - self._right))
+        variables = [np.asarray(moving.state[k]) for k in VARIABLES.values()]
+        found = best_law(variables, added, left, averaged, self._floors)
+        return found if found and found.relief > WEIGHTS.beside else None
 
     @property
     def most(self) -> float:
@@ -321,7 +346,14 @@ class Residual:
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
-        fits = Fits(self.program, self._leaves, self._floors, len(self.motions), WEIGHTS.promise[0])
+        fits = Fits(
+            self.program,
+            self._leaves,
+            self._floors,
+            len(self.motions),
+            WEIGHTS.promise[0],
+            least=WEIGHTS.explains,
+        )
         least = max(0.0, known.log_odds)
         return fits.fewest(
             names, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least

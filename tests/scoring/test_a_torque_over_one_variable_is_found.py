@@ -1,0 +1,83 @@
+"""A torque that depends on one angle or rate alone is found as a function, whatever its law is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.made_results import made
+from support.mistaken_programs import correct
+
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.found import TorqueLaw
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving
+from heyoka_bike.scoring.diagnosis.residual.laws import hats
+from heyoka_bike.scoring.diagnosis.residual.observed import observe, state_vector
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
+from heyoka_bike.showing.causes import finding
+
+
+@pytest.fixture(scope="module")
+def motions(reference):
+    equations = Equations.binary64(correct(reference).bicycle)
+    parts = align(made(reference), reference).parts
+    understood = understand(parts)
+    return equations, [observe(part, understood, equations) for part in parts]
+
+
+def with_torque(reference, motions, equation, torque):
+    """The residual of the right motion whose accelerations have a torque more."""
+    equations, seen = motions
+    pushed = []
+    for m in seen:
+        state = state_vector(equations, m.state.__getitem__)
+        force = [0.0 * m.time] * 3
+        force[equation] = torque(m.state, m.time)
+        added = np.array(Moving(equations, state).added(force))
+        added[2] *= equations.k.length
+        pushed.append(replace(m, accelerations=m.accelerations + added @ m.windows.T))
+    return Residual(pushed, correct(reference), EQUATION_MISTAKES[:1])
+
+
+# Each a law that no list of forces has: regularised friction, a stop with play, a hardening spring.
+LAWS = {
+    "friction": (1, "steer rate", lambda s, _: -0.02 * np.tanh(s["steer_rate"] / 0.01)),
+    "play": (
+        1,
+        "steer angle",
+        lambda s, _: -3.0 * np.sign(s["steer_angle"]) * np.maximum(abs(s["steer_angle"]) - 0.02, 0),
+    ),
+    "spring": (0, "roll angle", lambda s, _: -5.0 * np.sinh(10 * s["roll_angle"])),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_variable_and_the_values_are_found(reference, motions, name):
+    equation, variable, torque = LAWS[name]
+    law = with_torque(reference, motions, equation, torque).law
+    assert (law.equation, law.variable) == (("roll", "steer")[equation], variable)
+    places = np.array(law.places[-6:])
+    exact = torque({variable.replace(" ", "_"): places}, None)
+    # Lines between places that are a factor of 1.4 apart.
+    np.testing.assert_allclose(law.values[-6:], exact, rtol=0.05, atol=0.02 * abs(exact).max())
+
+
+def test_friction_is_said_to_brake(reference, motions):
+    said = finding(TorqueLaw(with_torque(reference, motions, *LAWS["friction"][::2]).law)).message
+    assert said.startswith("A torque on the steer axis is there, or missing, that depends on the ")
+    assert "It brakes: a friction" in said
+    said = finding(TorqueLaw(with_torque(reference, motions, *LAWS["play"][::2]).law)).message
+    assert "brakes" not in said
+
+
+def test_a_torque_over_the_time_has_no_such_law(reference, motions):
+    assert with_torque(reference, motions, 0, lambda _, time: 0.3 * np.sin(3 * time)).law is None
+
+
+def test_hats_are_odd_and_add_up_to_what_they_stand_for():
+    places = np.array([1.0, 2.0, 4.0])
+    x = np.array([-3.0, -0.5, 0.0, 0.5, 2.0, 4.0])
+    np.testing.assert_allclose(places @ hats(x, places), x)
+    np.testing.assert_array_equal(hats(-x, places), -hats(x, places))
