@@ -331,7 +331,7 @@ class _SetInMaking:
         is_published = self.inputs == describe_inputs(*benchmark())
         self.version = DATASET_VERSION if is_published else CUSTOM
         self.attempts = [1] * len(ends)
-        self.is_told = False
+        self.is_told = self.is_written = False
         self.candidates: list[dict[str, frozenset[Any]]] = [{} for _ in ends]
         self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
         self.places: dict[Job, tuple[int, str]] = {}
@@ -405,10 +405,14 @@ class _SetInMaking:
 
     @property
     def is_done(self) -> bool:
-        return not self.places and all(len(parts) == len(_STAGES) for parts in self.parts)
+        """True once all is there, until it is written; jobs that nobody waits for may still end."""
+        if self.is_written or self.places:
+            return False
+        return all(len(parts) == len(_STAGES) for parts in self.parts)
 
     def write(self) -> Generated:
         """The files, in place of the finished parts."""
+        self.is_written = True
         tables = [certificate.tabulated(parts["integrate"].get(), parts) for parts in self.parts]
         self.parts = []
         changed = write_dataset(

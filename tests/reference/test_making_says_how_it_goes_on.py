@@ -65,6 +65,25 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
     assert "rows" in one.parts[0]
 
 
+def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
+    """Also where a job of an attempt that was given up ends after all others."""
+    one, written = made(bicycle, maneuvers, 1), []
+    one.kept.clear = lambda: None
+    monkeypatch.setattr(certificate, "tabulated", lambda run, parts: sorted(parts))
+    monkeypatch.setattr(making, "write_dataset", lambda *of: written.append(of[2]) or ())
+    late = {job.stages[0]: job for job in one.begin()}
+    rows = (SimpleNamespace(candidates=frozenset({"0"})),)
+    for job in ended(one, late.pop("rows"), rows):
+        assert not one.is_done
+        ended(one, job, (SimpleNamespace(candidates=frozenset()),))
+    assert one.is_done
+    one.write()
+    for job in late.values():
+        assert ended(one, job, None) == []
+        assert not one.is_done
+    assert written == [[sorted(making._STAGES)]]
+
+
 @pytest.mark.parametrize(
     ("count", "said"),
     [(1, None), (2, "the command goes on there without the maneuver that cannot be made")],
