@@ -69,6 +69,7 @@ def integrate(
     *,
     tolerance: float | None = None,
     is_regular: bool | None = None,
+    least_trail: float = LEAST_TRAIL,
     progress: TellTime | None = None,
 ) -> Trajectory:
     """Integrate a maneuver from 0 to its duration.
@@ -85,6 +86,8 @@ def integrate(
     is_regular : bool, optional
         Form of the equations; by default the few-product form, and the regular one where the
         mechanical trail comes near zero.
+    least_trail : float, optional
+        How near, in radii of the front wheel.
     progress : callable, optional
         Called with the time reached [s].
 
@@ -105,10 +108,10 @@ def integrate(
     p = precision if isinstance(precision, Precision) else Precision.of(precision)
     if is_regular is None:
         try:
-            return _integrate(bicycle, maneuver, p, tolerance, False, progress)
+            return _integrate(bicycle, maneuver, p, tolerance, False, least_trail, progress)
         except TrailTooSmallError:
             is_regular = True
-    return _integrate(bicycle, maneuver, p, tolerance, is_regular, progress)
+    return _integrate(bicycle, maneuver, p, tolerance, is_regular, least_trail, progress)
 
 
 class TrailTooSmallError(Exception):
@@ -117,14 +120,14 @@ class TrailTooSmallError(Exception):
 
 def _integrate(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
-    is_regular: bool, progress: TellTime | None,
+    is_regular: bool, least_trail: float, progress: TellTime | None,
 ) -> Trajectory:  # fmt: skip
     native = NativeNumbers(precision)
     grid = precision.bits + GUARD_BITS
     equations = Equations.of(bicycle, Balls(precision.bits + 64), is_regular=is_regular)
     with equations.precision():
         start = initial_state(equations, maneuver)
-        watch = _Watch(equations)
+        watch = _Watch(equations, least_trail)
         watch.check([float(x.mid()) for x in start], 0.0)
         state = [to_grid(x, grid) for x in start]
     end = _dyadic_above(maneuver.duration)
@@ -206,7 +209,8 @@ def _piece(
 class _Watch:
     """Keeps an eye on what the equations divide by."""
 
-    def __init__(self, equations: Equations) -> None:
+    def __init__(self, equations: Equations, least_trail: float) -> None:
+        self.least_trail = least_trail
         self.k = equations.k.convert(lambda x: float(x.mid()))
         self.is_regular = equations.is_regular
         self.side: bool | None = None
@@ -218,7 +222,7 @@ class _Watch:
             return
         trail = o.trail / self.k.front.r
         side = trail > 0
-        if abs(trail) < LEAST_TRAIL or (self.side is not None and side != self.side):
+        if abs(trail) < self.least_trail or (self.side is not None and side != self.side):
             raise TrailTooSmallError
         self.side = side
 

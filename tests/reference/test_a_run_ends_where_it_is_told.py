@@ -150,5 +150,6 @@ def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
     # The bound is worth something: it is within a few thousand times the error.
     assert max(bounds) < 1e-11
     monkeypatch.setattr(circle, "SMALLER", (1,))
+    monkeypatch.setattr(circle, "SMALLER_STILL", ())
     with pytest.raises(NotCertifiedError, match="a divisor may vanish"):
         enclose(run)

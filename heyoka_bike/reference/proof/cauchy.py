@@ -10,7 +10,6 @@ the radii the derivative by variable j is at most M / (rho_j / 2), at its centre
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
 from typing import TypeVar
 
 import flint
@@ -36,6 +35,14 @@ they are carried along, m and rad for the integrals (see `whole_motion`)."""
 SMALLER = (1, 64)
 """The radii over these are tried in turn: where a bicycle is about to fall the formulas' own
 overestimation takes the first for a divisor that vanishes."""
+
+SMALLER_STILL = (64**2, 64**3, 64**4)
+"""Of these the first that is small enough is tried besides, where those are not. A part of a piece
+has no smaller polydisc than the whole, so halving does not help there: a mechanical trail near
+zero, of which squares are taken, makes a divisor of a few millimetres one of nothing."""
+
+_MARGIN = 4
+"""A polydisc is small enough if one so many times larger is enclosed around a single state."""
 
 DEPTH = 6
 """Largest number of halvings of a piece where something cannot be shown on the whole of it."""
@@ -94,14 +101,29 @@ def circle_bound(
         On no circle tried.
     """
     reason = ""
-    for smaller, radius in product(SMALLER, radii):
-        polydisc = [x / smaller for x in rho(len(piece.rows))]
-        try:
-            values = _values(piece, function, equations, radius, polydisc)
-            return Circle(radius, polydisc, values)
-        except NotAnalyticError as e:
-            reason = str(e)
+    for polydisc in _polydiscs(piece, function, equations):
+        for radius in radii:
+            try:
+                values = _values(piece, function, equations, radius, polydisc)
+                return Circle(radius, polydisc, values)
+            except NotAnalyticError as e:
+                reason = str(e)
     raise NotAnalyticError(f"no analyticity shown for abs(s) <= {radii[-1]}: {reason}")
+
+
+def _polydiscs(piece: Piece, function: Function, equations: Equations) -> Iterator[list[flint.arb]]:
+    """Radii of the polydiscs to be tried in turn, each where the one before has failed."""
+    first = rho(len(piece.rows))
+    for smaller in SMALLER:
+        last = [x / smaller for x in first]
+        yield last
+    if _is_small(piece, function, equations, last):
+        return
+    for smaller in SMALLER_STILL:
+        last = [x / smaller for x in first]
+        if _is_small(piece, function, equations, last):
+            yield last
+            return
 
 
 def rho(variables: int = SIZE) -> list[flint.arb]:
@@ -198,6 +220,23 @@ def _values(
             left = [arc for arc, done in zip(arcs, is_done, strict=True) if not done]
             arcs = [part for arc in left for part in _parts(*arc, a.reason)]
         return biggest
+
+
+def _is_small(
+    piece: Piece, function: Function, equations: Equations, polydisc: Sequence[flint.arb]
+) -> bool:
+    """Tell whether F is enclosed on a polydisc some times larger, around the middle of a piece."""
+    a = Rim(_BITS_OF_ARCS)
+    with equations.precision():
+        a.start(1)
+        unit, middle = flint.arb(2) ** -piece.grid, flint.arb(1) / 2
+        state = []
+        for row, margin in zip(piece.rows, polydisc, strict=True):
+            wide = flint.arb(0, (_MARGIN * margin).upper())
+            p = flint.arb_poly([flint.arb(c) * unit for c in row])(middle)
+            state.append(a.value(array([flint.acb(p + wide, wide)])))
+        values = [_complex(x, 1) for x in function(equations.over(a), state)]
+    return bool(a.clear.all()) and all(x.is_finite() for (x,) in values)
 
 
 def _largest(values: Sequence[flint.acb], is_done: Sequence[bool]) -> flint.arb:
