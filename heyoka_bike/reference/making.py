@@ -342,7 +342,11 @@ class _SetInMaking:
         self.places: dict[Job, tuple[int, str]] = {}
 
     def outlook(self) -> str | None:
-        """How long all will take, told once all is integrated; nothing if that is short."""
+        """How long all will take, told once all is integrated; nothing if that is short.
+
+        Processor time, too, is longer where processes share a core: what was measured while a
+        single one integrated is then exceeded.
+        """
         if self.is_told or not all("integrate" in parts for parts in self.parts):
             return None
         self.is_told = True
@@ -358,8 +362,8 @@ class _SetInMaking:
         long = f"{seconds / 60:.0f} min" if seconds >= _LONG else f"{seconds:.0f} s"
         counted = "1 piece" if pieces == 1 else f"{pieces} pieces"
         return (
-            f"{self.folder}: {counted} of motion, about {long} of processor time in all, by "
-            "how long it took to integrate them"
+            f"{self.folder}: {counted} of motion, about {long} of processor time in all if the "
+            "rest goes as fast as integrating them, longer if processors are shared from now on"
         )
 
     @property
