@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 from heyoka_bike.commands import options
 from heyoka_bike.commands.citation import Cite
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
-from heyoka_bike.registry import COMMANDS, command
+from heyoka_bike.registry import COMMANDS, GROUPS, command
 from heyoka_bike.version import __version__
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.
@@ -41,11 +41,52 @@ ENVIRONMENT = {
 }
 """Variables of the environment that the program reads."""
 
+DESCRIPTION = """\
+Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".
+
+three jobs:
+  compare a result file with the exact motion
+      heyoka-bike score my-results.txt
+  keep its digits: exit code 3 if a requirement is not met
+      heyoka-bike score my-results.txt --require 'scd >= 6'
+  make the reference anew, with its proof
+      heyoka-bike generate"""
+
+WELCOME = """\
+How many digits of your bicycle are right? To begin:
+
+  heyoka-bike score my-results.txt       compare a result file with the exact motion
+  heyoka-bike diagnose my-results.txt    say why it differs
+  heyoka-bike animate my-results.txt     see your bicycle beside the exact one
+
+What a result file is: heyoka-bike score --help. All commands: heyoka-bike --help."""
+"""Of a call without words."""
+
 
 def _epilog() -> str:
     codes = "".join(f"  {code:<3} {said}\n" for code, said in EXIT_CODES.items())
     variables = "".join(f"  {name:<21} {said}\n" for name, said in ENVIRONMENT.items())
     return f"exit codes:\n{codes}\nenvironment:\n{variables}"
+
+
+class _Grouped(argparse.RawDescriptionHelpFormatter):
+    """Lists the commands in their groups, each with its example."""
+
+    def _format_action(self, action: argparse.Action) -> str:
+        if not isinstance(action, argparse._SubParsersAction):
+            return super()._format_action(action)
+        known = {command.dest: command for command in action._get_subactions()}
+        parts = []
+        for group in GROUPS:
+            commands = [known[name] for name in group.commands if name in known]
+            if commands:
+                space = " " * self._current_indent
+                parts.append(f"{space}{group.title}, for example: {group.example}\n")
+                self._indent()
+                parts += [self._format_action(command) for command in commands]
+                self._dedent()
+                parts.append("\n")
+        return self._join_parts(parts)
 
 
 class _CommandParser(argparse.ArgumentParser):
@@ -80,9 +121,9 @@ def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
     """The parser of the command line, of all commands or of some."""
     top = _CommandParser(
         prog="heyoka-bike",
-        description='Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".',
+        description=DESCRIPTION,
         epilog=_epilog(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_Grouped,
     )
     top.add_argument("--version", action="version", version=f"heyoka-bike {__version__}")
     top.add_argument("--cite", action=Cite, help="show how to cite the program and its data")
@@ -106,12 +147,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if argv is None:
         _prepare(words)
+    if not words:
+        return _greet()
     # If a command is named, the others need not be imported.
     asked = [word for word in words[:1] if word in COMMANDS]
     top = parser(asked or COMMANDS)
     try:
         try:
-            arguments = top.parse_args(words or ["--help"], argparse.Namespace(words=words))
+            arguments = top.parse_args(words, argparse.Namespace(words=words))
         except SystemExit:
             if sys.stdout is not None:
                 sys.stdout.flush()
@@ -131,6 +174,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         print(f"heyoka-bike: {' '.join(message.split())}", file=sys.stderr)
         return code
+
+
+def _greet() -> Exit:
+    try:
+        print(WELCOME, flush=True)
+    except BrokenPipeError:
+        return _unread()
+    return Exit.OK
 
 
 def _prepare(words: Sequence[str]) -> None:

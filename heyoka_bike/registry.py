@@ -4,31 +4,59 @@ The workbench uses the rest of the package, and no module of the rest imports it
 stand in ``__init__.pyi``, like all others.
 """
 
+from collections.abc import Mapping
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 _CORE, _WORKBENCH = "heyoka_bike.commands", "heyoka_bike.workbench.commands"
 
-COMMANDS = {
-    "generate": _CORE,
-    "score": _CORE,
-    "diagnose": _CORE,
-    "check": _CORE,
-    "verify": _CORE,
-    "certify": _CORE,
-    "linear": _CORE,
-    "plot": _WORKBENCH,
-    "animate": _WORKBENCH,
-    "export": _CORE,
-    "import": _CORE,
-    "bench": _WORKBENCH,
-    "atlas": _WORKBENCH,
-    "leaderboard": _WORKBENCH,
-    "submit": _WORKBENCH,
-    "serve": _WORKBENCH,
-    "selfcheck": _CORE,
-}
+
+class Group(NamedTuple):
+    """Commands of ``--help`` that belong together."""
+
+    title: str
+    example: str
+    commands: Mapping[str, str]
+    """Package of each, in the order of ``--help``."""
+
+
+GROUPS = (
+    Group(
+        "the reference",
+        "heyoka-bike verify",
+        {
+            "generate": _CORE,
+            "certify": _CORE,
+            "verify": _CORE,
+            "linear": _CORE,
+            "import": _CORE,
+        },
+    ),
+    Group(
+        "judging",
+        "heyoka-bike diagnose my-results.txt",
+        {"score": _CORE, "diagnose": _CORE, "check": _CORE, "bench": _WORKBENCH},
+    ),
+    Group(
+        "looking",
+        "heyoka-bike animate my-results.txt -o replay.html",
+        {"animate": _WORKBENCH, "plot": _WORKBENCH, "atlas": _WORKBENCH},
+    ),
+    Group(
+        "sharing",
+        "heyoka-bike export --page -o judge/",
+        {
+            "export": _CORE,
+            "submit": _WORKBENCH,
+            "leaderboard": _WORKBENCH,
+            "serve": _WORKBENCH,
+        },
+    ),
+    Group("this installation", "heyoka-bike selfcheck", {"selfcheck": _CORE}),
+)
+
+COMMANDS = {name: package for group in GROUPS for name, package in group.commands.items()}
 """Package of each command, in the order of ``--help``."""
 
 _ADDITIONS = {

@@ -23,13 +23,20 @@ def page() -> str:
         f'.TH HEYOKA-BIKE 1 "" "heyoka_bike {__version__}" "User Commands"',
         ".SH NAME", _text("heyoka-bike - exact motions of the benchmark Uncontrolled bicycle"),
         ".SH SYNOPSIS", ".B heyoka-bike", r"[\fB\-\-help\fR] \fICOMMAND\fR ...",
-        ".SH DESCRIPTION", _text(top.description or ""),
+        ".SH DESCRIPTION", *_description(top),
         ".SH OPTIONS", *_options(top),
         ".SH COMMANDS", *_commands(top),
         ".SH EXIT STATUS", *_table({str(int(code)): said for code, said in EXIT_CODES.items()}),
         ".SH ENVIRONMENT", *_table(ENVIRONMENT),
         "",
     ])  # fmt: skip
+
+
+def _description(top: argparse.ArgumentParser) -> Iterator[str]:
+    said, *lists = (top.description or "").split("\n\n")
+    yield _text(said)
+    for lines in lists:
+        yield from (".PP", ".nf", _text(lines, fold=False), ".fi")
 
 
 def _commands(top: argparse.ArgumentParser) -> Iterator[str]:

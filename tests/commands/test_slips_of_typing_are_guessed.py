@@ -49,9 +49,3 @@ def test_nothing_is_guessed_of_words_like_none(words, capsys):
 
 def test_case_does_not_matter():
     assert did_you_mean("JSON", ["table", "json"]) == "; did you mean json?"
-
-
-def test_without_a_command_there_is_help(capsys):
-    with pytest.raises(SystemExit, match="0"):
-        main([])
-    assert "score" in capsys.readouterr().out
