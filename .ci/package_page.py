@@ -2,12 +2,14 @@
 
 ``HEYOKA_BIKE_REPOSITORY``, the address of the repository on its server, makes links and images of
 the README absolute, those of the tag of this version, and adds its pages to the metadata. Without
-it links become plain words and images are left out: no address is made up.
+it links become plain words and images are left out: no address is made up. ``HEYOKA_BIKE_SITE`` is
+the address of the site, of which the same holds.
 ``HEYOKA_BIKE_EMAIL`` is the address of the authors, if they give one.
 """
 
 import os
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -32,27 +34,42 @@ class PackagePage(MetadataHookInterface):
     def update(self, metadata: dict[str, Any]) -> None:
         """Add the readme, the addresses and the authors."""
         repository = os.environ.get("HEYOKA_BIKE_REPOSITORY", "").rstrip("/")
+        site = os.environ.get("HEYOKA_BIKE_SITE", "").rstrip("/")
         email = os.environ.get("HEYOKA_BIKE_EMAIL", "")
         readme = Path(self.root, "README.md").read_text(encoding="utf-8")
+        project = tomllib.loads(Path(self.root, "pyproject.toml").read_text(encoding="utf-8"))
+        named = project["tool"]["heyoka_bike"]
+        readme = told(told(readme, named["repository"], repository), named["site"], site)
         tag = f"v{metadata['version']}"
         metadata["readme"] = {
             "content-type": "text/markdown",
             "text": page(readme, repository, tag),
         }
-        metadata["urls"] = {"Benchmark": _PROBLEM, **addresses(repository, tag)}
+        metadata["urls"] = {"Benchmark": _PROBLEM, **addresses(repository, tag, site)}
         metadata["authors"] = [{"name": _AUTHORS} | ({"email": email} if email else {})]
 
 
-def addresses(repository: str, tag: str) -> dict[str, str]:
-    """Pages of the repository by what they are; none if its address is not known."""
-    if not repository:
-        return {}
-    return {
-        "Repository": repository,
-        "Issues": f"{repository}/issues",
-        "Documentation": f"{repository}/blob/{tag}/docs/index.md",
-        "Changelog": f"{repository}/blob/{tag}/CHANGELOG.md",
-    }
+def addresses(repository: str, tag: str, site: str = "") -> dict[str, str]:
+    """Pages of the repository and the site by what they are; none whose address is not known."""
+    found = {}
+    if repository:
+        found = {
+            "Repository": repository,
+            "Issues": f"{repository}/issues",
+            "Documentation": f"{repository}/blob/{tag}/docs/index.md",
+            "Changelog": f"{repository}/blob/{tag}/CHANGELOG.md",
+        }
+    return found | ({"Documentation": f"{site}/"} if site else {})
+
+
+def told(readme: str, placeholder: str, address: str) -> str:
+    """The README with the address that is told in place of that of ``pyproject.toml``.
+
+    Without one, links become plain words, and a command that names it is left to its reader.
+    """
+    if address:
+        return readme.replace(placeholder, address)
+    return re.sub(rf"\[([^\[\]]*)\]\({re.escape(placeholder)}[^)]*\)", r"\1", readme)
 
 
 def page(readme: str, repository: str, tag: str) -> str:

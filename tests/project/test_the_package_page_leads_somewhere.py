@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 
 import pytest
+from addresses import addresses
 
 ROOT = Path(__file__).resolve().parents[2]
-REPOSITORY = "https://example.org/someone/bicycle"
+REPOSITORY, SITE = "https://example.org/someone/bicycle", "https://someone.example.org/bicycle"
 TAG = "v1.2.3"
 
 MIXED = """\
@@ -65,6 +66,18 @@ def test_images_in_links_and_tags_are_told_apart(made):
     assert 'echo "[not](a.link)"' in bare
 
 
+def test_the_addresses_that_are_told_replace_the_placeholders(made):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for placeholder, address in zip(addresses(), (REPOSITORY, SITE), strict=True):
+        assert placeholder in readme
+        full, bare = (made.told(readme, placeholder, x) for x in (address, ""))
+        assert placeholder not in full
+        assert full.count(address) == readme.count(placeholder)
+        assert f"]({placeholder}" not in bare
+    assert made.told("[a](x/b) `x/c` [d](y)", "x", "") == "a `x/c` [d](y)"
+
+
 def test_only_addresses_that_are_told_are_given(made):
     assert made.addresses("", TAG) == {}
+    assert made.addresses("", TAG, SITE) == {"Documentation": f"{SITE}/"}
     assert all(x.startswith(REPOSITORY) for x in made.addresses(REPOSITORY, TAG).values())
