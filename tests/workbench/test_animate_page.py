@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from support.pages import Page, assert_runs_alone, browser, data, look, widths
 
+from heyoka_bike import score
 from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.replay.page import render
 from heyoka_bike.workbench.replay.scenes import replay
@@ -28,6 +30,13 @@ def pages(reference):
 def test_the_page_stands_alone(pages, name):
     assert len(pages[name].encode()) < 3_000_000
     assert_runs_alone(pages[name])
+
+
+def test_it_says_the_verdict_as_the_report_does(pages):
+    said = Page(pages["compared"]).text
+    assert "✗ Wrong, worst column 1.6 correct digits (maneuver 1 steer_rate)." in said
+    report = Page(rendered(score(RESULT), "html", [])).text
+    assert "✗ Wrong, worst column 1.6 correct digits (maneuver 1 steer_rate)." in report
 
 
 def test_every_control_has_a_name(pages):
@@ -232,3 +241,24 @@ def test_keys_pointer_and_address_do_what_they_say(pages, tmp_path):
         "paused": "Play", "maneuver": "3", "scale": "roll and steer drawn ×20",
         "disabled": True, "hidden": True, "address": 6.5, "pictures": 8,
     }  # fmt: skip
+
+
+@pytest.mark.proof
+@browser
+def test_the_result_is_hatched(pages, tmp_path):
+    image = pytest.importorskip("matplotlib.image")
+    picture = tmp_path / "picture.png"
+
+    def solid(page):
+        """The part of its blue that is in runs longer than the stripes of the hatch."""
+        look(page, tmp_path, "#t=4&maneuver=1&magnify=100", what=f"--screenshot={picture}")
+        red, green, blue = np.moveaxis(image.imread(picture)[100:640, 25:880, :3], -1, 0)
+        runs = [
+            len(run)
+            for row in (blue > red + 0.2) & (blue > green + 0.05)
+            for run in "".join("x" if is_blue else " " for is_blue in row).split()
+        ]
+        return sum(n for n in runs if n > 9) / sum(runs)
+
+    page = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", pages["compared"])
+    assert solid(page) < 0.5 * solid(page.replace("hatch(g);", ""))

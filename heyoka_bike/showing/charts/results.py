@@ -136,9 +136,9 @@ def _explained(c: Curve) -> str:
     return chart(time, error_axis, lines, about=about, title=title, height=_ONE_HEIGHT)
 
 
-def every_column(m: ManeuverScore) -> str:
-    """Each column on top of the reference, and its error below."""
-    return f'<div class="columns">{"".join(_one_column(m, c) for c in m.columns)}</div>'
+def every_column(m: ManeuverScore, columns: Sequence[ColumnScore]) -> str:
+    """Each of some columns on top of the reference, and its error below."""
+    return f'<div class="columns">{"".join(_one_column(m, c) for c in columns)}</div>'
 
 
 def _one_column(m: ManeuverScore, c: ColumnScore) -> str:

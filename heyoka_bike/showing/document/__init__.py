@@ -239,6 +239,8 @@ class Chapter:
         is a detail, which text may leave out.
     only
         The medium that it is for; empty for all.
+    folds
+        True if a page has it closed at first, too.
     """
 
     title: str
@@ -248,6 +250,7 @@ class Chapter:
     is_folded: bool = False
     is_open: bool = False
     only: str = ""
+    folds: bool = False
 
     @property
     def is_detail(self) -> bool:

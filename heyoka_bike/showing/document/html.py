@@ -38,11 +38,13 @@ def render(document: doc.Document) -> str:
     start = next((i for i, b in enumerate(blocks) if isinstance(b, doc.Chapter)), len(blocks))
     places = [(b.anchor, b.link) for b in blocks if isinstance(b, doc.Chapter) and b.link]
     items = "".join(f'<li><a href="#{where}">{escape(said)}</a></li>' for where, said in places)
-    contents = f'<nav aria-label="Contents"><ul>{items}</ul></nav>' if items else ""
+    contents = (
+        f'<nav class="contents" aria-label="Contents"><ul>{items}</ul></nav>\n' if items else ""
+    )
     body = (
         f'<header><p class="kicker">{escape(document.kind)}</p>'
         f"<h1>{escape(document.heading)}</h1>"
-        f"{markup(blocks[:start])}\n{contents}</header>\n{markup(blocks[start:])}"
+        f"{markup(blocks[:start])}</header>\n{contents}{markup(blocks[start:])}"
     )
     return page(document.title, body, document.origin, styles=(PAGE_STYLE,), script=SCRIPT)
 
@@ -114,7 +116,10 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
         content = markup(block.blocks, level, medium)
         state = " open" if block.is_open else ""
         return f"<details{state}><summary>{title}</summary>{content}</details>"
-    content = f"<h{level}>{title}</h{level}>{markup(block.blocks, level + 1, medium)}"
+    heading, inner = f"<h{level}>{title}</h{level}>", markup(block.blocks, level + 1, medium)
+    if medium == doc.PAGE and block.folds:
+        return f"<details><summary>{heading}</summary>{inner}</details>"
+    content = heading + inner
     # Two reports in a notebook would have the same places.
     is_place = block.anchor and medium == doc.PAGE
     return f'<section id="{block.anchor}">{content}</section>' if is_place else content

@@ -3,6 +3,7 @@
 Correct digits of every column in every maneuver come first.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import results as charts
 from heyoka_bike.showing.document.html import capital
-from heyoka_bike.showing.wording import SIGNS, Grade, file_grade, style_of
+from heyoka_bike.showing.wording import SIGNS, WORDS, Grade, file_grade, style_of
 
 _MOST_COLUMNS_SHOWN = (
     12  # the benchmark has eight columns, a file of the whole motion up to a hundred
@@ -180,19 +181,40 @@ def _maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
         "where each thin line is a factor of ten. The dotted line is the floor: so far off exact "
         "values may be, once rounded to the digits of the file."
     )
-    each = doc.Paragraph(said, "said"), doc.Chart(partial(charts.every_column, m))
+    each = doc.Paragraph(said, "said"), *_each_column(m)
     blocks = (
         doc.Paragraph(f"{_covered(m)}.", "facts", only=doc.HTML),
         *scores(m, is_explained),
         _consistency(m),
         doc.Chapter("Error over time", (doc.Chart(partial(charts.all_errors, m)),)),
         doc.Chapter(
-            "Which definition", (doc.Chart(partial(charts.definitions, m)),), only=doc.PAGE
+            "Which definition",
+            (doc.Chart(partial(charts.definitions, m)),),
+            only=doc.PAGE,
+            folds=True,
         ),
         doc.Chapter("Column by column", each if m.columns else (), only=doc.PAGE),
     )
     anchor, link = f"maneuver-{m.maneuver}", f"Maneuver {m.maneuver}"
     return doc.Chapter(title(m), blocks, anchor, link, is_folded=True)
+
+
+def _each_column(m: ManeuverScore) -> Iterator[doc.Block]:
+    """Charts of the columns, the worst first; only wrong ones are open, or the worst if none is."""
+
+    def goodness(c: ColumnScore) -> tuple[int, float]:
+        return -c.grade, math.inf if c.scd is None else c.scd
+
+    order = sorted(m.columns, key=goodness)
+    shown = [c for c in order if c.grade == Grade.WRONG] or order[:1]
+    yield doc.Chart(partial(charts.every_column, m, shown))
+    for grade in sorted({c.grade for c in order}, reverse=True):
+        some = [c for c in order if c.grade == grade and c not in shown]
+        if some:
+            names = ", ".join(words.label(c.key) for c in some)
+            heading = f"{capital(WORDS.get(grade, 'not compared'))}: {names}"
+            drawn = doc.Chart(partial(charts.every_column, m, some))
+            yield doc.Chapter(heading, (drawn,), only=doc.PAGE, folds=True)
 
 
 def title(m: ManeuverScore) -> doc.Words:

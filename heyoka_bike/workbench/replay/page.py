@@ -25,7 +25,14 @@ from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.showing.charts.chart import ChartAxis, Line, chart, linear, times
 from heyoka_bike.showing.charts.results import legend
 from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose
-from heyoka_bike.showing.wording import reference_words, sentence, worst_words
+from heyoka_bike.showing.wording import (
+    SIGNS,
+    file_grade,
+    graded,
+    reference_words,
+    sentence,
+    style_of,
+)
 from heyoka_bike.system.files import refuse_overwriting, write_output
 from heyoka_bike.workbench.replay.motion_3d import Motion3D
 from heyoka_bike.workbench.replay.scenes import Replay, Scene, replay
@@ -181,8 +188,10 @@ def _header(replay: Replay, title: str, has_result: bool) -> str:
     kicker = "Uncontrolled bicycle: replay of" if has_result else "Replay of the reference"
     said = ""
     if replay.report is not None:
-        worst = capital(sentence(worst_words(replay.report)))
-        said = f'<p class="facts">{prose(worst)}.</p>'
+        report = replay.report
+        sign, words = SIGNS.get(file_grade(report), ""), capital(sentence(graded(report)))
+        shown = f'<span aria-hidden="true">{sign}</span> {prose(words)}' if sign else prose(words)
+        said = f'<p class="head {style_of(report)}">{shown}.</p>'
     return f'<header><p class="kicker">{kicker}</p><h1>{escape(title)}</h1>{said}</header>'
 
 

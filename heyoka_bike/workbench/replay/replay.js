@@ -419,6 +419,15 @@ const replay = (data) => {
     }
   };
 
+  // Gaps in what is drawn, so that the result is told from the reference without colours, too.
+  const hatch = (c) => {
+    c.globalCompositeOperation = "destination-out";
+    c.beginPath();
+    for (let x = -height; x < width; x += 8) { c.moveTo(x, height); c.lineTo(x + height, 0); }
+    c.lineWidth = 2.5;
+    c.stroke();
+    c.globalCompositeOperation = "source-over";
+  };
   const draw = () => {
     const exact = sampled(scene.columns, frame()), difference = resultAt(exact);
     const b = pose(exaggerate(exact, false));
@@ -458,11 +467,12 @@ const replay = (data) => {
       g.clearRect(0, 0, ghost.width, ghost.height);
       g.setTransform(ratio, 0, 0, ratio, 0, 0);
       drawBicycle(g, other, colours.blue);
-      overlay(0.5);
+      hatch(g);
+      overlay(0.6);
     }
     drawBicycle(c, b, null);
     // Mostly under the reference, whose colours stay where the two agree.
-    if (other) overlay(0.25);
+    if (other) overlay(0.35);
     if (isShown("points")) drawPoints(c, b);
     write(exact, difference);
   };
