@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_argparse_cli",
     # Of this folder's _site.
+    "beside_pages",
     "mathml",
     "redirects",
     "repository_links",
@@ -43,6 +44,7 @@ nitpick_ignore_regex = [
     (r"py:class", r"heyoka_bike\.(bicycle\.columns\.Column|scoring\.verdict\.Grade)"),
     (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
     (r"py:class", r"heyoka_bike\.motion\.trajectory\.Drift"),
+    (r"py:class", r"heyoka_bike\.scoring\.(evidence|outcomes)\.\w+"),
 ]
 # Words of a shape, "(rows,)", are no references.
 suppress_warnings = ["ref.python"]

@@ -1,5 +1,6 @@
 """What `import heyoka_bike` offers is there, says what it is, and is documented at one path."""
 
+import importlib
 import inspect
 import re
 import subprocess
@@ -39,6 +40,17 @@ def test_every_name_says_what_it_is(name):
         assert {"Returns", "Raises"} <= set(found)
     elif not issubclass(thing, Exception):
         assert {"Attributes", "Parameters"} & set(found)
+
+
+def test_what_is_documented_stands_where_the_page_says():
+    named = [path.partition("(")[0] for _, path in _DIRECTIVE.findall(PAGE)]
+    paths = [path for path in named if path.startswith("heyoka_bike.")]
+    assert len(paths) > 20
+    for path in paths:
+        module, _, name = path.rpartition(".")
+        thing = getattr(importlib.import_module(module), name, None)
+        assert thing is not None, path
+        assert thing.__module__ == module, f"{path} is of {thing.__module__}"
 
 
 def test_every_name_is_documented_at_one_path():
