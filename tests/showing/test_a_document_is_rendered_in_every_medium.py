@@ -124,3 +124,13 @@ def test_nothing_of_a_text_becomes_markup():
     for made in (page(blocks), html.piece(blocks)):
         assert "<b onclick" not in made
         assert Page(made).text.count("onclick=alert(1)") > 10
+
+
+def test_only_a_page_has_places_to_link_to():
+    said = Paragraph("1001 rows", link=("1 warning", "findings"))
+    blocks = [said, Chapter("Findings", [Paragraph("none")], "findings", "Findings")]
+    assert '<a href="#findings">1 warning</a>' in page(blocks)
+    assert 'id="findings"' in page(blocks)
+    noted = html.piece(blocks)
+    assert "1001 rows; 1 warning</p>" in noted
+    assert "findings" not in noted

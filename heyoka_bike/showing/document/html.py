@@ -68,7 +68,7 @@ def markup(blocks: Sequence[doc.Block], level: int = 2, medium: str = doc.PAGE) 
 def _block(block: doc.Block, level: int, medium: str) -> str:
     match block:
         case doc.Paragraph():
-            return _paragraph(block)
+            return _paragraph(block, medium)
         case doc.Listing():
             return f'<ul class="said">{"".join(map(_item, block.items))}</ul>'
         case doc.Facts():
@@ -81,13 +81,15 @@ def _block(block: doc.Block, level: int, medium: str) -> str:
             return _chapter(block, level, medium)
 
 
-def _paragraph(block: doc.Paragraph) -> str:
+def _paragraph(block: doc.Paragraph, medium: str) -> str:
     sign = f'<span aria-hidden="true">{block.sign}</span> ' if block.sign else ""
     lead = f"<b>{escape(capital(block.lead))}.</b> " if block.lead else ""
     text = prose(capital(block.text) if lead else block.text)
     if block.link:
         said, where = block.link
-        text += f'; <a href="#{where}">{escape(said)}</a>'
+        # A notebook has no such place.
+        is_page = medium == doc.PAGE
+        text += "; " + (f'<a href="#{where}">{escape(said)}</a>' if is_page else escape(said))
     note = f" <span>{escape(block.note)}</span>" if block.note else ""
     return f"<p{_class(block.style)}>{sign}{lead}{text}{note}</p>"
 
