@@ -10,6 +10,8 @@ import sys
 import tomllib
 
 import pytest
+from addresses import addresses
+from support.site import broken, served
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
@@ -124,7 +126,13 @@ def test_the_site_builds_without_a_warning(folder, tmp_path):
         for p in (tmp_path / "html").rglob("*.html")
     }
     assert "worst column 1.6 correct" in html["start.html"]
+    with served(tmp_path) as address:
+        checked, found = broken(address, "/html/", ["/html/"])
+    assert found == []
+    assert {f"{address}/html/judge/", f"{address}/html/data/"} <= checked
+    _, home = addresses()
     for page in html.values():
+        assert home not in page, "a link of the site itself is not relative"
         # Nothing is loaded from elsewhere.
         assert not re.search(r"<(?:script|link|img)\b[^>]*(?:src|href)=\"https?:", page)
     assert {p.name: p.stat().st_mtime_ns for p in folder.iterdir()} == before
