@@ -110,6 +110,14 @@ def look(page, folder, address="", *, what="--dump-dom", flags=(), budget=2500):
 
 def widths(page, folder, address):
     """How wide a page is in windows of four widths, and the window."""
+    size = "f.contentDocument.documentElement.scrollWidth + '/' + "
+    size += "f.contentDocument.documentElement.clientWidth"
+    found = framed(page, folder, address, size)
+    return [tuple(map(int, pair.split("/"))) for pair in found]
+
+
+def framed(page, folder, address, asked, budget=3000):
+    """What a script says of a page in windows of four widths; `f` is the frame that it is in."""
     # A window of chromium is at least 500 wide: narrower ones are frames in another page.
     frame = folder / "frames.html"
     (folder / "page.html").write_text(page, encoding="utf-8")
@@ -119,19 +127,18 @@ def widths(page, folder, address):
             for w in (320, 400, 800, 1280)
         )
         + "<p></p><script>onload = () => setTimeout(() => { document.querySelector('p').textContent"
-        " = [...document.querySelectorAll('iframe')].map((f) =>"
-        " f.contentDocument.documentElement.scrollWidth + '/' +"
-        " f.contentDocument.documentElement.clientWidth).join(' '); }, 500)</script>"
+        f" = [...document.querySelectorAll('iframe')].map((f) => {asked}).join(' '); }}, 1500)"
+        "</script>"
     )
     run = subprocess.run(
         [
             CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu",
             f"--user-data-dir={folder / 'profile'}", "--allow-file-access-from-files",
-            "--hide-scrollbars", "--window-size=1400,900", "--virtual-time-budget=3000",
+            "--hide-scrollbars", "--window-size=1400,900", f"--virtual-time-budget={budget}",
             "--dump-dom", frame.as_uri(),
         ],
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     found = re.search(r"<p>(.*?)</p>", run.stdout)[1].split()
     assert len(found) == 4
-    return [tuple(map(int, pair.split("/"))) for pair in found]
+    return found

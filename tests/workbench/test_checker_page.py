@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from checker_wasm import build, source_hash
 from support.bad_links import CELL
-from support.pages import CHROMIUM, Page, browser
+from support.pages import CHROMIUM, Page, browser, framed, widths
 
 from heyoka_bike import read_results, score
 from heyoka_bike.cli import main
@@ -107,6 +107,7 @@ def said(dom, name):
 def matrix(dom):
     """Digits by column and maneuver."""
     found = {}
+    dom = dom.replace("<wbr>", "")
     for key, row in re.findall(r'<tr><th scope="row">(\w+)</th>(.*?)</tr>', dom):
         for maneuver, digits in re.findall(
             r'aria-label="maneuver (\d) \w+: (-?[\d.]+) digits', row
@@ -327,3 +328,44 @@ def test_what_a_link_says_stays_text(page, tmp_path):
     assert complaints == []
     assert "<img" not in dom
     assert name in said(dom, "facts")
+
+
+@pytest.mark.proof
+@browser
+def test_nothing_is_cut_off_in_a_narrow_window(page, tmp_path):
+    rows = np.loadtxt(EXUDYN)[::20]
+    address = packed("text", {"name": "x", "text": as_text(rows)})
+    for content, window in widths(page, tmp_path, address):
+        assert content <= window
+    # Letters of the axes that leave their drawing, and the part of the table of rows in sight.
+    outside = (
+        "((d) => [...d.querySelectorAll('.curve')].filter((s) => s.clientWidth).flatMap((s) => {"
+        " const a = s.getBoundingClientRect(); return [...s.querySelectorAll('text')].filter((t) =>"
+        " { const b = t.getBoundingClientRect(); return b.left < a.left - 1 || b.right > a.right +"
+        " 1; }); }).length + '/' + d.querySelectorAll('.curve text').length)(f.contentDocument)"
+    )
+    for said in framed(page, tmp_path, address, outside):
+        cut, every = map(int, said.split("/"))
+        assert cut == 0
+        assert every > 15
+    # A table that is wider than the window has shades at its sides.
+    box = "((b) => b.scrollWidth - b.clientWidth + '/' + getComputedStyle(b).backgroundImage.split("
+    box += "'gradient').length)(f.contentDocument.querySelector('#worst').parentElement)"
+    found = [tuple(map(int, x.split("/"))) for x in framed(page, tmp_path, address, box)]
+    assert found[0][0] > 0
+    assert [hidden for hidden, _ in found[2:]] == [0, 0]
+    assert {shades for _, shades in found} == {5}
+
+
+@pytest.mark.proof
+@browser
+def test_before_a_file_is_there_the_exact_motion_is_shown(page, tmp_path):
+    dom, complaints = opened(page, tmp_path)
+    assert complaints == []
+    section = dom.partition('<section id="asked"')[2].partition("</section>")[0]
+    assert re.findall(r'aria-label="(Exact .*?)"', section) == [
+        f"Exact roll_angle of maneuver {n}" for n in (1, 2, 3)
+    ]
+    assert 'id="asked" aria-label="The exact motion" hidden' not in dom
+    dom, _ = opened(page, tmp_path, more='document.getElementById("example").click();')
+    assert 'id="asked" aria-label="The exact motion" hidden' in dom

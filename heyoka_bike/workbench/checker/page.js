@@ -52,6 +52,8 @@ function judgeText(text, name, chosen = 0) {
 
 const seconds = (t) => String(Number(t.toPrecision(6)));
 const oneDecimal = (x) => (x < 0 && x > -0.05 ? 0 : x).toFixed(1);
+// A name that may be broken after its underscores only.
+const broken = (key) => key.split("_").flatMap((part, i, all) => (i + 1 < all.length ? [`${part}_`, make("wbr")] : [part]));
 const label = (cell) => `${phrases.maneuver} ${cell.maneuver} ${keys[cell.key]}`;
 
 function takenAs(c) {
@@ -75,7 +77,7 @@ function show(result) {
   for (const [k, key] of keys.entries()) {
     const mine = result.cells.filter((c) => c.key === k);
     if (!mine.length) continue;
-    const row = make("tr", {}, make("th", { scope: "row" }, key));
+    const row = make("tr", {}, make("th", { scope: "row" }, ...broken(key)));
     for (const n of present) {
       const c = mine.find((x) => x.maneuver === n);
       if (!c || !c.rows) { row.append(make("td", { class: "unknown" }, "-")); continue; }
@@ -91,6 +93,7 @@ function show(result) {
   at("signs").replaceChildren(...grades.map((g) => make("li", {}, make("b", { class: styles[g] }, signs[g]), ` ${meanings[g]}`)));
   at("more").replaceChildren(result.file ? "" : "Nothing of this was computed here. ", "This page counts up to 14 digits, and looks for no cause. The whole report, and why a result differs: ", make("code", {}, `heyoka-bike score ${result.name}`), ", ", make("code", {}, `heyoka-bike diagnose ${result.name}`), ".");
   at("copied").textContent = "";
+  at("asked").hidden = true;
   at("result").hidden = false;
   const worst = result.cells.filter((c) => c.rows).sort((a, b) => a.digits - b.digits)[0];
   if (worst) {
@@ -135,8 +138,8 @@ function detail(c, button) {
   at("values").textContent = `[${unit}] over time [s]${mine ? "; exact grey, yours blue" : ""}`;
   at("errors").textContent = `[${unit}] over time [s], by powers of ten`;
   const texts = [`Exact curve${mine ? " and yours" : ""} of ${label(c)}`, `Error of ${label(c)}`];
-  at("curve").replaceChildren(chart(lines, end, texts[0]));
-  at("error").replaceChildren(chart([{ style: "off", t: errors.t, y: errors.y.map((x) => Math.log10(Math.max(x, least))) }], end, texts[1], true));
+  at("curve").replaceChildren(chart(at("curve"), lines, end, texts[0]));
+  at("error").replaceChildren(chart(at("error"), [{ style: "off", t: errors.t, y: errors.y.map((x) => Math.log10(Math.max(x, least))) }], end, texts[1], true));
   at("rows").hidden = !mine;
   if (mine) worstRows(c, mine);
 }
@@ -152,8 +155,9 @@ function largest(mine, parts) {
   return { t: pairs.map((p) => p[0]), y: pairs.map((p) => p[1]) };
 }
 
-function chart(lines, end, title, isPower = false) {
-  const width = 600, height = 220, left = 62, bottom = 26, top = 8;
+// As wide as its place, so that letters have one size; `place` is the element that it will stand in.
+function chart(place, lines, end, title, isPower = false) {
+  const width = Math.min(600, Math.max(280, place.clientWidth)), height = Math.round(120 + width / 6), bottom = 26, top = 8, right = 14;
   const finite = lines.flatMap((l) => l.y).filter(Number.isFinite);
   let low = Math.min(...finite), high = Math.max(...finite);
   if (isPower) { low = Math.floor(low); high = Math.max(Math.ceil(high), low + 1); }
@@ -163,13 +167,13 @@ function chart(lines, end, title, isPower = false) {
   const raw = (high - low) / 4, power = 10 ** Math.floor(Math.log10(raw));
   const step = isPower ? Math.ceil(raw) : power * [1, 2, 5, 10].find((s) => s * power >= raw);
   if (!isPower) { low = step * Math.floor(low / step); high = step * Math.ceil(high / step); }
-  const x = (t) => left + ((width - left - 8) * t) / end;
+  const marks = [];
+  for (let v = low; v <= high + step / 1000; v += step) marks.push([v, isPower ? `1e${v}` : String(Number((step * Math.round(v / step)).toPrecision(8)))]);
+  const left = 14 + 7.5 * Math.max(...marks.map(([, text]) => text.length));
+  const x = (t) => left + ((width - left - right) * t) / end;
   const y = (v) => top + ((height - top - bottom) * (high - v)) / (high - low);
   const found = svg("svg", { class: "curve", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": title });
-  for (let v = low; v <= high + step / 1000; v += step) {
-    const text = isPower ? `1e${v}` : String(Number((step * Math.round(v / step)).toPrecision(8)));
-    found.append(svg("line", { x1: left, x2: width - 8, y1: y(v), y2: y(v) }), svg("text", { x: left - 6, y: y(v) + 4, "text-anchor": "end" }, text));
-  }
+  for (const [v, text] of marks) found.append(svg("line", { x1: left, x2: width - right, y1: y(v), y2: y(v) }), svg("text", { x: left - 6, y: y(v) + 4, "text-anchor": "end" }, text));
   for (let t = 0; t <= end; t += end / 5) found.append(svg("text", { x: x(t), y: height - 6, "text-anchor": "middle" }, String(Number(t.toPrecision(3)))));
   for (const l of lines) {
     let d = "", pen = "M";
@@ -269,6 +273,18 @@ function play() {
   playing = requestAnimationFrame(frame);
 }
 
+/* ---- What is asked ---- */
+
+// Before there is a result: what it will be compared with.
+function showAsked() {
+  const k = keys.indexOf("roll_angle"), places = MANEUVERS.map(() => make("div"));
+  at("motions").append(...MANEUVERS.map((n, i) => make("figure", {}, make("figcaption", {}, make("b", {}, `${phrases.maneuver} ${n}`), ` ${keys[k]} [${unitText(units[k])}] over time [s]`), places[i])));
+  for (const [i, n] of MANEUVERS.entries()) {
+    const end = judge.end(n), t = Array.from({ length: POINTS + 1 }, (_, j) => (end * j) / POINTS);
+    places[i].append(chart(places[i], [{ style: "yours", t, y: t.map((x) => judge.exact(n, k, x)) }], end, `Exact ${keys[k]} of ${phrases.maneuver} ${n}`));
+  }
+}
+
 /* ---- What is done ---- */
 
 function refuse(said) {
@@ -328,6 +344,7 @@ at("save").addEventListener("click", () => {
   URL.revokeObjectURL(saved.href);
 });
 at("wanted").textContent = keys.join(", ");
+showAsked();
 at("judge").addEventListener("click", () => { takePasted(); at("verdict").focus(); });
 at("maneuver").addEventListener("change", () => judgeText(shown.file.text, shown.name, Number(at("maneuver").value)));
 at("text").addEventListener("paste", (event) => {
