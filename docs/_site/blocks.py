@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -38,9 +39,32 @@ def options(words: str) -> dict[str, str]:
 
 
 def absent(asked: Mapping[str, str]) -> list[str]:
-    """Programs and Python modules that a block needs and that are not there."""
-    programs = [x for x in asked.get("needs", "").split(",") if x and not shutil.which(x)]
-    return programs + [x for x in asked.get("modules", "").split(",") if x and not find_spec(x)]
+    """What is to be said of programs and Python modules that a block needs and that fail here."""
+    programs = (_missing(x) for x in asked.get("needs", "").split(",") if x)
+    modules = (x for x in asked.get("modules", "").split(",") if x and not find_spec(x))
+    return [*filter(None, programs), *(f"{x} was not there" for x in modules)]
+
+
+@cache
+def _missing(program: str) -> str:
+    """What is to be said of a program that cannot be used; empty if it can.
+
+    A toolchain may be a name only: rustc of rustup, in a home without a default, ends with an
+    error whatever it is asked.
+    """
+    if not shutil.which(program):
+        return f"{program} was not there"
+    try:
+        asked = subprocess.run(
+            [program, "--version"], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            errors="replace", timeout=60, check=False,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as e:
+        return f"{program} does not run ({type(e).__name__})"
+    if asked.returncode == 0:
+        return ""
+    said = (asked.stderr or asked.stdout).strip().partition("\n")[0]
+    return f"{program} does not run{f' ({said})' if said else ''}"
 
 
 def committed(page: str, source: str) -> str | None:
@@ -49,6 +73,14 @@ def committed(page: str, source: str) -> str | None:
         if "shown" in options(found["asked"]) and found["source"].strip() == source.strip():
             return found["output"] and found["output"].rstrip("\n")
     return None
+
+
+def picture(page: str, source: str) -> str:
+    """Where the picture below a block is, as seen from the page; empty without one."""
+    for found in BLOCK.finditer(page):
+        if found["source"].strip() == source.strip():
+            return (re.search(r"!\[[^\n]*\]\(([^\n]*)\)", found["below"] or "") or ["", ""])[1]
+    return ""
 
 
 def without_outputs(page: str) -> str:

@@ -1,7 +1,8 @@
 """What blocks of commands print, written below them for who reads the pages in the repository.
 
-The blocks are those with the option ``shown``. Run as a script, this carries out the blocks of the
-pages named, by default of all that show outputs, and writes these.
+The blocks are those with the option ``shown``: every block that prints something. Run as a script,
+this carries out the blocks of the pages named, by default of all that show outputs, and writes
+these. What needs a program that is not there keeps the output that it has.
 """
 
 import sys
@@ -31,7 +32,8 @@ def filled(page):
                 raise SystemExit(f"exit code {code} of\n{found['source']}\n{output}")
             if "shown" in asked:
                 below = found.start("below") if found["below"] else found.end()
-                parts += [page[end:below], f"\n```text\n{output}\n```\n"]
+                shown = f"\n```text\n{output}\n```\n" if output else ""
+                parts += [page[end:below], shown]
                 end = found.end()
     return "".join([*parts, page[end:]])
 

@@ -9,9 +9,13 @@ any order::
     code=3            exit code expected (default 0)
     needs=cmake,g++   programs without which the block is shown and not run, and that is said
     modules=mujoco    the same of Python modules
+    long              it races, generates or proves: built with -D run_long=0, the site shows what
+                      the page has below the block
     lines=12          lines of output shown
     shown             the output is committed, as a block of text below this one, by outputs.py:
-                      it has to be what the commands print; of a figure, a picture of the gallery
+                      it has to be what the commands print; of a figure, a picture of the gallery.
+                      A block without it prints nothing
+    shown=example     ... and may be another each time: times that it took, versions, addresses
     figure=NAME alt="TEXT"   show this picture, which the block made, in place of its output;
     clear             ... on the page's own ground, not on white
     link=NAME         link to this file, which the block made
@@ -25,6 +29,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from blocks import SECONDS, HangError, absent, committed, fill, options, result, without_outputs
+from blocks import picture as picture_of
 from docutils import nodes
 from docutils.parsers.rst import DirectiveError
 from sphinx import addnodes
@@ -33,7 +38,8 @@ from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
 _KEYS = frozenset({
-    "python", "code", "needs", "modules", "lines", "figure", "alt", "clear", "link", "shown",
+    "python", "code", "needs", "modules", "long", "lines", "figure", "alt", "clear", "link",
+    "shown",
 })  # fmt: skip
 
 
@@ -52,9 +58,10 @@ class Run(SphinxDirective):
         source = "\n".join(self.content)
         shown = self._literal(source, "python" if "python" in asked else "bash")
         missing = absent(asked)
+        if not self.config.run_long and "long" in asked:
+            missing.append("it takes long")
         if missing:
-            note = f"Not run when this page was built: {', '.join(missing)} was not there."
-            return [shown, nodes.paragraph("", note, classes=["not-run"])]
+            return [shown, *self._not_run(missing, asked, source)]
         folder = self._folder()
         try:
             code, output = result(source, asked, folder, self.config.run_seconds)
@@ -62,9 +69,8 @@ class Run(SphinxDirective):
             raise self._failed(source, str(hung)) from None
         if code != int(asked.get("code", 0)):
             raise self._failed(source, f"exit code {code}\n{output}")
-        is_committed = "shown" in asked and "figure" not in asked
-        if is_committed and committed(self._page(), source) != output:
-            raise self._failed(source, "another output than below: run docs/_site/outputs.py")
+        if "figure" not in asked:
+            self._compare(asked, source, output)
         found: list[nodes.Node] = [shown]
         if "figure" in asked:
             found.append(self._figure(folder / asked["figure"], asked["alt"], "clear" in asked))
@@ -72,6 +78,31 @@ class Run(SphinxDirective):
             found.append(self._literal(output, "text", "output"))
         if "link" in asked:
             found.append(self._link(folder / asked["link"]))
+        return found
+
+    def _compare(self, asked: dict[str, str], source: str, output: str) -> None:
+        """Raise an error if the page as it is committed shows another output, or none."""
+        below = committed(self._page(), source)
+        if output and "shown" not in asked:
+            raise self._failed(source, f"found an output, expected the option shown:\n{output}")
+        if asked.get("shown") == "example":
+            is_shown = bool(below) == bool(output)
+        else:
+            is_shown = (below or "") == output
+        if not is_shown:
+            raise self._failed(source, "another output than below: run docs/_site/outputs.py")
+
+    def _not_run(self, why: list[str], asked: dict[str, str], source: str) -> list[nodes.Node]:
+        """What stands in place of an output, where a program fails or time is short."""
+        below = committed(self._page(), source)
+        picture = picture_of(self._page(), source) if "figure" in asked else ""
+        before = " Below is what it made before." if below or picture else ""
+        note = f"Not run when this page was built: {', '.join(why)}.{before}"
+        found: list[nodes.Node] = [nodes.paragraph("", note, classes=["not-run"])]
+        if below:
+            found.append(self._literal(below, "text", "output"))
+        if picture:
+            found.append(nodes.image(uri=picture, alt=asked["alt"]))
         return found
 
     def _failed(self, block: str, what: str) -> DirectiveError:
@@ -129,6 +160,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive; a page that is read again starts with a new folder."""
     app.add_directive("run", Run)
     app.add_config_value("run_seconds", SECONDS, "", types=(int, float))
+    app.add_config_value("run_long", True, "env", types=(bool,))
     app.connect("env-purge-doc", _remove_folder)
     app.connect("source-read", _drop_outputs)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
