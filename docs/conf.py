@@ -41,7 +41,7 @@ nitpick_ignore_regex = [
     # Private fields of dataclasses.
     (r"py:class", r".*\._\w+"),
     # Types that are not among the public names.
-    (r"py:class", r"heyoka_bike\.(bicycle\.columns\.Column|scoring\.verdict\.Grade)"),
+    (r"py:class", r"heyoka_bike\.(bicycle\.columns\.Column|scoring\.grades\.Grade)"),
     (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
     (r"py:class", r"heyoka_bike\.motion\.trajectory\.Drift"),
     (r"py:class", r"heyoka_bike\.scoring\.(evidence|outcomes)\.\w+"),
