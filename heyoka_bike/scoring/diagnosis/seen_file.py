@@ -325,7 +325,7 @@ class SeenFile:
     def _residual(self, library: Sequence[Mistake]) -> Residual | None:
         """Put the motion into the equations, as it is understood best."""
         equations = Equations.binary64(self.program.bicycle)
-        found: list[Residual] = []
+        best: Residual | None = None
         tried: list[Understandings] = []
         for understood in readings([p.part for p in self._parts], self.right.understood):
             if understood in tried:
@@ -337,11 +337,17 @@ class SeenFile:
                 motions = [m for m in seen if m is not None]
                 if not motions:
                     continue
-                found.append(Residual(motions, self.program, library, self._deadline))
-            if not found[-1].is_open and found[-1].visibility is not Visibility.NOTHING:
-                break
-        # Rates that contradict the angles are not understood.
-        return max(found, key=lambda r: (bool(r.visibility), r.most), default=None)
+                made = Residual(motions, self.program, library, self._deadline)
+                # Rates that contradict the angles are not understood.
+                if best is None or _clearer(made) > _clearer(best):
+                    best = made
+                    if best.visibility and not best.is_open:
+                        break
+        if best is not None:
+            with np.errstate(all="ignore"):
+                # While there is time: all that follows asks for them.
+                _ = best.fitted
+        return best
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
@@ -411,6 +417,11 @@ class SeenFile:
             for p, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
+
+
+def _clearer(residual: Residual) -> tuple[bool, float]:
+    """Greater of a residual that is understood better."""
+    return bool(residual.visibility), residual.promise
 
 
 def _part_off(values: Array, written: Array) -> Array:

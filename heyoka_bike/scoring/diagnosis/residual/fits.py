@@ -95,6 +95,11 @@ class Fits:
         # Further values explain more always.
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
+    def first_order_gain(self, names: Sequence[str]) -> float:
+        """By what factor the error falls with the best one of some values, to first order."""
+        found = best_subsets(self._first_order(dict.fromkeys(names, 0.0)), 1, 1)
+        return float(np.max(found.gains, initial=1.0))
+
     def _likely(self, names: Sequence[str]) -> Iterator[list[dict[str, float]]]:
         """One, two and three of the names that explain most to first order, as they begin.
 

@@ -90,9 +90,6 @@ class Residual:
         Those of `EQUATIONS` that are compared: without that of the speed if it is not in the file.
     known : tuple of Hypothesis
         Mistakes of the library, alone and two together, those that explain most first.
-    fitted : tuple of Hypothesis
-        Values of one, two and three unknowns, each number where it explains far more than fewer do;
-        whole runs tell which. Empty if none explains more than the library does.
     shares : mapping of str to float
         What remains of the accelerations of roll, steer and speed, in parts of them: the largest
         of the maneuvers.
@@ -151,9 +148,19 @@ class Residual:
                 Visibility.EQUATIONS if self._has_state else Visibility.EQUATIONS_PARTLY
             )
         self.known = self._known(library)
-        self.fitted = self._fitted(UNKNOWNS)
-        if self.is_open and self.visibility is Visibility.EQUATIONS:
-            self.fitted = self._fitted([*UNKNOWNS, *OF_THE_STATE])
+
+    @cached_property
+    def fitted(self) -> tuple[Hypothesis, ...]:
+        """Values of one, two and three unknowns, each number where it explains more than fewer do.
+
+        Whole runs tell which. Empty if none explains more than the library does. Laws of the state
+        are among them where these leave a force.
+        """
+        found = self._fitted(UNKNOWNS)
+        is_seen = self.visibility is Visibility.EQUATIONS
+        if is_seen and self.leaves_force(_largest_relief(*self.known, *found)):
+            found = self._fitted([*UNKNOWNS, *OF_THE_STATE])
+        return found
 
     @cached_property
     def methods(self) -> tuple[Method, ...]:
@@ -189,10 +196,14 @@ class Residual:
         found = best_law(variables, added, left, averaged, self._floors)
         return found if found and found.relief > WEIGHTS.beside else None
 
-    @property
-    def most(self) -> float:
-        """The largest relief times how little remains, to compare ways to understand a file."""
-        largest = max([1.0, *(h.relief for h in (*self.known, *self.fitted))])
+    @cached_property
+    def promise(self) -> float:
+        """The largest relief that is hoped for times how little remains.
+
+        To compare ways to understand a file: of the library, and of one unknown to first order.
+        """
+        to_first_order = self._fits().first_order_gain(UNKNOWNS)
+        largest = max(_largest_relief(*self.known), to_first_order)
         return largest / float(np.exp(np.mean(np.log(self._before))))
 
     @property
@@ -203,7 +214,7 @@ class Residual:
     @property
     def is_open(self) -> bool:
         """True if there is a force or a term that no cause explains, and no integrator makes."""
-        return self.leaves_force(max((h.relief for h in (*self.known, *self.fitted)), default=1.0))
+        return self.leaves_force(_largest_relief(*self.known, *self.fitted))
 
     @property
     def is_met(self) -> bool:
@@ -346,17 +357,19 @@ class Residual:
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
-        fits = Fits(
+        least = max(0.0, known.log_odds)
+        return self._fits().fewest(
+            names, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
+        )
+
+    def _fits(self) -> Fits:
+        return Fits(
             self.program,
             self._leaves,
             self._floors,
             len(self.motions),
             WEIGHTS.promise[0],
             least=WEIGHTS.explains,
-        )
-        least = max(0.0, known.log_odds)
-        return fits.fewest(
-            names, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
@@ -400,6 +413,10 @@ class Residual:
             if changes:
                 found.append(other_values(changes, dict.fromkeys(changes, 0.0), self.program))
         return found
+
+
+def _largest_relief(*causes: Hypothesis) -> float:
+    return max((h.relief for h in causes), default=1.0)
 
 
 def _rms(x: Array) -> float:
