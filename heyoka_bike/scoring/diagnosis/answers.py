@@ -126,7 +126,7 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
 def _integrator(causes: Residual | None) -> Integrator | None:
     """The integrator that makes the error."""
     methods = tuple(m for m in causes.methods if m.says != CLOCK) if causes else ()
-    return Integrator(methods, methods[0].relief > WEIGHTS.nearly) if methods else None
+    return Integrator(methods, methods[0].relief > WEIGHTS.beside) if methods else None
 
 
 def _direction(causes: Residual | None) -> Iterator[Direction]:
