@@ -200,7 +200,8 @@ def _(e: seen.TorqueLaw) -> Finding:
     said = (
         f"A torque {where} is there, or missing, that depends on the {law.variable} alone: as an "
         f"odd function of it by its values, such as {values}, what disagrees with the exact "
-        f"equations falls by a factor of {law.relief:.2g}"
+        f"equations falls by a factor of {law.relief:.2g} in the half of the run in which these "
+        "were not looked for"
     )
     if law.variable == f"{law.equation} rate" and all(of[x] < 0.0 for x in some):
         said += (
