@@ -326,6 +326,12 @@ PYTHON = Language(
     nest="[{} for _ in range({})]",
     end="",
 )
+JAVASCRIPT = Language(
+    opening="const {name} = ({arguments}) => {{",
+    closing="}};",
+    statement="const {name} = {value}",
+    output="{result}",
+)
 RUST = Language(
     opening="pub fn {name}({arguments}) -> {type} {{\n    let mut {result} = {zeros};",
     closing="    {result}\n}}",

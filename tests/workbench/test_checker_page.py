@@ -1,6 +1,7 @@
 """The page of ``export --page`` judges in the browser: alone, offline, and as `score` does."""
 
 import base64
+import html
 import json
 import re
 import shutil
@@ -11,13 +12,15 @@ import numpy as np
 import pytest
 from checker_wasm import build, source_hash
 from support.bad_links import CELL
-from support.pages import CHROMIUM, Page, browser, framed, widths
+from support.pages import CHROMIUM, FRAMES, Page, browser, framed, widths
 
 from heyoka_bike import read_results, score
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.page import KEPT
+from heyoka_bike.workbench.replay.page import SCRIPT, STYLE
+from heyoka_bike.workbench.replay.scenes import replay
 
 PEERS = data_folder() / "peers"
 EXUDYN = PEERS / "exudyn-h0.01.txt"
@@ -51,10 +54,14 @@ def test_the_page_stands_alone(page):
 
 
 def test_every_control_has_a_name(page):
-    found = Page(page)
+    # Those of the stage stand in their labels, or say their own.
+    inside = re.findall(r"<label(?: class=\"\w+\")?><(?:input|select) .*?</label>", page)
+    inside += re.findall(r"<label(?: class=\"\w+\")?>\w+ <select .*?</label>", page)
+    assert all(Page(x).text for x in inside)
+    found = Page(re.sub("|".join(map(re.escape, inside)), "", page))
     named = {a["for"] for a in found.all("label")}
     controls = [*found.all("input"), *found.all("select"), *found.all("textarea")]
-    assert {a["id"] for a in controls} == named
+    assert {a["id"] for a in controls if "aria-label" not in a} == named
 
 
 def test_the_judge_in_it_is_that_of_the_header():
@@ -369,3 +376,139 @@ def test_before_a_file_is_there_the_exact_motion_is_shown(page, tmp_path):
     assert 'id="asked" aria-label="The exact motion" hidden' not in dom
     dom, _ = opened(page, tmp_path, more='document.getElementById("example").click();')
     assert 'id="asked" aria-label="The exact motion" hidden' in dom
+
+
+def test_the_replay_is_that_of_animate(page):
+    """One script and one style for both; the page once drew a T of its own."""
+    assert SCRIPT.read_text(encoding="utf-8") in page
+    assert STYLE.read_text(encoding="utf-8") in page
+    assert len(Page(page).all("canvas")) == 1
+
+
+# What is shown of a text: the scenes, and what is said of them; a chart of it is left out.
+SHOWN = """
+    const told = document.body.appendChild(document.createElement("pre"));
+    told.id = "told";
+    setTimeout(() => {
+      const found = scenesBeside(shown, exactly).map(({ scene, notes }) => ({ ...scene, notes }));
+      const notes = [...document.querySelectorAll("#moving li")].map((x) => x.textContent);
+      const cells = [...document.querySelectorAll(".values tbody tr")].map((x) => x.cells.length);
+      const isCompared = document.querySelector(".replay").matches(".compared");
+      told.textContent = JSON.stringify({ found, notes, cells, isCompared });
+    }, 1500);
+"""
+
+
+def scenes_shown(page, folder, name, text):
+    address = packed("text", {"name": name, "text": text})
+    dom, complaints = opened(page, folder, address, more=SHOWN)
+    assert complaints == []
+    return json.loads(html.unescape(re.search(r'<pre id="told">(.*?)</pre>', dom, re.DOTALL)[1]))
+
+
+@pytest.mark.proof
+@browser
+def test_the_replay_shows_a_result_where_animate_shows_it(page, tmp_path, reference):
+    told = scenes_shown(page, tmp_path, EXUDYN.name, EXUDYN.read_text())
+    right = replay(reference, read_results(EXUDYN))
+    assert told["isCompared"]
+    assert set(told["cells"]) == {4}
+    assert len(told["found"]) == 3
+    for scene, found in zip(right.scenes, told["found"], strict=True):
+        exact, mine = scene.reference.motion, scene.result.motion
+        places = {"yaw": "yaw", "pitch": "pitch", "roll": "roll", "steer": "steer",
+                  "rear_wheel": "rear_wheel", "front_wheel": "front_wheel",
+                  "track": "rear_track"}  # fmt: skip
+        values = {name: (getattr(exact, key), getattr(mine, key)) for name, key in places.items()}
+        for i, axis in enumerate("xy"):
+            values[axis] = (exact.rear_contact[:, i], mine.rear_contact[:, i])
+            values[f"front_{axis}"] = (exact.front_contact[:, i], mine.front_contact[:, i])
+        assert found["duration"] == 10
+        for name, (one, other) in values.items():
+            np.testing.assert_allclose(found["columns"][name], one, atol=2e-7, err_msg=name)
+            difference, wanted = found["result"]["differences"][name], other - one
+            size = np.abs(wanted).max()
+            np.testing.assert_allclose(difference, wanted, atol=1e-3 * size + 1e-13, err_msg=name)
+        assert tuple(found["notes"]) == scene.result.notes
+        assert set(found["notes"]) <= set(told["notes"])
+
+
+@pytest.mark.proof
+@browser
+def test_the_replay_says_what_is_not_of_the_file(page, tmp_path, reference):
+    """In the words of `animate`: what is the reference's, and where a bicycle ends."""
+    one = table(reference, (2,))
+    rolls = one[:, :2].copy()
+    falls = rolls.copy()
+    falls[:, 1] += np.maximum(falls[:, 0] - 4, 0)
+    cases = {
+        "roll.csv": (rolls, "time,m2_roll_angle", "taken from the reference instead."),
+        "late.csv": (rolls[20:], "time,m2_roll_angle", "Its rows begin at 2 s"),
+        "short.csv": (rolls[:60], "time,m2_roll_angle", "Its rows end at 5.9 s."),
+        "falls.csv": (falls, "time,m2_roll_angle", "it has fallen."),
+        "energy.csv": (one[:, [0, 4]], "time,m2_potential_energy", "no usable column"),
+    }
+    for name, (rows, heading, wanted) in cases.items():
+        text = as_text(rows, ",", heading)
+        told = scenes_shown(page, tmp_path, name, text)
+        assert any(wanted in note for note in told["notes"]), (name, told["notes"])
+        assert told["isCompared"] == (name != "energy.csv")
+        assert told["found"][0]["result"] is None
+        assert told["found"][0]["notes"] == ["The file does not hold maneuver 1."]
+        if name == "energy.csv":
+            continue
+        path = tmp_path / name
+        path.write_text(text)
+        (scene,) = replay(reference, read_results(path), 2).scenes
+        assert tuple(told["found"][1]["notes"]) == scene.result.notes
+        assert told["found"][1]["result"]["first"] == scene.result.first
+
+
+@pytest.mark.proof
+@browser
+def test_the_replay_rests_until_it_is_asked(page, tmp_path):
+    """It moves for nobody who did not ask, and takes no key from the rest of the page."""
+    keys = """
+        const text = document.getElementById("text"), canvas = document.querySelector("canvas");
+        const prevented = [];
+        const press = (where, key) => {
+          const event = new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true });
+          prevented.push(!where.dispatchEvent(event));
+        };
+        const clock = () => document.querySelector(".clock").textContent;
+        const found = [];
+        document.body.append(Object.assign(document.createElement("pre"), { id: "told" }));
+        setTimeout(() => {
+          found.push(clock(), document.querySelector(".play").getAttribute("aria-label"));
+          for (const [where, key] of [[text, " "], [document.body, "End"], [canvas, "End"]])
+            press(where, key);
+          setTimeout(() => {
+            document.getElementById("told").textContent = [...found, clock(), ...prevented].join();
+          }, 500);
+        }, 1500);
+    """
+    framed_page = page.replace("<script type", f"{FRAMES}<script type")
+    dom, complaints = opened(framed_page, tmp_path, more=keys)
+    assert complaints == []
+    told = re.search(r'<pre id="told">(.*?)</pre>', dom)[1]
+    assert told == "0.00 s,Play,10.00 s,false,false,true"
+
+
+@pytest.mark.proof
+@browser
+def test_the_replay_shows_a_result_no_longer_than_it_is_there(page, tmp_path):
+    refuse = """
+        document.getElementById("example").click();
+        const isCompared = () => document.querySelector(".replay").matches(".compared");
+        const before = isCompared();
+        document.getElementById("text").value = "hello";
+        document.getElementById("judge").click();
+        document.title = [before, isCompared(), document.querySelectorAll("#moving li").length];
+    """
+    dom, complaints = opened(page, tmp_path, more=refuse)
+    assert complaints == []
+    assert "<title>true,false,0</title>" in dom
+    dom, complaints = opened(page, tmp_path, shared(CELL))
+    assert complaints == []
+    assert "the exact motion is shown alone" in dom
+    assert 'class="replay compared"' not in dom

@@ -78,7 +78,7 @@ function linked(found) {
 async function open() {
   if (!location.hash) return;
   const [, kind, text] = location.hash.match(/^#(text|result)=([\w-]+)$/) || [];
-  at("result").hidden = true;
+  hideResult();
   const isNewest = begun();
   let problem = "the link has no result, or not all of it";
   try {

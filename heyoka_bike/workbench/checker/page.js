@@ -32,7 +32,7 @@ function begun() {
 function judgeText(text, name, chosen = 0) {
   begun();
   at("problem").textContent = "";
-  at("result").hidden = true;
+  hideResult();
   try {
     const result = judgedText(text, name, chosen);
     at("which").hidden = !result.isOne;
@@ -100,7 +100,7 @@ function show(result) {
     const buttons = [...at("matrix").querySelectorAll("button")];
     detail(worst, buttons.find((b) => b.getAttribute("aria-label").startsWith(`${label(worst)}:`)));
   }
-  prepareReplay();
+  showMotion(result);
 }
 
 const value = (x) => (Math.abs(x) <= MOST_VALUE ? x : NaN);
@@ -158,7 +158,7 @@ function largest(mine, parts) {
 // As wide as its place, so that letters have one size; `place` is the element that it will stand in.
 function chart(place, lines, end, title, isPower = false) {
   const width = Math.min(600, Math.max(280, place.clientWidth)), height = Math.round(120 + width / 6), bottom = 26, top = 8, right = 14;
-  const finite = lines.flatMap((l) => l.y).filter(Number.isFinite);
+  const values = lines.flatMap((l) => l.y).filter(Number.isFinite), finite = values.length ? values : [0];
   let low = Math.min(...finite), high = Math.max(...finite);
   if (isPower) { low = Math.floor(low); high = Math.max(Math.ceil(high), low + 1); }
   const size = Math.max(Math.abs(low), Math.abs(high));
@@ -218,59 +218,23 @@ function worstRows(c, mine) {
 
 /* ---- Replay ---- */
 
-let playing = 0;
+const exactly = exactScenes();
+const showMotions = replay({ bicycle: data.replay.bicycle, maneuvers: exactly, isPart: true });
 
-// Roll and steer of a result over time, of the first maneuver that has both.
-function prepareReplay() {
-  const find = (m, key) => shown.cells.find((c) => c.maneuver === m && keys[c.key] === key && c.rows);
-  const m = MANEUVERS.find((n) => find(n, "roll_angle") && find(n, "steer_angle"));
-  at("replay").hidden = !m || !shown.file;
-  stop();
-  if (at("replay").hidden) return;
-  shown.motion = { m, roll: find(m, "roll_angle"), steer: find(m, "steer_angle") };
-  shown.motion.series = { roll: series(shown.motion.roll), steer: series(shown.motion.steer) };
-  draw();
+// Beside the exact motion that of a result, if there is one.
+function showMotion(result) {
+  const found = result && result.file ? scenesBeside(result, exactly) : exactly.map((scene) => ({ scene, notes: [] }));
+  const notes = result && !result.file ? ["The link has no rows: the exact motion is shown alone."] : null;
+  document.querySelector(".replay").classList.toggle("compared", found.some(({ scene }) => scene.result));
+  at("moving").replaceChildren(...found.filter((x) => notes || x.notes.length).map(({ scene, notes: own }) =>
+    make("div", { class: "notes", "data-maneuver": String(scene.number) }, make("h3", {}, `What is shown of the result, ${phrases.maneuver} ${scene.number}`), make("ul", {}, ...(notes || own).map((x) => make("li", {}, x))))));
+  showMotions(found.map(({ scene }) => scene));
 }
 
-function valueAt(mine, t) {
-  let i = mine.t.findIndex((x) => x >= t);
-  if (i < 0) i = mine.t.length - 1;
-  return mine.value[i];
-}
-
-function draw() {
-  const { m, roll, steer, series: mine } = shown.motion, times = Number(at("times").value);
-  const t = (judge.end(m) * Number(at("moment").value)) / 1000;
-  at("clock").textContent = `${t.toFixed(2)} s, maneuver ${m}`;
-  const stage = svg("svg", { class: "curve", viewBox: "0 0 600 230", role: "img", "aria-label": "The bicycle from behind" });
-  stage.append(svg("line", { x1: 150, x2: 450, y1: 210, y2: 210 }));
-  const both = [["exact", judge.exact(m, roll.column, t), judge.exact(m, steer.column, t)], ["yours", valueAt(mine.roll, t), valueAt(mine.steer, t)]];
-  for (const [style, lean, turned] of both) {
-    const angle = (lean * times * 180) / Math.PI, bar = 46 * Math.cos(turned * times), drop = 46 * Math.sin(turned * times) * 0.4;
-    stage.append(svg("g", { class: `bicycle ${style}`, transform: `rotate(${angle.toFixed(2)} 300 210)` },
-      svg("line", { x1: 300, x2: 300, y1: 210, y2: 70 }), svg("line", { x1: 300 - bar, x2: 300 + bar, y1: 80 + drop, y2: 80 - drop })));
-  }
-  at("stage").replaceChildren(stage);
-}
-
-function stop() {
-  cancelAnimationFrame(playing);
-  playing = 0;
-  at("play").textContent = "Play";
-}
-
-function play() {
-  if (playing) { stop(); return; }
-  at("play").textContent = "Pause";
-  if (Number(at("moment").value) >= 1000) at("moment").value = "0";
-  const from = Number(at("moment").value), start = performance.now(), end = judge.end(shown.motion.m);
-  const frame = (now) => {
-    at("moment").value = String(from + now - start > 0 ? from + (now - start) / end : from);
-    draw();
-    if (Number(at("moment").value) >= 1000) stop();
-    else playing = requestAnimationFrame(frame);
-  };
-  playing = requestAnimationFrame(frame);
+function hideResult() {
+  if (at("result").hidden && !at("moving").firstChild) return;
+  at("result").hidden = true;
+  showMotion(null);
 }
 
 /* ---- What is asked ---- */
@@ -289,7 +253,7 @@ function showAsked() {
 
 function refuse(said) {
   begun();
-  at("result").hidden = true;
+  hideResult();
   at("problem").textContent = said;
 }
 
@@ -355,9 +319,6 @@ at("text").addEventListener("paste", (event) => {
     refuse(`found ${text.length} letters, expected at most ${MOST_PASTED}: drop the file.`);
   } else setTimeout(takePasted);
 });
-at("play").addEventListener("click", play);
-at("moment").addEventListener("input", () => { stop(); draw(); });
-at("times").addEventListener("change", draw);
 at("link").addEventListener("click", async () => {
   const found = await link();
   history.replaceState(null, "", `#${found.split("#")[1]}`);

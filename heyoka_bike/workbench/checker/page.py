@@ -6,24 +6,45 @@ module.
 
 import json
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.outputs import yaw_rate
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import Configuration, track_speeds, wheel_rates
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.straight_line import JAVASCRIPT, StraightLine
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, may_mean
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.units import UNITS
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
-from heyoka_bike.showing.wording import MEANINGS, PHRASES, SIGNS, WORDS, Grade, reference_words
+from heyoka_bike.showing.wording import (
+    MEANINGS,
+    PHRASES,
+    SIGNS,
+    WORDS,
+    Grade,
+    label,
+    reference_words,
+)
+from heyoka_bike.workbench.replay import scenes
+from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
+from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
+from heyoka_bike.workbench.replay.page import drawing, stage
 
 _HERE = Path(__file__).parent
+_Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 KEPT = _HERE / "checker.wasm"
 SCRIPTS = ("judging.js", "reading.js")
 """What reads and judges, without a page; it finds ``data`` as `page_data` has it."""
 
-_SHOWING = ("page.js", "links.js")
+_SHOWING = (_HERE / "moving.js", REPLAY_SCRIPT, _HERE / "page.js", _HERE / "links.js")
 _BEGIN = '"use strict";\nconst data = JSON.parse(document.getElementById("data").textContent);\n'
 # As people write the units that the judge tries.
 _SPELLINGS = (
@@ -37,14 +58,17 @@ _SPELLINGS = (
 def checker_page() -> str:
     """The page: it judges files against the published reference, in the browser alone."""
     reference = load_reference()
-    scripts = ((_HERE / name).read_text(encoding="utf-8") for name in (*SCRIPTS, *_SHOWING))
+    bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
+    files = (*(_HERE / name for name in SCRIPTS), *_SHOWING)
+    scripts = [kinematics_source(bicycle), *(file.read_text(encoding="utf-8") for file in files)]
+    body = Template((_HERE / "page.html").read_text(encoding="utf-8"))
     return page(
         "Uncontrolled bicycle: how many digits are right?",
-        (_HERE / "page.html").read_text(encoding="utf-8"),
+        body.substitute(stage=stage([(str(n), str(n)) for n in reference], True)),
         reference_words(reference.bicycle, reference.dataset_version),
-        styles=(PAGE_STYLE, _HERE / "page.css"),
+        styles=(PAGE_STYLE, REPLAY_STYLE, _HERE / "page.css"),
         script=_BEGIN + "\n".join(scripts),
-        data=json.dumps(page_data()),
+        data=json.dumps(page_data() | {"replay": _replay_data(bicycle)}),
         has_wasm=True,
     )
 
@@ -64,6 +88,61 @@ def page_data() -> dict[str, Any]:
         "headings": _headings(),
         "unitWords": [_unit_words(unit, UNITS[unit]) for unit in units],
         "timeUnits": _unit_words("s", ("s", "ms")),
+    }
+
+
+def kinematics_source(bicycle: Bicycle) -> str:
+    """Functions for ``moving.js``, written by evaluating the model.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+
+    ``floorGap([roll, pitch, steer], f)`` puts the height of the front wheel [m] into f;
+    ``rolling(state, f)``, of the columns of `motion_3d.STATE`, the rates of yaw and wheels [rad/s]
+    and rear track [m/s], and how far the front contact is ahead and to the right of the rear [m].
+    """
+
+    def gap(e: Equations, y: Sequence[Number]) -> Sequence[Number]:
+        return [front_contact_height(e.k, e.a, *y)]
+
+    def rolling(e: Equations, y: Sequence[Number]) -> Sequence[Number]:
+        # The state of the regular form, as `motion_3d` has it.
+        state = [*y[:5], y[5] / (e.k.length * e.k.rear.r)]
+        o, u = e.unfold(state)
+        zeros = [e.a.number(0)] * 3  # of yaw and way
+        ahead = Configuration.of(e, [*state, *zeros]).places()["front_contact"][:2]
+        return [yaw_rate(o, u), *wheel_rates(e.k, u), track_speeds(e.k, u)[0], *ahead]
+
+    plain = Equations.binary64(bicycle)
+
+    def function(name: str, size: int, formulas: _Formulas) -> str:
+        def evaluated(code: StraightLine, y: Sequence[Number]) -> Sequence[Number]:
+            return formulas(plain.convert(code.literal, code), y)
+
+        return JAVASCRIPT.function(name, {"y": size}, "f", evaluated)
+
+    parts = [
+        "const kinematics = (() => {", "const { sin, cos, sqrt } = Math;",
+        function("floorGap", 3, gap), function("rolling", 6, rolling),
+        "return { floorGap, rolling };", "})();",
+    ]  # fmt: skip
+    return "\n".join(parts)
+
+
+def _replay_data(bicycle: Bicycle) -> dict[str, Any]:
+    """Of the replay: the drawing, and what `scenes` takes and says."""
+    return {
+        "bicycle": drawing(bicycle),
+        "states": scenes.WRITTEN_STATES,
+        "labels": [label(name) for name in scenes.WRITTEN_STATES],
+        "rate": scenes.RATE,
+        "leastFrames": scenes.LEAST_FRAMES,
+        "fallen": scenes.FALLEN,
+        "smallestGap": scenes.SMALLEST_GAP,
+        "outOfSight": scenes.OUT_OF_SIGHT,
+        "derived": scenes.DERIVED,
+        "brought": scenes.BROUGHT,
     }
 
 

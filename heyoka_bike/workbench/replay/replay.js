@@ -1,6 +1,7 @@
 "use strict";
 // Draws the scene and runs the time. World and body axes: x forward, y to the right, z down [m].
-// What is returned shows another motion in place of the maneuvers given.
+// What is returned shows other maneuvers in place of those given. Where `data.isPart`, the stage is a
+// part of a page: it begins at rest, takes nothing from the address, and has no keys outside of it.
 const replay = (data) => {
   let { points: P, radii, tilt, solids } = data.bicycle;
   const FAR_ANGLE = 1.15;  // what an exaggerated roll or steer may come to [rad]
@@ -479,10 +480,11 @@ const replay = (data) => {
 
   // ---- values in words
   const COLUMNS = [["roll", "roll", "rad", 4], ["steer", "steer", "rad", 4], ["yaw", "yaw", "rad", 4], ["speed", "speed", "m/s", 4], ["track", "track", "m", 2]];
-  const cells = {};
+  let cells = {};
   const makeTable = () => {
     const made = (tag, text, parent) => { const x = document.createElement(tag); x.textContent = text; return parent.appendChild(x); };
     table.textContent = "";
+    cells = {};
     const head = made("tr", "", made("thead", "", table)), body = made("tbody", "", table);
     const hasResult = data.maneuvers.some((m) => m.result), kinds = hasResult ? ["reference", "result", "difference"] : ["reference"];
     const said = hasResult ? kinds : [data.heading || "reference"];
@@ -616,7 +618,8 @@ const replay = (data) => {
     ask();
   });
   form.addEventListener("submit", (event) => event.preventDefault());
-  one(".plots").addEventListener("click", (event) => {
+  const plots = one(".plots");
+  if (plots) plots.addEventListener("click", (event) => {
     const lines = event.target.closest(".plot") && event.target.closest(".plot").querySelector(".lines");
     if (!lines) return;
     const box = lines.getBoundingClientRect();
@@ -625,6 +628,7 @@ const replay = (data) => {
   });
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (data.isPart && !one(".stage").contains(event.target)) return;
     const on = event.target.closest ? event.target.closest("input, select, button, summary, a") : null;
     const isOnScene = event.target === canvas, key = event.key;
     if (key === " " && (!on || (on.type === "range" || on.type === "radio"))) toggle();
@@ -671,6 +675,8 @@ const replay = (data) => {
     canvas.addEventListener(name, (event) => fingers.delete(event.pointerId));
   }
   canvas.addEventListener("wheel", (event) => {
+    // The wheel scrolls a page with more in it until the scene is chosen.
+    if (data.isPart && document.activeElement !== canvas) return;
     event.preventDefault();
     zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY)) * 0.002));
   }, { passive: false });
@@ -686,18 +692,23 @@ const replay = (data) => {
   };
   readColours();
   makeTable();
-  setManeuver((data.maneuvers.find((m) => m.result) || data.maneuvers[0]).number);
-  resize();
-  readAddress();
+  const begin = () => {
+    setManeuver((data.maneuvers.find((m) => m.result) || data.maneuvers[0]).number);
+    resize();
+  };
+  begin();
+  if (!data.isPart) {
+    readAddress();
+    addEventListener("hashchange", readAddress);
+  }
   addEventListener("resize", resize);
-  addEventListener("hashchange", readAddress);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColours(); ask(); });
   draw();
-  return (scene, bicycle) => {
+  return (maneuvers, bicycle = data.bicycle) => {
     ({ points: P, radii, tilt, solids } = bicycle);
-    data.maneuvers = [scene];
-    setManeuver(scene.number);
-    resize();
-    setPlaying(!still.matches);
+    data.maneuvers = maneuvers;
+    makeTable();
+    begin();
+    setPlaying(!data.isPart && !still.matches);
   };
 };

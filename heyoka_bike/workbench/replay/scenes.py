@@ -39,16 +39,28 @@ from heyoka_bike.workbench.replay.motion_3d import (
 RATE = 50
 """Frames in a second, unless the runs are so long that there would be too many."""
 
-_WRITTEN_STATES = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
+WRITTEN_STATES = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
+"""Columns of a result file that its motion follows from."""
+
+DERIVED = (
+    "Derived: the pitch from roll and steer, both wheels on the floor; the yaw from the yaw "
+    "rate that rolling without slip gives this state; the place from the forward speed along "
+    "that heading; the turning of the wheels from rolling."
+)
+BROUGHT = (
+    "(a different definition is brought to the default one by its difference from the reference)"
+)
+"""What notes say, here and on the page of the checker."""
+
 # Of all maneuvers together: what a page of 3 MB holds.
 _MOST_FRAMES = 6000
-_LEAST_FRAMES = 50
+LEAST_FRAMES = 50
 # Leaning farther, a bicycle lies on the floor, and the tangent of its roll means nothing [rad].
-_FALLEN = 1.4
+FALLEN = 1.4
 # A gap below a wheel that Newton's iteration for the pitch does not leave where there is a pitch.
-_SMALLEST_GAP = 1e-9  # [m]
+SMALLEST_GAP = 1e-9  # [m]
 # A result that is farther from the reference is out of sight [m].
-_OUT_OF_SIGHT = 1000.0
+OUT_OF_SIGHT = 1000.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -163,7 +175,7 @@ def replay(
 
 def _scene(number: int, maneuver: ReferenceManeuver, equations: Equations, rate: float) -> Scene:
     end = float(maneuver.duration)
-    steps = max(round(end * rate), _LEAST_FRAMES)
+    steps = max(round(end * rate), LEAST_FRAMES)
     time = np.linspace(0.0, end, steps + 1)
     motion = motion_3d(equations, reference_state(maneuver), time)
     shown = Shown(motion, maneuver.approximate(time, BENCHMARK_COLUMNS))
@@ -183,11 +195,11 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     """The result's motion, or why there is none."""
     part = found.part
     columns = {c.key: c for c in found.columns if c.values}
-    moving = [name for name in _WRITTEN_STATES if name in columns]
+    moving = [name for name in WRITTEN_STATES if name in columns]
     if not moving:
         return (
             f"The file has no usable column of the motion in maneuver {scene.number} "
-            f"(found none of {', '.join(map(label, _WRITTEN_STATES))})."
+            f"(found none of {', '.join(map(label, WRITTEN_STATES))})."
         )
     finite = np.all([np.isfinite(part.values[name]) for name in moving], axis=0)
     bad = np.flatnonzero(~finite)
@@ -258,8 +270,8 @@ def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
         gap = front_contact_height(
             equations.k, Arrays(), roll, state["pitch"], state["steer_angle"]
         )
-        stands = (np.abs(gap) < _SMALLEST_GAP) & (np.abs(roll) < _FALLEN)
-        stands &= np.abs(state["steer_angle"]) < _FALLEN
+        stands = (np.abs(gap) < SMALLEST_GAP) & (np.abs(roll) < FALLEN)
+        stands &= np.abs(state["steer_angle"]) < FALLEN
     return _leading(stands)
 
 
@@ -268,7 +280,7 @@ def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3
     beside = reference.rear_contact[first : first + len(found.time)]
     with np.errstate(all="ignore"):
         away = np.linalg.norm(found.rear_contact - beside, axis=1)
-        count = _leading(away < _OUT_OF_SIGHT)
+        count = _leading(away < OUT_OF_SIGHT)
     cut = {name: getattr(found, name)[:count] for name in Motion3D.__slots__}
     return Motion3D(**cut), count
 
@@ -284,7 +296,7 @@ def _notes(
     end: str,
 ) -> tuple[str, ...]:  # fmt: skip
     said = [f"Of the file: {_listed([label(name) for name in moving])}{_understood(found)}."]
-    missing = [name for name in _WRITTEN_STATES if name not in moving]
+    missing = [name for name in WRITTEN_STATES if name not in moving]
     if missing:
         said.append(
             f"The file has no usable {_listed([label(name) for name in missing])}: "
@@ -292,11 +304,7 @@ def _notes(
         )
     if start > 0:
         said.append(f"Its rows begin at {start:.4g} s, there at the place of the reference.")
-    said.append(
-        "Derived: the pitch from roll and steer, both wheels on the floor; the yaw from the yaw "
-        "rate that rolling without slip gives this state; the place from the forward speed along "
-        "that heading; the turning of the wheels from rolling."
-    )
+    said.append(DERIVED)
     return (*said, end) if end else tuple(said)
 
 
@@ -308,14 +316,11 @@ def _understood(found: ManeuverScore) -> str:
         how = [u.definition] if u.definition != w.definition else []
         how += ["the other sign"] if u.sign < 0 else []
         how += [f"in {u.unit}"] if u.unit != w.unit else []
-        if c.key in _WRITTEN_STATES and u != w:
+        if c.key in WRITTEN_STATES and u != w:
             taken.append(f"{label(c.key)} taken as {', '.join(how)}")
     if not taken:
         return ""
-    return (
-        f"; {'; '.join(taken)} (a different definition is brought to the default one by its "
-        "difference from the reference)"
-    )
+    return f"; {'; '.join(taken)} {BROUGHT}"
 
 
 def _listed(items: Sequence[str]) -> str:

@@ -413,7 +413,7 @@
     seen = "";
     if (isReplayed && one(".stage")) {
       const scene = replayed();
-      if (scene && show) show(scene, drawn());
+      if (scene && show) show([scene], drawn());
       else if (scene) show = replay({ bicycle: drawn(), maneuvers: [scene], heading: "value" });
       history.replaceState(null, "", `#at=${chosen.map(Number).join(",")}`);
     }

@@ -37,7 +37,7 @@ from heyoka_bike.errors import printable
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.numbers.straight_line import Language, StraightLine
+from heyoka_bike.numbers.straight_line import JAVASCRIPT, StraightLine
 from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits, maneuvers
@@ -112,13 +112,6 @@ OBSERVED = (
 DIVISORS = 3
 """The number of divisors of the equations that may vanish; a motion ends there."""
 
-_JAVASCRIPT = Language(
-    opening="const {name} = ({arguments}) => {{",
-    closing="}};",
-    statement="const {name} = {value}",
-    output="{result}",
-)
-
 _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 
 
@@ -137,7 +130,7 @@ def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
     """
 
     def function(name: str, size: int, formulas: _Formulas) -> str:
-        return _JAVASCRIPT.function(
+        return JAVASCRIPT.function(
             name, {"y": size}, "f", lambda code, y: formulas(_equations(bicycle, free, code), y)
         )
 
