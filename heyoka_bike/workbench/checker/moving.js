@@ -5,24 +5,12 @@ const MOVING = data.replay.states.map((key) => keys.indexOf(key));
 const STEPS = 2;  // of a frame: places of the exact motion are within 1e-7 m
 const COUNTED = ["rear_wheel", "front_wheel", "track"];
 
-// The pitch with both wheels on the floor, by Newton's method; NaN where there is none.
-function pitchOnTheFloor(roll, steer, near) {
-  const found = [0], shift = 1e-6;
-  const gap = (pitch) => { kinematics.floorGap([roll, pitch, steer], found); return found[0]; };
-  let pitch = near;
-  for (let i = 0; i < 6; i++) {
-    const here = gap(pitch);
-    pitch -= (here * shift) / (gap(pitch + shift) - here);
-  }
-  return Math.abs(gap(pitch)) < data.replay.smallestGap ? pitch : NaN;
-}
-
 // A motion in frames from a start until it does not stand on its wheels; `state` gives the columns of
 // `MOVING` at a time. The integrals are Simpson's, in parts of each frame.
 function followed(state, times, start) {
-  const { fallen } = data.replay;
+  const { fallen, smallestGap } = data.replay;
   const at = (t, near) => {
-    const [roll, steer, rollRate, steerRate, speed] = state(t), pitch = pitchOnTheFloor(roll, steer, near);
+    const [roll, steer, rollRate, steerRate, speed] = state(t), pitch = pitchOnTheFloor(kinematics.floorGap, roll, steer, near, smallestGap);
     if (!(Math.abs(roll) < fallen && Math.abs(steer) < fallen && Number.isFinite(pitch))) return null;
     const f = new Array(6).fill(0);
     kinematics.rolling([roll, pitch, steer, rollRate, steerRate, speed], f);

@@ -34,9 +34,9 @@ from heyoka_bike.showing.wording import (
     reference_words,
 )
 from heyoka_bike.workbench.replay import scenes
+from heyoka_bike.workbench.replay.page import PITCH_SCRIPT, drawing, stage
 from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
-from heyoka_bike.workbench.replay.page import drawing, stage
 
 _HERE = Path(__file__).parent
 _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
@@ -44,7 +44,7 @@ KEPT = _HERE / "checker.wasm"
 SCRIPTS = ("judging.js", "reading.js")
 """What reads and judges, without a page; it finds ``data`` as `page_data` has it."""
 
-_SHOWING = (_HERE / "moving.js", REPLAY_SCRIPT, _HERE / "page.js", _HERE / "links.js")
+_SHOWING = (PITCH_SCRIPT, _HERE / "moving.js", REPLAY_SCRIPT, _HERE / "page.js", _HERE / "links.js")
 _BEGIN = '"use strict";\nconst data = JSON.parse(document.getElementById("data").textContent);\n'
 # As people write the units that the judge tries.
 _SPELLINGS = (

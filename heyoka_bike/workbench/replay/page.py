@@ -41,6 +41,8 @@ from heyoka_bike.workbench.replay.shapes import shape
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
 """Of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
+PITCH_SCRIPT = Path(__file__).with_name("pitch.js")
+"""Of pages that follow a motion themselves: ``pitchOnTheFloor``."""
 
 _STAGE = Template(Path(__file__).with_name("stage.html").read_text(encoding="utf-8"))
 _ABOUT_PAGE = Path(__file__).with_name("about.html").read_text(encoding="utf-8")

@@ -4,6 +4,7 @@ const FRAME = 0.02;       // time between two frames [s]
 const TOLERANCE = 1e-10;  // of a step, beside 1 and beside each number of the state
 const MOST_STEPS = 1e6;   // of a motion: what has more ends unfinished
 const SHORTEST = 1e-9;    // a step [s]: shorter ones come only where the equations end
+const SMALLEST_GAP = 1e-9; // below the front wheel [m]: with more there is no pitch
 const FLAT = Math.PI / 2; // of roll or steer [rad]: the bicycle lies, or its handlebar is across
 const NODES = [
   [1 / 5],
@@ -15,17 +16,6 @@ const NODES = [
 ];
 const DIFFERENCE = [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40];
 
-// The pitch with both wheels on the floor, by Newton's method; NaN where there is none.
-const pitchOnTheFloor = (roll, steer) => {
-  const found = [0], gap = (pitch) => { floorGap([roll, pitch, steer], found); return found[0]; };
-  let pitch = 0;
-  for (let i = 0; i < 8; i++) {
-    const here = gap(pitch);
-    pitch -= here * 1e-6 / (gap(pitch + 1e-6) - here || 1);
-  }
-  return Math.abs(gap(pitch)) < 1e-9 ? pitch : NaN;
-};
-
 // A motion in frames, or null where no posture has both wheels on the floor. `start` has roll, steer,
 // roll_rate, steer_rate [rad, rad/s], speed [m/s], and the parameters of the bicycle that are free.
 const follow = (start, duration) => {
@@ -34,7 +24,7 @@ const follow = (start, duration) => {
   let y = made(), next = made();
   const k = Array.from({ length: 7 }, () => new Float64Array(size + DIVISORS)), seen = new Float64Array(OBSERVED.length);
   STATE.forEach((name, i) => { y[i] = start[name] || 0; });
-  y[STATE.indexOf("pitch")] = pitchOnTheFloor(start.roll, start.steer);
+  y[STATE.indexOf("pitch")] = pitchOnTheFloor(floorGap, start.roll, start.steer, 0, SMALLEST_GAP);
   spinOf([start.speed], seen);
   y[STATE.indexOf("spin")] = seen[0];
   const columns = Object.fromEntries([...STATE, ...OBSERVED].map((name) => [name, []]));

@@ -42,9 +42,9 @@ from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits, maneuvers
 from heyoka_bike.workbench.atlas.store import load_atlas
+from heyoka_bike.workbench.replay.page import PITCH_SCRIPT, drawing, stage
 from heyoka_bike.workbench.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
-from heyoka_bike.workbench.replay.page import drawing, stage
 
 _LAST_VALUE, _NO_VALUE = 65534, 65535
 
@@ -95,7 +95,10 @@ class Packed:
         return b64encode(self.codes.astype("<u2").tobytes()).decode()
 
 
-MOTION_SCRIPT = Path(__file__).with_name("motion.js").read_text(encoding="utf-8")
+MOTION_SCRIPT = "".join(
+    file.read_text(encoding="utf-8")
+    for file in (PITCH_SCRIPT, Path(__file__).with_name("motion.js"))
+)
 """Follows a motion by `motion_source`."""
 
 ERROR = 1e-8
