@@ -9,7 +9,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import found as seen
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
@@ -49,11 +49,7 @@ def _(e: seen.Explained) -> Finding:
     text = f"{begins}{said}"
     text = f"{text[0].upper()}{text[1:]}. {_proof(e)}"
     if e.rest is not None:
-        number, key = e.rest
-        text += (
-            f". Something else is there: {key} of maneuver {number} is still off, typically by "
-            f"{_of_scale(first.after[e.rest])}"
-        )
+        text += f". {_something_else(first, e.rest)}"
     text = f"{text}. {_advice(e)}"
     if others:
         same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.most_said])
@@ -140,22 +136,15 @@ def _(e: seen.Integrator) -> Finding:
 @register
 def _(e: seen.IntegratedBy) -> Finding:
     names = " or ".join(m.says for m in e.methods)
-    first = e.hypotheses[0]
+    h = e.hypothesis
     said = (
         f"The error is that of {names}. Run here, in roll, steer, their rates and the rolling "
-        f"rate, it leaves an error that is smaller by a factor of {first.relief:.1g}. "
+        f"rate, it leaves an error that is smaller by a factor of {h.relief:.1g}. "
     )
-    if e.rest is None:
-        said += "Nothing else is seen"
-    else:
-        number, key = e.rest
-        said += (
-            f"Something else is there: {key} of maneuver {number} is still off, typically by "
-            f"{_of_scale(first.after[e.rest])}"
-        )
+    said += "Nothing else is seen" if e.rest is None else _something_else(h, e.rest)
     said += ". Take a smaller step, or a method of higher order"
     methods = [{"method": m.method, "step": m.step} for m in e.methods]
-    return info("integrator", said, methods=methods, relief=first.relief)
+    return info("integrator", said, methods=methods, relief=h.relief)
 
 
 @register
@@ -268,6 +257,14 @@ def _(_: seen.NothingToDiagnose) -> Finding:
 
 def _said(mistakes: Sequence[Cause]) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
+
+
+def _something_else(h: Hypothesis, rest: Place) -> str:
+    number, key = rest
+    return (
+        f"Something else is there: {key} of maneuver {number} is still off, typically by "
+        f"{_of_scale(h.after[rest])}"
+    )
 
 
 def _part(share: float) -> str:

@@ -54,16 +54,8 @@ def test_angles_alone_show_it(reference, reduced):
 @pytest.mark.proof
 def test_other_weights_are_another_method(reference, reduced):
     """RK4 with the weights 1, 2, 1, 2 is of order 1, and none of those that are run."""
-    weights = (1 / 6, 2 / 6, 1 / 6, 2 / 6)
-
-    def step(y, h, _):
-        k1 = reduced.slope(y)
-        k2 = reduced.slope(y + h / 2 * k1)
-        k3 = reduced.slope(y + h / 2 * k2)
-        k4 = reduced.slope(y + h * k3)
-        return y + h * sum(w * k for w, k in zip(weights, (k1, k2, k3, k4), strict=True))
-
-    for found in integrator(reduced.run(step, 0.01), reference):
+    results = reduced.run(reduced.explicit("rk4_other_weights"), 0.01)
+    for found in integrator(results, reference):
         assert not found.message.startswith("The error is that of")
 
 

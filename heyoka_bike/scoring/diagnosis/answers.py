@@ -25,7 +25,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
     ColumnOfAnotherManeuver,
@@ -118,9 +118,7 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
     found = [(h, m) for h in hypotheses for m in h.mistakes if isinstance(m, NumericalMethod)]
     if not found or found[0][0] is not hypotheses[0]:
         return None
-    return IntegratedBy(
-        tuple(h for h, _ in found), tuple(m for _, m in found), left_over(hypotheses[0])
-    )
+    return IntegratedBy(hypotheses[0], tuple(m for _, m in found), left_over(hypotheses[0]))
 
 
 def _integrator(causes: Residual | None) -> Integrator | None:
@@ -191,6 +189,5 @@ def _no_cause(
     # Of equal ones the last, by name.
     m, c = max(columns, key=lambda x: (error(x[1]), f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
-    is_seen = seen is not None and seen.visibility is Visibility.EQUATIONS
-    is_met = seen is not None and is_seen and seen.is_met
+    is_met = seen is not None and shows_equations(seen) and seen.is_met
     return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met)

@@ -5,7 +5,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 """Codes of programs of the linear equations."""
@@ -13,10 +13,10 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
-    is_seen = residual is not None and residual.visibility is Visibility.EQUATIONS
     is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
+    is_hidden = is_mistake and not shows_equations(residual)
     # Each of several explains something where the equations do not show it.
-    least = WEIGHTS.mostly**h.count if is_mistake and not is_seen else WEIGHTS.explains
+    least = WEIGHTS.mostly**h.count if is_hidden else WEIGHTS.explains
     if h.unexplained is not None or h.relief < least:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)

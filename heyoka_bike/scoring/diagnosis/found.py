@@ -95,16 +95,16 @@ class IntegratedBy(Evidence):
 
     Attributes
     ----------
-    hypotheses : tuple of Hypothesis
-        Of methods that cannot be told apart, the likeliest first.
+    hypothesis : Hypothesis
+        Of the likeliest.
     methods : tuple of NumericalMethod
-        The same methods.
+        Those that cannot be told apart, the likeliest first.
     rest
         Where more is left than their digits and a hundredth of the error; None if the method is
         all.
     """
 
-    hypotheses: tuple[Hypothesis, ...]
+    hypothesis: Hypothesis
     methods: tuple[NumericalMethod, ...]
     rest: Place | None
 

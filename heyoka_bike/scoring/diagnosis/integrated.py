@@ -22,6 +22,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS, Carried, FixedStep
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, NumericalMethod
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
 
@@ -39,8 +40,6 @@ _EQUAL = 1e-6
 _MOST_STEPS = 10
 # Methods that are run again with the step that was found.
 _RUN_AGAIN = 3
-# Parts of a run whose errors have a size each.
-_SPLIT = 4
 # Of a state, for derivatives of columns.
 _SMALL = 1e-6
 
@@ -87,7 +86,7 @@ class Run:
         """Derivatives of the columns by the state, shape (7, m), by name."""
         size = len(self.motion.time)
         each = [np.repeat(_SMALL * np.eye(7)[:, [k]], size, axis=1) for k in range(7)]
-        found = [self.simulator.differences(self.motion, off) for off in each]
+        found = self.simulator.differences(self.motion, each)
         return {name: np.array([x[name] / _SMALL for x in found]) for name in self.errors}
 
     def _errors(self, method: FixedStep, steps: int) -> Array:
@@ -103,7 +102,8 @@ class Run:
 
     def off(self, method: FixedStep, steps: int, factor: float) -> Columns:
         """The same times a factor, of all columns, by name [SI]."""
-        return self.simulator.differences(self.motion, factor * self._errors(method, steps))
+        (found,) = self.simulator.differences(self.motion, [factor * self._errors(method, steps)])
+        return found
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -170,7 +170,7 @@ def _fit(runs: Sequence[Run], method: FixedStep, steps: int) -> tuple[float, flo
     for run in runs:
         off = run.terms(method, steps)
         for name, written in run.errors.items():
-            split = min(_SPLIT, len(written))
+            split = min(SPLIT, len(written))
             errors += np.array_split(written / run.sizes[name], split)
             terms += np.array_split(off[name] / run.sizes[name], split)
             floors += [run.floors[name]] * split

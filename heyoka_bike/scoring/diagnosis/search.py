@@ -35,6 +35,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     UNKNOWNS,
     Residual,
     Visibility,
+    shows_equations,
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 
@@ -317,7 +318,7 @@ def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
             others += _starts(file)
         if leader is likeliest[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
-        elif file.residual is None or file.residual.visibility is not Visibility.EQUATIONS:
+        elif not shows_equations(file.residual):
             others += [h.mistakes[0] for h in likeliest[: WEIGHTS.rivals]]
         asked += _with_others(first, others)
     return asked

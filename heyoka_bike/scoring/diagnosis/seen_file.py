@@ -28,17 +28,15 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.diagnosis.residual.fits import Fits
+from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
-from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import factor
 
 # Rows that are compared, and rows that are simulated, of each maneuver.
 _COMPARED, _SIMULATED = 251, 2001
-# Parts of a run whose errors have a size each: those of values grow, at first in proportion.
-_SPLIT = 4
 _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 _OF_POTENTIAL = [
     c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
@@ -143,7 +141,9 @@ class SeenFile:
         self.right = Hypothesis(
             (), typical, typical, (), self._limits(understood, right), True, right, understood
         )
-        self.residual = self._residual(library) if library else None
+        # Motions and equations that make no sense end as such.
+        with np.errstate(all="ignore"):
+            self.residual = self._residual(library) if library else None
         self.has_one_speed = has_constant_speed(parts)
 
     def of_kind(self, kind: str) -> list[Mistake]:
@@ -208,12 +208,11 @@ class SeenFile:
                         blocks += np.array_split(off, split)
             return found
 
-        split = min(_SPLIT, *(len(p.compared) for p in parts))
+        split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), WEIGHTS.resolved)
         # As `claims.explains` has it.
-        is_seen = self.residual is not None and self.residual.visibility is Visibility.EQUATIONS
-        least = WEIGHTS.explains if is_seen else WEIGHTS.mostly
-        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, least)
+        needed = WEIGHTS.explains if shows_equations(self.residual) else WEIGHTS.mostly
+        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
 
     def by_integrators(self) -> Iterator[Hypothesis]:
         """Methods of integration that leave the file's error, see `integrated`.
@@ -331,22 +330,19 @@ class SeenFile:
             if understood in tried:
                 continue
             tried.append(understood)
-            # Motions and equations that make no sense end as such.
-            with np.errstate(all="ignore"):
-                seen = (observe(p.part, understood, equations) for p in self._parts)
-                motions = [m for m in seen if m is not None]
-                if not motions:
-                    continue
-                made = Residual(motions, self.program, library, self._deadline)
-                # Rates that contradict the angles are not understood.
-                if best is None or _clearer(made) > _clearer(best):
-                    best = made
-                    if best.visibility and not best.is_open:
-                        break
+            seen = (observe(p.part, understood, equations) for p in self._parts)
+            motions = [m for m in seen if m is not None]
+            if not motions:
+                continue
+            made = Residual(motions, self.program, library, self._deadline)
+            # Rates that contradict the angles are not understood.
+            if best is None or _clearer(made) > _clearer(best):
+                best = made
+                if best.visibility and not best.is_open:
+                    break
         if best is not None:
-            with np.errstate(all="ignore"):
-                # While there is time: all that follows asks for them.
-                _ = best.fitted
+            # While there is time: all that follows asks for them.
+            _ = best.fitted
         return best
 
     def _key(self, program: Program) -> object:

@@ -247,8 +247,6 @@ class Force:
         True if the coefficient is the part of a term that is missing, 1 for all of it.
     is_fitted
         True if it is one of the unknowns; not where it is a sum or a multiple of others.
-    is_first_order
-        True if the law is the first order of what a coefficient of any size does.
     turns_with
         Index of the independent speed with which a rotor of this inertia turns; None of a force.
     turned
@@ -262,12 +260,11 @@ class Force:
     law: Law
     is_part: bool = False
     is_fitted: bool = True
-    is_first_order: bool = False
     turns_with: int | None = None
     turned: Law | None = None
 
 
-_PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
+PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
 """Places in the state of what terms are powers of."""
 
 
@@ -279,7 +276,7 @@ def _along(speed: int, names: Sequence[str] = (), power: int = 0, sign: float = 
 
     def law(m: Moving) -> Linear:
         x = sign * m.now["rates"][2] ** power + 0.0 * m.state[0]
-        variables = [m.state[_PLACE_IN_STATE[name]] for name in names]
+        variables = [m.state[PLACE_IN_STATE[name]] for name in names]
         if speed < 2 and len(names) == 2:
             variables[1] = np.abs(variables[1])
         for variable in variables:
@@ -481,10 +478,10 @@ def _of_the_state() -> dict[str, Force]:
     """Forces over simple terms of the state: odd ones where left and right differ, or even ones."""
     odd: list[tuple[tuple[str, ...], str]] = [((), "")]
     even = [*odd]
-    for x in _PLACE_IN_STATE:
+    for x in PLACE_IN_STATE:
         odd += [((x,), f" the {x}"), ((x, x), f" the {x} times its size")]
         odd += [((x, x, x), f" the cube of the {x}")]
-    for x, y in combinations_with_replacement(_PLACE_IN_STATE, 2):
+    for x, y in combinations_with_replacement(PLACE_IN_STATE, 2):
         even.append(((x, y), f" the square of the {x}" if x == y else f" the {x} times the {y}"))
     found = {}
     for i, (where, what) in enumerate(_ALONG):
@@ -555,17 +552,15 @@ FORCES: Mapping[str, Force] = {
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
                           _slope_of_ground(_SIDE), turned=_weightless("RBHF")),
-    "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH"), is_first_order=True),
-    "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B"),
-                     is_first_order=True),
-    "crown_F": Force("radius of the front tyre's section", "m", 1e-3, _crown("H"),
-                     is_first_order=True),
+    "crown": Force("radius of the tyres' section", "m", 1e-3, _crown("BH")),
+    "crown_R": Force("radius of the rear tyre's section", "m", 1e-3, _crown("B")),
+    "crown_F": Force("radius of the front tyre's section", "m", 1e-3, _crown("H")),
     "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("B")),
     "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("H")),
     **{f"side_{b}": Force(f"place of the {_BODIES[b]}'s centre of mass to the right", "m", 1e-3,
-                          _to_the_side(b), is_first_order=True) for b in "BH"},
+                          _to_the_side(b)) for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
        for end, wheels, _, whose in _BRAKED_WHEELS},

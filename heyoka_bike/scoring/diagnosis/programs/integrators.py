@@ -20,9 +20,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 
 Rates = Callable[[Array], Array]
-"""From states, shape (7, n), to their derivatives by the time."""
-Step = Callable[[Rates, Array, float], Array]
-"""From the rates, states and the length of a step [s] to the states after it."""
+"""From states, shape (variables, n), to their derivatives by the time."""
+Step = Callable[[Rates, Array, float | Array], Array]
+"""From the rates, states and the length of a step [s], or of each, to the states after it."""
 
 # For derivatives of a step by the state, by differences: errors are carried to as much.
 _SHIFT_OF_SLOPE = 1e-7
@@ -52,7 +52,7 @@ class FixedStep:
 def _runge_kutta(a: Sequence[Sequence[float]], b: Sequence[float]) -> Step:
     """The explicit method with these coefficients; each row of `a` is that of a stage."""
 
-    def step(f: Rates, y: Array, h: float) -> Array:
+    def step(f: Rates, y: Array, h: float | Array) -> Array:
         stages: list[Array] = []
         for row in a:
             stages.append(f(y + h * _sum(row, stages)) if row else f(y))
@@ -66,7 +66,7 @@ def _sum(factors: Sequence[float], stages: Sequence[Array]) -> Array:
     return found
 
 
-def _semi_implicit(f: Rates, y: Array, h: float) -> Array:
+def _semi_implicit(f: Rates, y: Array, h: float | Array) -> Array:
     """New speeds first, then the angles by these."""
     ahead = y.copy()
     ahead[3:6] += h * f(y)[3:6]
@@ -79,7 +79,7 @@ _ARE_ANGLES = np.array([1, 1, 1, 0, 0, 0, 1], bool)[:, None]
 def _theta(old: float, new: float) -> Step:
     """Rates at both ends of the step, with these weights."""
 
-    def step(f: Rates, y: Array, h: float) -> Array:
+    def step(f: Rates, y: Array, h: float | Array) -> Array:
         now = f(y)
         known = y + h * old * now
         return _settled(lambda ahead: known + h * new * f(ahead), y + h * now)
@@ -87,7 +87,7 @@ def _theta(old: float, new: float) -> Step:
     return step
 
 
-def _implicit_midpoint(f: Rates, y: Array, h: float) -> Array:
+def _implicit_midpoint(f: Rates, y: Array, h: float | Array) -> Array:
     return 2 * _settled(lambda middle: y + h / 2 * f(middle), y) - y
 
 
@@ -103,7 +103,7 @@ def _settled(better: Callable[[Array], Array], guess: Array) -> Array:
 def _adams_bashforth(weights: Sequence[float]) -> Step:
     """With the rates of so many steps before, on the right motion."""
 
-    def step(f: Rates, y: Array, h: float) -> Array:
+    def step(f: Rates, y: Array, h: float | Array) -> Array:
         found, before = y + h * weights[0] * f(y), y
         for weight in weights[1:]:
             before = _nearly_right(f, before, -h)
@@ -113,12 +113,13 @@ def _adams_bashforth(weights: Sequence[float]) -> Step:
     return step
 
 
-_RK4 = _runge_kutta([[], [1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+RK4 = _runge_kutta([[], [1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+"""The classical method of order 4."""
 
 
-def _nearly_right(f: Rates, y: Array, h: float) -> Array:
+def _nearly_right(f: Rates, y: Array, h: float | Array) -> Array:
     """A step that is far nearer to the right motion than the methods are: two small ones."""
-    return _RK4(f, _RK4(f, y, h / 2), h / 2)
+    return RK4(f, RK4(f, y, h / 2), h / 2)
 
 
 METHODS = (
@@ -149,7 +150,7 @@ METHODS = (
         3,
         _runge_kutta([[], [1 / 2], [0, 3 / 4]], [2 / 9, 1 / 3, 4 / 9]),
     ),
-    FixedStep("the classical Runge-Kutta method of order 4 (RK4)", 4, _RK4),
+    FixedStep("the classical Runge-Kutta method of order 4 (RK4)", 4, RK4),
     FixedStep(
         "Kutta's 3/8 rule of order 4",
         4,
@@ -200,7 +201,7 @@ class Carried:
         self._equations, self._states, self.spacing = equations, states, spacing
         shifts = _SHIFT_OF_SLOPE * np.concatenate([np.zeros((7, 1)), np.eye(7)], axis=1)
         moved = (states[:, None, :-1] + shifts[:, :, None]).reshape(7, -1)
-        ahead = _RK4(self._rates, moved, spacing).reshape(7, 8, -1)
+        ahead = RK4(self._rates, moved, spacing).reshape(7, 8, -1)
         slopes = (ahead[:, 1:] - ahead[:, :1]) / _SHIFT_OF_SLOPE
         # (rows, of, by)
         self._slopes = np.ascontiguousarray(slopes.transpose(2, 0, 1))

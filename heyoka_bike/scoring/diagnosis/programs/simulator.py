@@ -7,7 +7,7 @@ motion. The regular form is used, whose state is roll, pitch, steer, roll rate, 
 wheel's rolling rate and yaw.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 
@@ -107,8 +107,20 @@ class Simulator:
         BudgetSpentError
             The time is spent before all are known.
         """
-        values = [tuple(m.bicycle.values.items()) for m in motions]
-        constants = [_constants(v) for v in values]
+        constants = self._integrate(motions, deadline)
+        found = []
+        for m, c in zip(motions, constants, strict=True):
+            if c is None or not len(m.time):
+                found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
+            else:
+                found.append(self._columns(m, c[0], self._states(m, m.time)))
+        return found
+
+    def _integrate(
+        self, motions: Sequence[AskedMotion], deadline: Deadline
+    ) -> list[_Constants | None]:
+        """Make the states of motions known; return the constants of their equations."""
+        constants = [_constants(tuple(m.bicycle.values.items())) for m in motions]
         keys = [_key(m) for m in motions]
         new: dict[object, tuple[AskedMotion, _Constants]] = {}
         for key, m, c in zip(keys, motions, constants, strict=True):
@@ -126,13 +138,11 @@ class Simulator:
                     made = self._nodes([new[k] for k in lost], length, deadline)
                     self._known.update(zip(lost, made, strict=True))
                     lost = [k for k in lost if np.isnan(self._known[k]).any()]
-        found = []
-        for key, m, c in zip(keys, motions, constants, strict=True):
-            if c is None or not len(m.time):
-                found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
-            else:
-                found.append(self._columns(m, c[0], _at(self._known[key], m.time, _intervals(m))))
-        return found
+        return constants
+
+    def _states(self, motion: AskedMotion, time: Array) -> Array:
+        """States of a motion that is known at some times [s] to its end, shape (7, n)."""
+        return _at(self._known[_key(motion)], time, _intervals(motion))
 
     def run_near(
         self, groups: Sequence[Sequence[AskedMotion]], deadline: Deadline = NEVER
@@ -155,19 +165,18 @@ class Simulator:
 
     def followed(self, motion: AskedMotion, time: Array) -> tuple[Equations, Array]:
         """Equations of a motion, and its states at some times [s] to its end, shape (7, n)."""
-        self.run_all([motion])
-        constants = _constants(tuple(motion.bicycle.values.items()))
+        (constants,) = self._integrate([motion], NEVER)
         assert constants is not None
-        states = _at(self._known[_key(motion)], time, _intervals(motion))
-        return self._with(constants[0]), states
+        return self._with(constants[0]), self._states(motion, time)
 
-    def differences(self, motion: AskedMotion, off: Array) -> dict[str, Array]:
-        """What the columns of a motion differ by if its states do by `off`, shape (7, n)."""
-        constants = _constants(tuple(motion.bicycle.values.items()))
+    def differences(self, motion: AskedMotion, each: Iterable[Array]) -> list[dict[str, Array]]:
+        """What the columns of a motion differ by if its states do by each of these, (7, n)."""
+        (constants,) = self._integrate([motion], NEVER)
         assert constants is not None
-        _, states = self.followed(motion, motion.time)
-        one, other = (self._columns(motion, constants[0], x) for x in (states, states + off))
-        return {name: other[name] - v for name, v in one.items()}
+        states = self._states(motion, motion.time)
+        right = self._columns(motion, constants[0], states)
+        others = (self._columns(motion, constants[0], states + off) for off in each)
+        return [{name: made[name] - v for name, v in right.items()} for made in others]
 
     def _near(
         self,

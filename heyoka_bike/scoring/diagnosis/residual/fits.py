@@ -28,6 +28,9 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     uncertain,
 )
 
+SPLIT = 4
+"""Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
+
 Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
 """From a program, and others near it, to the blocks of the error that each leaves."""
 
@@ -49,7 +52,7 @@ class Fits:
         Values whose relief to first order, to this power, is too small are not refined.
     split
         Number of blocks, one after the other in time, into which each column is split.
-    least
+    needed
         Each value must let the error fall by so much, or explains nothing: those that to first
         order, to the power that large changes need, do not are not refined.
     """
@@ -60,7 +63,7 @@ class Fits:
     maneuvers: int
     promise: float
     split: int = 1
-    least: float = 1.0
+    needed: float = 1.0
 
     def fewest(
         self,
@@ -110,7 +113,7 @@ class Fits:
         members: list[NDArray[np.intp] | None] = [None] * len(views)
         cost = max(
             (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise),
-            float(np.log(self.least)) / max(WEIGHTS.promise),
+            float(np.log(self.needed)) / max(WEIGHTS.promise),
         )
         for size, count in WEIGHTS.subsets[: len(names)]:
             found: dict[tuple[int, ...], None] = {}

@@ -7,18 +7,13 @@ places, on lines between them, by least squares. Twenty values explain much by c
 found in one half of the run has to explain the other.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
-
-VARIABLES = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
-"""Places in the state of what a law may depend on."""
-EQUATIONS = ("roll", "steer")
-"""Along whose speeds the torque acts, in order."""
 
 # Places of a law, each so many times the one before it, down to a small part of the largest: where
 # friction is regularised it changes within a small part of its range.
@@ -34,9 +29,9 @@ class Law:
     Attributes
     ----------
     equation
-        One of `EQUATIONS`.
+        ``roll`` or ``steer``: along whose speed it acts.
     variable
-        One of `VARIABLES`.
+        One of `forces.PLACE_IN_STATE`.
     places : tuple of float
         Where its values are known, ascending [rad or rad/s].
     values : tuple of float
@@ -63,40 +58,38 @@ def hats(x: Array, places: Array) -> Array:
 
 
 def best_law(
-    variables: Sequence[Array],
-    added: Sequence[Array],
+    variables: Mapping[str, Array],
+    added: Mapping[str, Array],
+    averages: Callable[[Array], Sequence[Array]],
     left: Sequence[Array],
-    averaged: Sequence[tuple[int, slice, Array]],
     floors: Array,
 ) -> Law | None:
     """The law that explains most; None if no variable changes.
 
     Parameters
     ----------
-    variables : sequence of ndarray, shape (n,)
-        Those of `VARIABLES`, at the rows.
-    added : sequence of ndarray, shape (q, n)
-        Of each of `EQUATIONS`, the accelerations that a torque of one adds.
+    variables : mapping of str to ndarray, shape (n,)
+        What a law may depend on, at the rows.
+    added : mapping of str to ndarray, shape (q, n)
+        The accelerations that a torque of one adds along the speed of each equation.
+    averages : callable
+        From accelerations, shape (q, n), to the blocks of their averages, shape (w,) each.
     left : sequence of ndarray, shape (w,)
-        Of each block what remains of an acceleration, averaged and weighted.
-    averaged : sequence of (index, slice, ndarray of shape (w, rows))
-        Of each block its acceleration, its rows, and the weighted averages of these.
+        Of each block what remains.
     floors : ndarray, shape (blocks,)
     """
     found: Law | None = None
     most = 0.0
-    for variable, x in zip(VARIABLES, variables, strict=True):
+    for variable, x in variables.items():
         largest = float(np.max(np.abs(x), initial=0.0))
         if not largest:
             continue
         places = largest * _RATIO ** np.arange(1.0 - _PLACES, 1.0)
         basis = hats(x, places)
-        for equation, accelerations in zip(EQUATIONS, added, strict=True):
-            terms = [
-                (accelerations[i, rows] * basis[:, rows]) @ average.T
-                for i, rows, average in averaged
-            ]
-            b = blocks(left, [t.T for t in terms], floors)
+        for equation, accelerations in added.items():
+            each = [averages(accelerations * hat) for hat in basis]
+            terms = [np.stack(block, axis=-1) for block in zip(*each, strict=True)]
+            b = blocks(left, terms, floors)
             used = np.flatnonzero(np.any(np.diagonal(b.products, axis1=1, axis2=2) > 0, axis=0))
             if not len(used):
                 continue
@@ -108,7 +101,7 @@ def best_law(
                     variable,
                     tuple(places[used].tolist()),
                     tuple(changes[0].tolist()),
-                    _relief_elsewhere(left, [t[used] for t in terms], floors),
+                    _relief_elsewhere(left, [t[:, used] for t in terms], floors),
                 )
     return found
 
@@ -120,12 +113,12 @@ def _relief_elsewhere(left: Sequence[Array], terms: Sequence[Array], floors: Arr
         return 1.0
     known = blocks(
         [x[h] for x, h in zip(left, here, strict=True)],
-        [t[:, h].T for t, h in zip(terms, here, strict=True)],
+        [t[h] for t, h in zip(terms, here, strict=True)],
         floors,
     )
-    changes, _ = solve(known, np.arange(len(terms[0]))[None])
+    changes, _ = solve(known, np.arange(terms[0].shape[1])[None])
     falls = []
     for x, t, h, floor in zip(left, terms, here, floors, strict=True):
-        before, after = x[~h], x[~h] - changes[0] @ t[:, ~h]
+        before, after = x[~h], x[~h] - t[~h] @ changes[0]
         falls.append(np.log((np.mean(before**2) + floor**2) / (np.mean(after**2) + floor**2)) / 2)
     return float(np.exp(np.mean(falls)))

@@ -20,6 +20,7 @@ from heyoka_bike.reference.following import following, in_binary64
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
+from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
 from heyoka_bike.scoring.units import factor
 
 STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
@@ -242,10 +243,7 @@ def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> 
 
     y, h = np.array(state_vector(equations, state.__getitem__)[:6]), -time / _STEPS_BACK
     for _ in range(_STEPS_BACK):
-        k1 = slope(y)
-        k2 = slope(y + h / 2 * k1)
-        k3 = slope(y + h / 2 * k2)
-        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(y + h * k3))
+        y = RK4(slope, y, h)
     y[5] *= equations.k.length
     found: Array = np.delete(y, 1, axis=0)
     return found

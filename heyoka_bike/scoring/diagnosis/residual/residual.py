@@ -25,6 +25,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
+    PLACE_IN_STATE,
     TENSORS_TURNING,
     Moving,
 )
@@ -40,8 +41,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     other_values,
 )
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
-from heyoka_bike.scoring.diagnosis.residual.laws import EQUATIONS as EQUATIONS_OF_LAWS
-from heyoka_bike.scoring.diagnosis.residual.laws import VARIABLES, Law, best_law
+from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, state_vector
 
@@ -157,8 +157,7 @@ class Residual:
         are among them where these leave a force.
         """
         found = self._fitted(UNKNOWNS)
-        is_seen = self.visibility is Visibility.EQUATIONS
-        if is_seen and self.leaves_force(_largest_relief(*self.known, *found)):
+        if shows_equations(self) and self.leaves_force(_largest_relief(*self.known, *found)):
             found = self._fitted([*UNKNOWNS, *OF_THE_STATE])
         return found
 
@@ -177,23 +176,19 @@ class Residual:
     def law(self) -> Law | None:
         """A torque as a function of one variable that explains nearly all; None if none does."""
         moving = self._moving(tuple(self.program.bicycle.values.items()), 0.0)
-        count, length = len(self.equations), float(moving.equations.k.length)
         zero = 0.0 * moving.state[0]
-        unit = np.array([[1.0], [1.0], [length]])
-        added = [
-            np.array(moving.added([zero + float(i == j) for j in range(3)])) * unit
-            for i in range(len(EQUATIONS_OF_LAWS))
-        ]
-        starts = [0, *self._ends.tolist()]
-        weights = iter(self.blocks(self._weights))
-        averaged = [
-            (i, slice(start, start + len(m.time)), next(weights)[:, None] * m.windows)
-            for m, start in zip(self.motions, starts, strict=True)
-            for i in range(count)
-        ]
-        left = self.blocks(self._weights * (self.observed - self._right))
-        variables = [np.asarray(moving.state[k]) for k in VARIABLES.values()]
-        found = best_law(variables, added, left, averaged, self._floors)
+        unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])
+        added = {
+            name: np.array(moving.added([zero + float(i == j) for j in range(3)])) * unit
+            for i, name in enumerate(EQUATIONS[:2])
+        }
+        found = best_law(
+            {name: np.asarray(moving.state[i]) for name, i in PLACE_IN_STATE.items()},
+            added,
+            lambda x: self.blocks(self._weights * self._averages(x)),
+            self.blocks(self._weights * (self.observed - self._right)),
+            self._floors,
+        )
         return found if found and found.relief > WEIGHTS.beside else None
 
     @cached_property
@@ -266,7 +261,7 @@ class Residual:
             if len(h.parts) == 1 or not self.leaves_force(h.relief)
         ]
         likely = max(credible, key=lambda h: h.log_odds, default=None)
-        if likely is None or self.visibility is not Visibility.EQUATIONS:
+        if likely is None or not shows_equations(self):
             return None
         is_sure = likely.relief > WEIGHTS.nearly and likely.log_odds > WEIGHTS.said
         return likely if is_sure else None
@@ -286,7 +281,11 @@ class Residual:
                 each = np.array([rates[0], rates[1], rates[2] * moving.equations.k.length])
         except ZeroDivisionError:
             return np.full(len(self.observed), np.nan)
-        parts = np.split(each[: len(self.equations)], self._ends, axis=1)
+        return self._averages(each)
+
+    def _averages(self, accelerations: Array) -> Array:
+        """Averages, shape (n,), of accelerations at the rows of all motions, shape (3, rows)."""
+        parts = np.split(accelerations[: len(self.equations)], self._ends, axis=1)
         return np.concatenate(
             [(x @ m.windows.T).ravel() for x, m in zip(parts, self.motions, strict=True)]
         )
@@ -369,7 +368,7 @@ class Residual:
             self._floors,
             len(self.motions),
             WEIGHTS.promise[0],
-            least=WEIGHTS.explains,
+            needed=WEIGHTS.explains,
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
@@ -413,6 +412,11 @@ class Residual:
             if changes:
                 found.append(other_values(changes, dict.fromkeys(changes, 0.0), self.program))
         return found
+
+
+def shows_equations(residual: Residual | None) -> bool:
+    """True if a file's motion, with all columns of the state, shows the equations of motion."""
+    return residual is not None and residual.visibility is Visibility.EQUATIONS
 
 
 def _largest_relief(*causes: Hypothesis) -> float:
