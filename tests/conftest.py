@@ -19,6 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import pytest
+from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
 from support.game_files import keep_values
 from support.made_sets import make as make_set
 

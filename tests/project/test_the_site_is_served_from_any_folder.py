@@ -12,8 +12,9 @@ import pytest
 import yaml
 from beside_pages import CITED, EXAMPLE, write
 from certified_texts import DIGITS, rounded
-from support.pages import Page, browser
-from support.site import broken, played, served
+from support.browser import browser
+from support.pages import Page
+from support.site import broken, served
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
@@ -114,16 +115,20 @@ def test_links_of_these_parts_resolve_in_a_subfolder(site):
 
 
 @browser
-def test_an_address_shows_its_value_with_all_digits(site, rows):
+def test_an_address_shows_its_value_with_all_digits(site, rows, visited):
     maneuver, column, time = re.fullmatch(r"(\d)\.(\w+)@(.+)", CITED).groups()
     value = rows[time][8 * (int(maneuver) - 1) + BENCHMARK_COLUMNS.index(column)]
     with served(site) as address:
         page = f"{address}/{FOLDER}/data/"
-        assert f'id="value">{value}<' in played(f"{page}#{CITED}")
-        assert f'id="value">{value}<' in played(f"{page}#{CITED}0")
-        assert "has no row at 7.315 s" in played(f"{page}#2.roll_angle@7.315")
-        assert "expected a maneuver from 1 to 3" in played(f"{page}#4.roll_angle@1")
-        assert 'id="value"></code>' in played(page)
+        for within, shown in (
+            (f"#{CITED}", f'id="value">{value}<'),
+            (f"#{CITED}0", f'id="value">{value}<'),
+            ("#2.roll_angle@7.315", "has no row at 7.315 s"),
+            ("#4.roll_angle@1", "expected a maneuver from 1 to 3"),
+        ):
+            is_told = f"document.documentElement.innerHTML.includes({json.dumps(shown)})"
+            visited(f"{page}{within}", until=is_told)
+        assert 'id="value"></code>' in visited(page).content()
 
 
 def test_the_page_of_data_loads_nothing_from_elsewhere(site):

@@ -5,7 +5,7 @@ from itertools import chain
 
 import pytest
 from support import sample_reports
-from support.pages import browser, look
+from support.browser import browser
 
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.showing.formats.output import render
@@ -64,16 +64,14 @@ def test_definitions_are_folded():
 
 
 @browser
-def test_the_contents_stay_in_sight_and_hide_no_heading(tmp_path):
-    page = render(sample_reports.rough(), "html", [])
-    script = (
-        "<script>addEventListener('load', () => setTimeout(() => {"
-        " document.documentElement.style.scrollBehavior = 'auto';"
-        " document.querySelector('#maneuver-2').scrollIntoView();"
-        " const bar = document.querySelector('.contents').getBoundingClientRect();"
-        " const head = document.querySelector('#maneuver-2 h2').getBoundingClientRect();"
-        " document.title = `${scrollY > 500} ${bar.top} ${head.top >= bar.bottom}`; }, 300))"
-        "</script>"
-    )
-    shown, _ = look(page.replace("</body>", f"{script}</body>"), tmp_path)
-    assert re.search("<title>(.*?)</title>", shown)[1] == "true 0 true"
+def test_the_contents_stay_in_sight_and_hide_no_heading(opened):
+    page = opened(render(sample_reports.rough(), "html", []), reduced_motion="reduce")
+    top, bottom, heading, scrolled = page.evaluate("""() => {
+        document.querySelector("#maneuver-2").scrollIntoView({ behavior: "instant" });
+        const bar = document.querySelector(".contents").getBoundingClientRect();
+        const head = document.querySelector("#maneuver-2 h2").getBoundingClientRect();
+        return [bar.top, bar.bottom, head.top, scrollY];
+    }""")
+    assert scrolled > 500
+    assert top == 0
+    assert heading >= bottom

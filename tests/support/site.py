@@ -1,7 +1,5 @@
 """A site as a static host serves it, and where its links lead."""
 
-import subprocess
-import tempfile
 import threading
 from collections import deque
 from contextlib import contextmanager
@@ -11,8 +9,6 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from urllib.error import HTTPError
 from urllib.parse import unquote, urldefrag, urljoin, urlsplit
 from urllib.request import urlopen
-
-from support.pages import CHROMIUM
 
 
 class _Quiet(SimpleHTTPRequestHandler):
@@ -87,17 +83,3 @@ def broken(address, root, starts):
             elif is_there and target[1] is not None:
                 waiting.append(to)
     return {url for url, opened in pages.items() if opened}, found
-
-
-def played(address, size="1280,900"):
-    """What a browser makes of a page that is served."""
-    with tempfile.TemporaryDirectory() as home:
-        run = subprocess.run(
-            [
-                CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu",
-                f"--user-data-dir={home}", f"--window-size={size}",
-                "--virtual-time-budget=20000", "--dump-dom", address,
-            ],
-            capture_output=True, text=True, timeout=120, check=True,
-        )  # fmt: skip
-    return run.stdout

@@ -1,11 +1,12 @@
 """The replay is one page that needs nothing else, and a browser shows it without complaint."""
 
-import json
 import re
+from io import BytesIO
 
 import numpy as np
 import pytest
-from support.pages import Page, assert_runs_alone, browser, data, look, widths
+from support.browser import browser, widths
+from support.pages import Page, assert_runs_alone, data
 
 from heyoka_bike import score
 from heyoka_bike.scoring.reading.source import read_results
@@ -93,6 +94,12 @@ def test_hostile_names_stay_text(reference):
     assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", text)
 
 
+def picture(page):
+    """Colours of the scene, from 0 to 1, shape (rows, columns, 3)."""
+    image = pytest.importorskip("matplotlib.image")
+    return image.imread(BytesIO(page.screenshot()))[100:640, 25:880, :3]
+
+
 def clock(dom):
     return float(re.search(r'<output class="clock">([\d.]+) s<', dom)[1])
 
@@ -107,9 +114,10 @@ def values(dom):
 
 @browser
 @pytest.mark.parametrize("name", PAGES)
-def test_the_address_opens_a_moment(pages, reference, tmp_path, name):
-    dom, complaints = look(pages[name], tmp_path, "#t=3.2&maneuver=2&camera=behind")
-    assert complaints == []
+def test_the_address_opens_a_moment(pages, reference, opened, name):
+    page = opened(pages[name], "#t=3.2&maneuver=2&camera=behind")
+    dom = page.content()
+    assert page.complaints == []
     assert clock(dom) == 3.2
     exact = reference[2].evaluate("3.2")
     found = values(dom)
@@ -126,28 +134,29 @@ def test_the_address_opens_a_moment(pages, reference, tmp_path, name):
 
 @pytest.mark.proof
 @browser
-def test_it_plays_unless_motion_is_not_wanted(pages, tmp_path):
-    dom, complaints = look(pages["plain"], tmp_path)
-    assert complaints == []
-    # The page has 2.5 s of virtual time; a few frames more pass until it is written, 0.1 s of
-    # them where the machine is loaded. At twice the speed it would show 5 s.
-    assert 1 < clock(dom) < 3.5
-    flags = ["--force-prefers-reduced-motion"]
-    assert clock(look(pages["plain"], tmp_path, flags=flags)[0]) == 0
-    assert clock(look(pages["plain"], tmp_path, "#t=5")[0]) == 5
+def test_it_plays_unless_motion_is_not_wanted(pages, opened):
+    playing = opened(pages["plain"], is_stopped=True)
+    playing.clock.run_for(2500)
+    assert playing.complaints == []
+    # It draws with a frame of the browser, 60 of them in a second, and begins with the second one.
+    assert clock(playing.content()) == pytest.approx(2.5, abs=2.5 / 60)
+    for within, options, time in (("", {"reduced_motion": "reduce"}, 0), ("#t=5", {}, 5)):
+        resting = opened(pages["plain"], within, is_stopped=True, **options)
+        resting.clock.run_for(2500)
+        assert clock(resting.content()) == time
 
 
 @pytest.mark.proof
 @browser
-def test_errors_of_a_page_would_be_seen(tmp_path, pages):
+def test_errors_of_a_page_would_be_seen(opened, pages):
     broken = pages["plain"].replace("const draw = () => {", "const draw = () => { nothing();")
-    assert look(broken, tmp_path)[1] != []
+    assert opened(broken).complaints != []
 
 
 @pytest.mark.proof
 @browser
-def test_nothing_is_wider_than_the_window(pages, tmp_path):
-    found = widths(pages["compared"], tmp_path, "#t=3&maneuver=3&exaggerate=20")
+def test_nothing_is_wider_than_the_window(pages, opened):
+    found = widths(opened, pages["compared"], "#t=3&maneuver=3&exaggerate=20")
     for content, window in found:
         assert window > 250
         assert content <= window, found
@@ -161,14 +170,12 @@ def test_nothing_is_wider_than_the_window(pages, tmp_path):
         *(pytest.param(x, marks=pytest.mark.proof) for x in ("side", "behind", "above", "rider")),
     ],
 )
-def test_the_scene_shows_a_bicycle(pages, tmp_path, camera):
-    image = pytest.importorskip("matplotlib.image")
-    picture = tmp_path / "picture.png"
+def test_the_scene_shows_a_bicycle(pages, opened, camera):
     for name, seen in (("plain", False), ("compared", True)):
         address = f"#t=4&maneuver=1&magnify=100&camera={camera}"
-        _, complaints = look(pages[name], tmp_path, address, what=f"--screenshot={picture}")
-        assert complaints == []
-        pixels = image.imread(picture)[100:640, 25:880, :3]
+        page = opened(pages[name], address)
+        assert page.complaints == []
+        pixels = picture(page)
         red, green, blue = np.moveaxis(pixels, -1, 0)
         # Of the orange frame, of the black tyres, and of the blue result.
         assert ((red > green + 0.3) & (green > blue + 0.1)).sum() > 150
@@ -178,18 +185,18 @@ def test_the_scene_shows_a_bicycle(pages, tmp_path, camera):
 
 
 HANDS = """
-<p id="out"></p><script>
+async () => {
 const out = {}, clock = () => Number(document.querySelector(".clock").textContent.split(" ")[0]);
 const key = (key, more = {}, on = document.body) =>
   on.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more }));
-const soon = () => new Promise((done) => setTimeout(done, 50));
+const soon = () => new Promise((done) =>
+  requestAnimationFrame(() => requestAnimationFrame(done)));
 const canvas = document.querySelector("canvas"), plot = () =>
   document.querySelector(".group.current .plot svg.lines");
 const picture = () => canvas.toDataURL();
 const pointer = (type, x, y, id = 1) => canvas.dispatchEvent(
   new PointerEvent(type, { clientX: x, clientY: y, pointerId: id, bubbles: true }));
 canvas.setPointerCapture = () => {};
-(async () => {
   await soon();
   out.start = clock();
   key("ArrowRight"); await soon(); out.right = clock();
@@ -220,21 +227,20 @@ canvas.setPointerCapture = () => {};
   document.querySelector('[name="maneuver"][value="1"]').click(); await look();
   out.disabled = document.querySelector('[name="exaggerate"][value="20"]').disabled;
   out.hidden = document.querySelector(".scale").hidden;
-  location.hash = "#t=6.5&maneuver=2";
-  await new Promise((done) => setTimeout(done, 100)); await soon();
+  const turned = new Promise((done) => addEventListener("hashchange", done, { once: true }));
+  location.hash = "#t=6.5&maneuver=2"; await turned; await soon();
   out.address = clock();
   out.pictures = new Set(seen).size;
-  document.getElementById("out").textContent = JSON.stringify(out);
-})();
-</script></body>"""
+  return out;
+}
+"""
 
 
 @browser
-def test_keys_pointer_and_address_do_what_they_say(pages, tmp_path):
-    page = pages["plain"].replace("</body>", HANDS)
-    dom, complaints = look(page, tmp_path, "#t=3&maneuver=2", budget=5000)
-    assert complaints == []
-    found = json.loads(re.search(r'<p id="out">(.*?)</p>', dom)[1])
+def test_keys_pointer_and_address_do_what_they_say(pages, opened):
+    page = opened(pages["plain"], "#t=3&maneuver=2")
+    found = page.evaluate(HANDS)
+    assert page.complaints == []
     assert found.pop("clicked") == pytest.approx(2.5, abs=0.05)  # the pointer has whole pixels
     assert found == {
         "start": 3, "right": 3.02, "back": 2.02, "end": 10, "home": 0, "playing": "Pause",
@@ -245,14 +251,11 @@ def test_keys_pointer_and_address_do_what_they_say(pages, tmp_path):
 
 @pytest.mark.proof
 @browser
-def test_the_result_is_hatched(pages, tmp_path):
-    image = pytest.importorskip("matplotlib.image")
-    picture = tmp_path / "picture.png"
-
-    def solid(page):
+def test_the_result_is_hatched(pages, opened):
+    def solid(text):
         """The part of its blue that is in runs longer than the stripes of the hatch."""
-        look(page, tmp_path, "#t=4&maneuver=1&magnify=100", what=f"--screenshot={picture}")
-        red, green, blue = np.moveaxis(image.imread(picture)[100:640, 25:880, :3], -1, 0)
+        pixels = picture(opened(text, "#t=4&maneuver=1&magnify=100"))
+        red, green, blue = np.moveaxis(pixels, -1, 0)
         runs = [
             len(run)
             for row in (blue > red + 0.2) & (blue > green + 0.05)
@@ -260,5 +263,6 @@ def test_the_result_is_hatched(pages, tmp_path):
         ]
         return sum(n for n in runs if n > 9) / sum(runs)
 
+    # Another script than the page's own runs where its policy lets it.
     page = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", pages["compared"])
     assert solid(page) < 0.5 * solid(page.replace("hatch(g);", ""))

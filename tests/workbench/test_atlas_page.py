@@ -1,13 +1,13 @@
 """The page of an atlas needs nothing else, and a start that is chosen in it opens its replay."""
 
 import base64
-import json
 import re
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from support.pages import Page, assert_runs_alone, browser, data, look, widths
+from support.browser import browser, widths
+from support.pages import Page, assert_runs_alone, data
 
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
@@ -101,30 +101,31 @@ def said(dom):
 
 
 @browser
-def test_the_address_opens_a_start(page, reference, tmp_path):
-    dom, complaints = look(page, tmp_path, "#at=4.6,0.5&t=3.2")
-    assert complaints == []
+def test_the_address_opens_a_start(page, reference, opened):
+    shown = opened(page, "#at=4.6,0.5&t=3.2")
+    dom = shown.content()
+    assert shown.complaints == []
     assert "4.6 m/s, 0.5 rad/s" in said(dom)
     # Maneuver 2, computed here.
     exact = reference[2].evaluate("3.2")
     assert re.search(r'<output class="clock">3.20 s<', dom)
-    shown = dict(re.findall(r'<tr><th scope="row">(\w+) \[.*?</th><td>(.*?)</td>', dom))
+    values = dict(re.findall(r'<tr><th scope="row">(\w+) \[.*?</th><td>(.*?)</td>', dom))
     for name, column in (("roll", "roll_angle"), ("speed", "forward_speed"), ("yaw", "yaw")):
-        value = float(shown[name].replace("−", "-"))
+        value = float(values[name].replace("−", "-"))
         assert value == pytest.approx(exact[column], abs=5.1e-5)
     assert dom.count('class="cursor"') == 4
 
 
 HANDS = """
-<p id="out"></p><script>
-const out = {}, soon = () => new Promise((done) => setTimeout(done, 50));
+async () => {
+const out = {}, soon = () => new Promise((done) =>
+  requestAnimationFrame(() => requestAnimationFrame(done)));
 const map = document.querySelector(".map canvas"), words = document.querySelector(".said");
 const key = (key, more = {}) => map.dispatchEvent(
   new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more }));
 const pointer = (type, x, y) => map.dispatchEvent(new PointerEvent(type,
   { clientX: x, clientY: y, pointerId: 1, pointerType: "touch", bubbles: true }));
 const menu = document.querySelector('select[name="shown"]'), picture = () => map.toDataURL();
-(async () => {
   await soon(); out.start = words.textContent.split(/[:.] /)[0];
   key("ArrowRight"); await soon(); out.right = words.textContent.split(": ")[0];
   out.quiet = words.textContent.includes("Replay");
@@ -155,18 +156,17 @@ const menu = document.querySelector('select[name="shown"]'), picture = () => map
   out.typed = words.textContent.split(". ")[0];
   document.querySelector('[data-mark="2"]').click(); await soon();
   out.marked = words.textContent.split(". ")[0];
-  document.getElementById("out").textContent = JSON.stringify(out);
-})();
-</script></body>"""
+  return out;
+}
+"""
 
 
 @pytest.mark.proof
 @browser
-def test_keys_pointer_and_boxes_do_what_they_say(page, tmp_path):
-    hands = page.replace("</body>", HANDS)
-    dom, complaints = look(hands, tmp_path, "#at=5,0.5", budget=8000)
-    assert complaints == []
-    found = json.loads(re.search(r'<p id="out">(.*?)</p>', dom)[1])
+def test_keys_pointer_and_boxes_do_what_they_say(page, opened):
+    shown = opened(page, "#at=5,0.5")
+    found = shown.evaluate(HANDS)
+    assert shown.complaints == []
     assert found == {
         "start": "5 m/s, 0.5 rad/s", "right": "5.5 m/s, 0.5 rad/s", "quiet": False,
         "top": "5.5 m/s, 4 rad/s", "fate": True, "replayed": True, "falls": True,
@@ -177,22 +177,22 @@ def test_keys_pointer_and_boxes_do_what_they_say(page, tmp_path):
 
 @pytest.mark.proof
 @browser
-def test_errors_of_a_page_would_be_seen(page, tmp_path):
+def test_errors_of_a_page_would_be_seen(page, opened):
     broken = page.replace("const drawEdge = () => {", "const drawEdge = () => { nothing();")
-    assert look(broken, tmp_path)[1] != []
+    assert opened(broken).complaints != []
 
 
 @pytest.mark.proof
 @browser
-def test_nothing_is_wider_than_the_window(page, tmp_path):
-    for content, window in widths(page, tmp_path, "#at=8,3"):
+def test_nothing_is_wider_than_the_window(page, opened):
+    for content, window in widths(opened, page, "#at=8,3"):
         assert window > 250
         assert content <= window
 
 
 @pytest.mark.proof
 @browser
-def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
+def test_an_axis_may_change_the_bicycle(bicycle, opened):
     page = render(made(bicycle, ("w", 0.9, 1.3, 5), ("speed", 3.0, 7.0, 5)))
     shapes = data(page)["shapes"]
     assert [s[0]["points"]["P3"][0] for s in shapes] == pytest.approx(np.linspace(0.9, 1.3, 9))
@@ -204,7 +204,8 @@ def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
         [0.9, pytest.approx(float(low))],
         [0.9, pytest.approx(float(high))],
     )
-    dom, complaints = look(page, tmp_path, "#at=1.02,4.6&t=3.2")
-    assert complaints == []
+    shown = opened(page, "#at=1.02,4.6&t=3.2")
+    dom = shown.content()
+    assert shown.complaints == []
     assert "1.02 m, 4.6 m/s. Replay of " in said(dom)
     assert "wheel base w" in Page(dom).text

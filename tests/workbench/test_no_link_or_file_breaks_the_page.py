@@ -6,15 +6,11 @@ Whatever it is given, the page has a result or says why not, and raises nothing.
 import base64
 import json
 import re
-import subprocess
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from queue import SimpleQueue
-from threading import Thread
 
 import numpy as np
 import pytest
 from support.bad_links import CELL, bad_files, bad_links, packed
-from support.pages import CHROMIUM, browser
+from support.browser import browser
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
@@ -58,7 +54,7 @@ function choose(given) {
 async function tell(steps) {
   const found = [];
   for (const step of steps) found.push(await outcome(step));
-  await fetch("/", { method: "POST", body: JSON.stringify(found) });
+  return found;
 }
 """
 
@@ -76,55 +72,14 @@ def rows(reference):
     return np.column_stack([reference[2].time, *columns])[::50].tolist()
 
 
-class Conversation(BaseHTTPRequestHandler):
-    """Gives a browser the page, and takes what it became."""
-
-    def do_GET(self):
-        body = self.server.page if self.path == "/page.html" else b""
-        self.send_response(200)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.end_headers()
-        self.wfile.write(body)
-
-    def do_POST(self):
-        body = self.rfile.read(int(self.headers["Content-Length"]))
-        self.send_response(200)
-        self.end_headers()
-        self.server.told.put(json.loads(body))
-
-    def log_message(self, *_):
-        pass
-
-
-def outcomes(page, folder, script):
-    """What the page becomes by each step of a script in one start of a browser; its complaints.
-
-    Time is the real one: what a browser makes virtual passes while a file is read.
-    """
-    allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'; connect-src 'self'"
+def outcomes(opened, page, steps):
+    """What the page becomes by each step of a script in one window; its complaints."""
+    # What a step calls is no script of the page's own.
+    allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'"
     page = re.sub(r"script-src [^\"]*", allowed, page)
-    page = page.replace("</body>", f"<script>{DRIVER}{script}</script></body>")
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Conversation)
-    server.page, server.told = page.encode("utf-8", "replace"), SimpleQueue()
-    Thread(target=server.serve_forever, daemon=True).start()
-    command = [
-        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0",
-        f"--user-data-dir={folder / 'profile'}", "--enable-logging=stderr", "--v=0",
-        # A browser lets a page go to 200 places at once.
-        "--disable-ipc-flooding-protection",
-        f"http://127.0.0.1:{server.server_port}/page.html",
-    ]  # fmt: skip
-    log = folder / "console.txt"
-    with log.open("w") as stream:
-        browser_process = subprocess.Popen(command, stderr=stream, stdout=subprocess.DEVNULL)
-        try:
-            found = server.told.get(timeout=300)
-        finally:
-            browser_process.terminate()
-            browser_process.wait()
-            server.shutdown()
-            server.server_close()
-    return found, [line for line in log.read_text().splitlines() if "CONSOLE" in line]
+    shown = opened(page.replace("</body>", f"<script>{DRIVER}</script></body>"))
+    shown.set_default_timeout(300_000)
+    return shown.evaluate(f"async () => {{ {steps} }}"), shown.complaints
 
 
 def check(found, given):
@@ -140,13 +95,13 @@ def check(found, given):
 
 @browser
 @pytest.mark.parametrize("seed", range(2))
-def test_links(page, rows, tmp_path, seed):
+def test_links(page, rows, opened, seed):
     links = bad_links(rows, 250, seed)
     steps = f"""
         const links = {json.dumps(links)};
-        tell(links.map((link) => () => {{ location.hash = "#"; location.hash = link; }}));
+        return tell(links.map((link) => () => {{ location.hash = "#"; location.hash = link; }}));
     """
-    found, complaints = outcomes(page, tmp_path, steps)
+    found, complaints = outcomes(opened, page, steps)
     check(found, links)
     assert complaints == []
     for outcome, link in zip(found, links, strict=True):
@@ -159,41 +114,41 @@ def test_links(page, rows, tmp_path, seed):
 
 @browser
 @pytest.mark.parametrize("way", ["drop", "choose"])
-def test_files(page, rows, tmp_path, way):
+def test_files(page, rows, opened, way):
     files = bad_files(rows, 120, 7)
     given = [(name, base64.b64encode(data).decode()) for name, data in files]
-    steps = f"tell({json.dumps(given)}.map((one) => () => {way}(file(one))));"
-    found, complaints = outcomes(page, tmp_path, steps)
+    steps = f"return tell({json.dumps(given)}.map((one) => () => {way}(file(one))));"
+    found, complaints = outcomes(opened, page, steps)
     check(found, given)
     assert complaints == []
 
 
 @browser
-def test_what_cannot_be_read_has_a_message(page, tmp_path):
+def test_what_cannot_be_read_has_a_message(page, opened):
     """A folder that is dropped, and a file that is gone, are files whose text cannot be read."""
     steps = """
         const gone = new File(["0 1"], "gone.txt");
         gone.text = () => Promise.reject(new DOMException("it is gone", "NotFoundError"));
         const dropped = new Event("drop");
         dropped.dataTransfer = { files: [gone] };
-        tell([() => document.dispatchEvent(dropped)]);
+        return tell([() => document.dispatchEvent(dropped)]);
     """
-    ((found,), complaints) = outcomes(page, tmp_path, steps)
+    ((found,), complaints) = outcomes(opened, page, steps)
     assert found["raised"] == complaints == []
     assert found["problem"].startswith("gone.txt: cannot be read")
 
 
 @browser
-def test_the_last_of_two_links_is_shown(page, tmp_path):
+def test_the_last_of_two_links_is_shown(page, opened):
     long = packed("text", json.dumps({"name": "first", "text": "0 1\n" * 2_000_000}))
     last = packed("result", json.dumps({"name": "last", "whole": True, "cells": [CELL]}))
     steps = f"""
-        tell([async () => {{
+        return tell([async () => {{
             location.hash = {json.dumps(long)};
             await pause(0);
             location.hash = {json.dumps(last)};
         }}]);
     """
-    ((found,), _) = outcomes(page, tmp_path, steps)
+    ((found,), _) = outcomes(opened, page, steps)
     assert found["isShown"], found
     assert found["verdict"].startswith("shared, not checked here: right"), found

@@ -1,7 +1,6 @@
 """A real browser: a file is dropped, scored, replayed, compared and refused, without complaint."""
 
 import re
-import shutil
 import socket
 import threading
 import time
@@ -19,8 +18,6 @@ from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
-playwright = pytest.importorskip("playwright.sync_api")
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 WIDTHS = {"phone": 400, "tablet": 820, "desk": 1280}
 
 # A file as a person drops it: the event that the browser makes of it.
@@ -56,18 +53,6 @@ def address(tmp_path_factory):
     yield f"http://127.0.0.1:{bound.getsockname()[1]}/"
     running.should_exit = True
     thread.join(timeout=20)
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    if CHROMIUM is None:
-        pytest.skip("no chromium to look at the pages with")
-    with playwright.sync_playwright() as p:
-        browser = p.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]
-        )
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(params=WIDTHS)

@@ -1,0 +1,98 @@
+"""Pages in a real browser, chromium driven by Playwright: what they show and complain of.
+
+Time is the real one: a page is looked at once what is waited for is there, however long that takes
+on a loaded machine. A test that needs a page's own clock stops it and lets it run (`is_stopped`).
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
+WIDTHS = (320, 400, 800, 1280)
+
+# Two frames: what was asked for in the first is drawn in the second.
+DRAWN = "() => new Promise((d) => requestAnimationFrame(() => requestAnimationFrame(d)))"
+
+
+def browser(test: Any) -> Any:
+    """Mark a test that starts a browser, which takes more than the second of a fast test."""
+    needed = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to look at the page with")
+    return pytest.mark.proof(needed(test))
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """One browser for the tests of a module; each test has windows that share nothing."""
+    if CHROMIUM is None:
+        pytest.skip("no chromium to look at the pages with")
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as driver:
+        started = driver.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]
+        )
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def visited(chromium: Any) -> Iterator[Callable[..., Any]]:
+    """Go to an address in a window of its own: `visited(address, until=..., width=1280)`.
+
+    The page that is returned is Playwright's; `complaints` holds what its console says, errors of
+    its scripts, and every address that it asks for elsewhere. `until` is an expression of
+    JavaScript that is waited for. With `is_stopped` its clock stands at zero, and goes on by
+    `page.clock.run_for(milliseconds)` alone.
+    """
+    windows = []
+
+    def visit(
+        address: str, *, until: str = "", width: int = 1280, is_stopped: bool = False, **how: Any
+    ) -> Any:
+        windows.append(chromium.new_context(viewport={"width": width, "height": 900}, **how))
+        page = windows[-1].new_page()
+        complaints: list[str] = []
+        page.on("console", lambda m: complaints.append(m.text))
+        page.on("pageerror", lambda e: complaints.append(str(e)))
+        here = tuple({address.partition("#")[0].rpartition("/")[0], "data:", "blob:"})
+        page.on(
+            "request", lambda r: complaints.append(r.url) if not r.url.startswith(here) else None
+        )
+        page.complaints = complaints
+        if is_stopped:
+            page.clock.install(time=0)
+            page.clock.pause_at(1)
+        page.goto(address)
+        if until:
+            page.wait_for_function(until)
+        if not is_stopped:
+            page.evaluate(DRAWN)
+        return page
+
+    yield visit
+    for window in windows:
+        window.close()
+
+
+@pytest.fixture
+def opened(visited: Callable[..., Any], tmp_path: Path) -> Callable[..., Any]:
+    """Open a page from its text, with an address within it: `opened(text, "#t=3")`."""
+
+    def open_text(text: str, within: str = "", **how: Any) -> Any:
+        path = tmp_path / "page.html"
+        path.write_text(text, encoding="utf-8")
+        return visited(f"{path.as_uri()}{within}", **how)
+
+    return open_text
+
+
+def widths(opened: Callable[..., Any], text: str, within: str = "", **how: Any) -> list[Any]:
+    """How wide a page is in windows of four widths, and the window."""
+    root = "document.documentElement"
+    size = f"[{root}.scrollWidth, {root}.clientWidth]"
+    return [opened(text, within, width=w, **how).evaluate(size) for w in WIDTHS]
