@@ -147,6 +147,11 @@ def quoted(text: str, limit: int = 40) -> str:
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
 
 
+def shortened(text: str, limit: int = 40) -> str:
+    """The text for a list of names, printable and shortened to `limit`."""
+    return printable(text if len(text) <= limit else f"{text[:limit]}...")
+
+
 def unknown_word(word: object, known: Sequence[str], what: str = "") -> str:
     """Return the message about a word that is not known, or is none: it, and all that are known."""
     some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"

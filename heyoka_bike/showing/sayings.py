@@ -10,7 +10,7 @@ from functools import singledispatch
 from math import floor, inf
 from typing import Any
 
-from heyoka_bike.errors import quoted
+from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring import evidence as seen
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named, warning
 from heyoka_bike.scoring.outcomes import (
@@ -207,7 +207,7 @@ def _(e: seen.TimesRepeated) -> Finding:
 
 
 def _names(names: Sequence[str]) -> list[str]:
-    return [quoted(name)[1:-1] for name in names[:_NAMES_OF_EVIDENCE]]
+    return [shortened(name) for name in names[:_NAMES_OF_EVIDENCE]]
 
 
 # How it lies beside the reference.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from heyoka_bike.errors import printable, quoted
+from heyoka_bike.errors import printable, shortened
 from heyoka_bike.scoring.evidence import (
     EnergyHidesError,
     Errors,
@@ -263,7 +263,7 @@ def caveats(report: Report) -> list[str]:
         elif isinstance(x, NotCompared):
             left_out += [column.name for column in x.columns]
     # A column without a name, as of an index, is nothing that anybody looks for.
-    names = [quoted(name)[1:-1] for name in dict.fromkeys(left_out) if name.strip(" \"'")]
+    names = [shortened(name) for name in dict.fromkeys(left_out) if name.strip(" \"'")]
     lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
     return [said for said in (covered, lost, signs) if said]
 

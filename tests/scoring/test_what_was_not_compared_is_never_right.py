@@ -73,6 +73,17 @@ def test_a_second_column_of_a_quantity(name, tmp_path):
     assert_not_whole(report, name)
 
 
+@pytest.mark.parametrize("behind", [
+    "_2", " 2", ".1", " (2)", f" [rad] {LONG} 2", f" [rad] ({'very ' * 200}long) 2",
+])  # fmt: skip
+def test_a_second_column_of_a_maneuver(behind, tmp_path):
+    """pandas writes the second column of a name with `.1`."""
+    columns = {f"m2_{key}" if key != "time" else key: x for key, x in right().items()}
+    name = f"m2_roll_angle{behind}"
+    report = judged(written(tmp_path / "a.csv", {**columns, name: wrong("roll_angle")}))
+    assert_not_whole(report, name)
+
+
 @pytest.mark.parametrize("count", [1, 100, 10_000])
 def test_among_any_number_of_others(count, tmp_path):
     others = {f"sensor {i} of the frame": np.zeros(3) for i in range(count)}

@@ -574,26 +574,35 @@ def rows_at_whole_numbers(random):
     return _of_text([part], lines, ["roll_angle"], ["scd >= 6"])
 
 
+def _second_of(random, columns):
+    """Which column has a second one: its place, its key, and its heading.
+
+    The headings of all columns have the number of the maneuver, or none.
+    """
+    if random.random() < 0.5:
+        columns[:] = [(name.partition("_")[2] or name, values) for name, values in columns]
+    i = random.integers(1, 9)
+    heading = columns[i][0]
+    return i, EIGHT[i - 1], heading
+
+
 def another_column_beside(random):
     """A second column of the same quantity, wrong, under a name of its own."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
-    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
-    i = random.integers(1, 9)
-    name, values = columns[i]
-    wrong = [repr(1.3 * float(v) + 0.01) for v in values]
-    columns.insert(random.integers(1, 10), (f"{name}{random.choice(['2', '_2', '_3'])}", wrong))
+    i, name, heading = _second_of(random, columns)
+    wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
+    number = random.choice(["2", "_2", "_3", ".1"])
+    columns.insert(random.integers(1, 10), (f"{heading}{number}", wrong))
     return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
 
 
 def a_long_name_beside(random):
     """A second column of the same quantity, wrong, whose name is longer than any that is cut."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
-    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
-    i = random.integers(1, 9)
-    name, values = columns[i]
-    wrong = [repr(1.3 * float(v) + 0.01) for v in values]
+    i, name, heading = _second_of(random, columns)
+    wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
     about = " ".join(random.choice(_REMARKS, random.integers(1, 30)))
-    second = f'"{name} ({about}) {random.integers(2, 100)}"'
+    second = f'"{heading} ({about}) {random.integers(2, 100)}"'
     others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
     columns = [*columns, *others]
     columns.insert(random.integers(1, len(columns) + 1), (second, wrong))

@@ -13,6 +13,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     is_maneuver,
     nanoseconds_beside,
+    numbered_again,
     recognise,
     unit_in,
 )
@@ -141,7 +142,8 @@ def _not_used(
     """Return evidence of columns that are not used, unless the user left them out."""
     left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
     left = [i for i in left if not is_maneuver(names[i])]
-    known = [names[i] for i in left if found[i] is None and recognise(names[i])]
+    nameless = [names[i] for i in left if found[i] is None]
+    known = [name for name in nameless if recognise(name) or numbered_again(name)]
     unknown = [names[i] for i in left if names[i] not in known]
     found_known = [set_aside(known, request)] if known else []
     return [*found_known, left_out(unknown, request)] if unknown else [*found_known]

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from heyoka_bike.bicycle.columns import UNITS
-from heyoka_bike.errors import quoted
+from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
 from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock
 from heyoka_bike.showing.formats.json import clean
@@ -44,7 +44,7 @@ def document(check: CheckedTable) -> dict[str, Any]:
         ],
         "failed": failed.level.name if failed else None,
         "explained_by": [clean(asdict(x)) for x in check.explained],
-        "left_out": [quoted(name)[1:-1] for name in check.left_out],
+        "left_out": [shortened(name) for name in check.left_out],
         "passed": check.passed,
     }
 

@@ -65,6 +65,7 @@ _LAST = re.compile(
 # Of a joint's angle q_3: q3 is a coordinate.
 _NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
+_SECOND_NUMBER = re.compile(r"[\s_.-]*(?:[0-9]{1,3}|[\[({]\s*[0-9]{1,3}\s*[\])}])$")
 OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 """What messages call the number that they hold, at the end of a path."""
 
@@ -101,6 +102,18 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     if key is None or (key == TIME and number is not None):
         return None
     return key, number
+
+
+def numbered_again(name: str) -> tuple[str, int | None] | None:
+    """What a name means without a number behind it, which makes it no name of a column.
+
+    pandas writes a second ``m1_roll_angle`` as ``m1_roll_angle.1``.
+    """
+    plain = _SECOND_NUMBER.sub("", name.strip(" \"'"))
+    found = None if plain == name else recognise(plain)
+    # The number of a joint's angle is an index, and T is a time where T2 is none.
+    is_word = by_words(unit_in(plain)[0])[1] is not None
+    return found if found and found[0] != TIME and is_word else None
 
 
 def is_time(name: str) -> bool:
