@@ -159,7 +159,7 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
             # No program takes steps between which its rows lie.
             continue
         says = f"{method.says} with a step of {step:.3g} s"
-        code = f"integrated_{METHODS.index(method)}"
+        code = f"integrator_{method.code}"
         cause = NumericalMethod(code, says, "the step", "method", lambda p: p, method.says, step)
         yield Integrated(cause, tuple(run.off(method, steps, factor) for run in runs))
 

@@ -37,13 +37,16 @@ class FixedStep:
 
     Attributes
     ----------
+    code
+        Its name for ``diagnose -v``.
     says
-        Its name.
+        Its name in sentences.
     order
     step
         Makes one step.
     """
 
+    code: str
     says: str
     order: int
     step: Step
@@ -123,45 +126,61 @@ def _nearly_right(f: Rates, y: Array, h: float | Array) -> Array:
 
 
 METHODS = (
-    FixedStep("explicit Euler", 1, _runge_kutta([[]], [1])),
-    FixedStep("implicit Euler", 1, _theta(0.0, 1.0)),
-    FixedStep("semi-implicit Euler", 1, _semi_implicit),
-    FixedStep("Heun's method", 2, _runge_kutta([[], [1]], [1 / 2, 1 / 2])),
-    FixedStep("the explicit midpoint rule", 2, _runge_kutta([[], [1 / 2]], [0, 1])),
-    FixedStep("Ralston's method", 2, _runge_kutta([[], [2 / 3]], [1 / 4, 3 / 4])),
-    FixedStep("the trapezoidal rule", 2, _theta(1 / 2, 1 / 2)),
-    FixedStep("the implicit midpoint rule", 2, _implicit_midpoint),
-    FixedStep("Adams and Bashforth's method of order 2", 2, _adams_bashforth([3 / 2, -1 / 2])),
+    FixedStep("explicit_euler", "explicit Euler", 1, _runge_kutta([[]], [1])),
+    FixedStep("implicit_euler", "implicit Euler", 1, _theta(0.0, 1.0)),
+    FixedStep("semi_implicit_euler", "semi-implicit Euler", 1, _semi_implicit),
+    FixedStep("heun_2", "Heun's method", 2, _runge_kutta([[], [1]], [1 / 2, 1 / 2])),
     FixedStep(
+        "explicit_midpoint", "the explicit midpoint rule", 2, _runge_kutta([[], [1 / 2]], [0, 1])
+    ),
+    FixedStep("ralston_2", "Ralston's method", 2, _runge_kutta([[], [2 / 3]], [1 / 4, 3 / 4])),
+    FixedStep("trapezoidal", "the trapezoidal rule", 2, _theta(1 / 2, 1 / 2)),
+    FixedStep("implicit_midpoint", "the implicit midpoint rule", 2, _implicit_midpoint),
+    FixedStep(
+        "adams_bashforth_2",
+        "Adams and Bashforth's method of order 2",
+        2,
+        _adams_bashforth([3 / 2, -1 / 2]),
+    ),
+    FixedStep(
+        "kutta_3",
         "Kutta's method of order 3",
         3,
         _runge_kutta([[], [1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6]),
     ),
     FixedStep(
-        "Heun's method of order 3", 3, _runge_kutta([[], [1 / 3], [0, 2 / 3]], [1 / 4, 0, 3 / 4])
+        "heun_3",
+        "Heun's method of order 3",
+        3,
+        _runge_kutta([[], [1 / 3], [0, 2 / 3]], [1 / 4, 0, 3 / 4]),
     ),
     FixedStep(
+        "shu_osher_3",
         "Shu and Osher's method of order 3",
         3,
         _runge_kutta([[], [1], [1 / 4, 1 / 4]], [1 / 6, 1 / 6, 2 / 3]),
     ),
     FixedStep(
+        "bogacki_shampine_3",
         "Bogacki and Shampine's method of order 3 (ode23, RK23) with a fixed step",
         3,
         _runge_kutta([[], [1 / 2], [0, 3 / 4]], [2 / 9, 1 / 3, 4 / 9]),
     ),
-    FixedStep("the classical Runge-Kutta method of order 4 (RK4)", 4, RK4),
+    FixedStep("rk4", "the classical Runge-Kutta method of order 4 (RK4)", 4, RK4),
     FixedStep(
+        "three_eighths_4",
         "Kutta's 3/8 rule of order 4",
         4,
         _runge_kutta([[], [1 / 3], [-1 / 3, 1], [1, -1, 1]], [1 / 8, 3 / 8, 3 / 8, 1 / 8]),
     ),
     FixedStep(
+        "adams_bashforth_4",
         "Adams and Bashforth's method of order 4",
         4,
         _adams_bashforth([55 / 24, -59 / 24, 37 / 24, -9 / 24]),
     ),
     FixedStep(
+        "dormand_prince_5",
         "Dormand and Prince's method of order 5 (ode45, RK45) with a fixed step",
         5,
         _runge_kutta(

@@ -20,6 +20,7 @@ import numpy as np
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 
@@ -57,21 +58,29 @@ class Scheme(NamedTuple):
     speeds: Mapping[str, float] | None = None
 
 
+def _of(
+    code: str, angles: Mapping[str, float], speeds: Mapping[str, float] | None = None
+) -> Scheme:
+    """One of the methods that are run, too."""
+    (method,) = (m for m in METHODS if m.code == code)
+    return Scheme(method.says, method.order, angles, speeds)
+
+
 SCHEMES = (
-    Scheme("explicit Euler", 1, {"second": -1 / 2}),
-    Scheme("implicit Euler", 1, {"second": 1 / 2}),
-    Scheme("semi-implicit Euler", 1, {"second": 1 / 2}, {"second": -1 / 2}),
+    _of("explicit_euler", {"second": -1 / 2}),
+    _of("implicit_euler", {"second": 1 / 2}),
+    _of("semi_implicit_euler", {"second": 1 / 2}, {"second": -1 / 2}),
     Scheme(
         "semi-implicit Euler, positions first",
         1,
         {"second": -1 / 2},
         {"of_angles": 1.0, "second": -1 / 2},
     ),
-    Scheme("Heun's method", 2, {"bend": 1 / 12, "chain": -1 / 6}),
-    Scheme("the explicit midpoint rule", 2, {"bend": -1 / 24, "chain": -1 / 6}),
-    Scheme("the trapezoidal rule", 2, {"bend": 1 / 12, "chain": 1 / 12}),
-    Scheme("the implicit midpoint rule", 2, {"bend": -1 / 24, "chain": 1 / 12}),
-    Scheme("Adams and Bashforth's method of order 2", 2, {"bend": -5 / 12, "chain": -5 / 12}),
+    _of("heun_2", {"bend": 1 / 12, "chain": -1 / 6}),
+    _of("explicit_midpoint", {"bend": -1 / 24, "chain": -1 / 6}),
+    _of("trapezoidal", {"bend": 1 / 12, "chain": 1 / 12}),
+    _of("implicit_midpoint", {"bend": -1 / 24, "chain": 1 / 12}),
+    _of("adams_bashforth_2", {"bend": -5 / 12, "chain": -5 / 12}),
     Scheme("BDF2", 2, {"bend": 1 / 3, "chain": 1 / 3}),
     Scheme(CLOCK, 1, {"first": 1.0}),
 )
