@@ -28,6 +28,7 @@ _REQUIRED_PACKAGES = {
     "python-flint": "generate, diagnose, verify, certify, linear",
     "mpmath": "generate, diagnose, verify, certify, linear",
     "rich": "progress on the screen",
+    "threadpoolctl": "diagnose",
 }
 # The extra `generate`: without it everything but integrating works.
 _INTEGRATE = {

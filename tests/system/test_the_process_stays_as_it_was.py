@@ -12,6 +12,7 @@ import flint
 import mpmath
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 import heyoka_bike as hb
 from heyoka_bike.bicycle.parameters import benchmark
@@ -30,7 +31,12 @@ def state():
         "locale": locale.setlocale(locale.LC_ALL),
         "warnings": [*warnings.filters],
         "folder": os.getcwd(),
+        "linear algebra": threads_of_linear_algebra(),
     }
+
+
+def threads_of_linear_algebra():
+    return [x["num_threads"] for x in threadpool_info() if x["user_api"] == "blas"]
 
 
 def matrices(digits):
@@ -95,3 +101,39 @@ def test_without_a_home_nothing_is_kept(tmp_path):
     )
     assert done.stdout == "False\n", done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_diagnosis_takes_one_thread_of_the_linear_algebra(tmp_path):
+    """Also beside another one that ends earlier; then there are as many as before."""
+    code = f"""
+from concurrent.futures import ThreadPoolExecutor
+from time import sleep
+import sys
+sys.path.insert(0, {os.path.dirname(__file__)!r})
+from test_the_process_stays_as_it_was import FILE, hb, threads_of_linear_algebra
+
+within = []
+
+def look(_):
+    within.append(threads_of_linear_algebra())
+    raise KeyError("seen enough")
+
+def diagnosed(seconds):
+    try:
+        hb.diagnose(FILE, progress=look)
+    except KeyError:
+        pass
+    with hb.system.threads.one_thread_of_linear_algebra():
+        sleep(seconds)
+        within.append(threads_of_linear_algebra())
+
+before = threads_of_linear_algebra()
+with ThreadPoolExecutor(2) as pool:
+    list(pool.map(diagnosed, (0.0, 0.5)))
+print(len(within), set(before), {{n for found in within for n in found}}, before == threads_of_linear_algebra())
+"""
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.stdout == "4 {2} {1} True\n", done.stderr

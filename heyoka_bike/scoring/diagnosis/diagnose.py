@@ -37,6 +37,7 @@ from heyoka_bike.scoring.explanation import Curve, Explanation
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
+from heyoka_bike.system.threads import one_thread_of_linear_algebra
 
 # Whose runs have a figure.
 _SHOWN = Explained | IntegratedBy | LinearMotion
@@ -123,7 +124,8 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
-    found = _answer(report, reference, progress or (lambda _: None), budget.begun())
+    with one_thread_of_linear_algebra():
+        found = _answer(report, reference, progress or (lambda _: None), budget.begun())
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
     say = shown_by("causes").finding
     explanation = None
