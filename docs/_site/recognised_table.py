@@ -1,9 +1,11 @@
 """How often the right mistake is named: the table of docs/reference/mistakes.md.
 
 Every usual mistake is made by another integrator (`mistaken_programs`), with a smooth error of each
-level of the columns' scales added, and diagnosed. Run as a script, this writes the table.
+level of the columns' scales added, and diagnosed. Run as a script, this writes the table, which
+takes long; `--kept` lets it go on where it was ended.
 """
 
+import argparse
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -24,6 +26,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, output_mistake
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.system.parallel import processors
+from heyoka_bike.system.threads import one_thread_of_linear_algebra
 
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 
@@ -113,8 +116,11 @@ def is_right(said):
     return said in ("right", "right class", "not visible")
 
 
-def table(reference, hypotheses=HYPOTHESES, levels=LEVELS, report=lambda _: None):
-    """Of each hypothesis, how far it is from the correct file and what is said at each level."""
+def table(reference, hypotheses=HYPOTHESES, levels=LEVELS, report=lambda *_: None, known=()):
+    """Of each hypothesis, how far it is from the correct file and what is said at each level.
+
+    What is said is reported as it is found, by level and code; what is `known` is not found again.
+    """
     scales = {(n, k): reference[n].scale(k) for n in reference for k in BENCHMARK_COLUMNS}
     files = {"": columns_of(reference, [])}
     files |= {m.code: columns_of(reference, [m]) for m in hypotheses}
@@ -126,12 +132,14 @@ def table(reference, hypotheses=HYPOTHESES, levels=LEVELS, report=lambda _: None
         files=files, close=close, levels=levels, reference=reference, simulator=Simulator()
     )
     classes = {name: {frozenset(c) for c in x.values() if len(c) > 1} for name, x in close.items()}
-    said = {m.code: {} for m in hypotheses}
-    cases = [(name, m.code) for name in levels for m in hypotheses]
-    with ProcessPoolExecutor(processors(), get_context("fork")) as pool:
-        for (name, code), told in zip(cases, pool.map(_outcome, cases), strict=True):
-            said[code][name] = told
-            report(f"{name} {code}: {told}")
+    found, cases = dict(known), [(name, m.code) for name in levels for m in hypotheses]
+    asked = [case for case in cases if case not in found]
+    pool = ProcessPoolExecutor(processors(), get_context("fork"))
+    with one_thread_of_linear_algebra(), pool:
+        for case, told in zip(asked, pool.map(_outcome, asked), strict=True):
+            found[case] = told
+            report(*case, told)
+    said = {m.code: {name: found[name, m.code] for name in levels} for m in hypotheses}
     far = {m.code: distance(files[m.code], files[""], scales) for m in hypotheses}
     return said, far, classes
 
@@ -170,7 +178,26 @@ def committed():
 
 
 def main():
-    made = markdown(*table(load_reference(*sys.argv[1:]), report=lambda s: print(s, flush=True)))
+    words = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    words.add_argument("reference", nargs="?", help="folder of the set (that of this repository)")
+    words.add_argument(
+        "--kept",
+        type=Path,
+        help="file of what was said, a line each: what is in it is not made again",
+    )
+    asked = words.parse_args()
+    lines = asked.kept.read_text("ascii").splitlines() if asked.kept and asked.kept.exists() else []
+    known = {tuple(head.split(" ")): told for head, told in (x.split(": ", 1) for x in lines)}
+
+    def report(name, code, told):
+        line = f"{name} {code}: {told}"
+        print(line, flush=True)
+        if asked.kept:
+            with asked.kept.open("a", encoding="ascii") as file:
+                file.write(f"{line}\n")
+
+    reference = load_reference(asked.reference) if asked.reference else load_reference()
+    made = markdown(*table(reference, report=report, known=known))
     page = PAGE.read_text(encoding="utf-8")
     PAGE.write_text(filled(page, "recognised", made), encoding="utf-8")
 

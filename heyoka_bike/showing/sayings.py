@@ -108,6 +108,13 @@ def _(e: seen.NotCompared) -> Finding:
             f"maneuver; {e.how_to_tell}.",
             **evidence,
         )
+    if e.reason == seen.Reason.CONTRADICTS:
+        return warning(
+            "known_columns_left_out",
+            f"{listed(names)}: other values than those of the column of the same quantity that is "
+            "compared. Write each quantity once, or name the column by what else it is.",
+            **evidence,
+        )
     if e.reason == seen.Reason.BESIDE_A_TABLE:
         return warning(
             "known_columns_left_out",

@@ -74,7 +74,8 @@ def test_a_second_column_of_a_quantity(name, tmp_path):
 
 
 @pytest.mark.parametrize("behind", [
-    "_2", " 2", ".1", " (2)", f" [rad] {LONG} 2", f" [rad] ({'very ' * 200}long) 2",
+    "_2", " 2", ".1", " (2)", "#2", "*", ":1", " 2nd", "_m2_2",
+    f" [rad] {LONG} 2", f" [rad] ({'very ' * 200}long) 2",
 ])  # fmt: skip
 def test_a_second_column_of_a_maneuver(behind, tmp_path):
     """pandas writes the second column of a name with `.1`."""
@@ -82,6 +83,34 @@ def test_a_second_column_of_a_maneuver(behind, tmp_path):
     name = f"m2_roll_angle{behind}"
     report = judged(written(tmp_path / "a.csv", {**columns, name: wrong("roll_angle")}))
     assert_not_whole(report, name)
+
+
+@pytest.mark.parametrize("heading", ["m2_{}", "{}"])
+@pytest.mark.parametrize(("second", "factor"), [
+    ("roll_angle [deg]", np.rad2deg(1.0)), ("roll_angle_rad", 1.0), ("lean_deg", np.rad2deg(1.0)),
+    ("roll_angle [mrad]", 1000.0),
+])  # fmt: skip
+def test_a_second_column_in_another_unit_is_held_against_the_first(
+    heading, second, factor, tmp_path
+):
+    columns = {heading.format(key) if key != "time" else key: x for key, x in right().items()}
+    second = heading.format(second)
+    twice = factor * right()["roll_angle"]
+    same = written(tmp_path / "same.csv", {**columns, second: twice})
+    assert judged(same).is_right
+    # Rounded as a program writes it, and with one value that is another one.
+    rounded = {**columns, second: np.round(twice, 4)}
+    np.savetxt(
+        tmp_path / "rounded.csv", np.column_stack(list(rounded.values())), delimiter=",",
+        header=",".join(rounded), comments="", fmt=["%.17g"] * 9 + ["%.4f"],
+    )  # fmt: skip
+    assert judged(tmp_path / "rounded.csv").is_right
+    twice[40] *= 1.001
+    report = judged(written(tmp_path / "other.csv", {**columns, second: twice}))
+    assert_not_whole(report, second)
+    assert "other values than those" in next(
+        f.message for f in report.findings if f.code == "known_columns_left_out"
+    )
 
 
 @pytest.mark.parametrize("count", [1, 100, 10_000])
@@ -204,7 +233,8 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
 
 @pytest.mark.parametrize("name", [
     "roll_angle_setpoint", "steer_angle_error", "wheel speed front", "roll_angle.filtered", "u1",
-    "wheel_speed", "q7", "torque",
+    "wheel_speed", "q7", "torque", "roll_angle^2", "|roll_angle|", "roll_angle\u00b2",
+    "roll_angle_of_the_rider",
 ])  # fmt: skip
 def test_a_column_with_a_meaning_of_its_own(name, tmp_path):
     report = judged(written(tmp_path / "a.csv", {**right(), name: wrong("roll_angle")}))

@@ -591,8 +591,9 @@ def another_column_beside(random):
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     i, name, heading = _second_of(random, columns)
     wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
-    number = random.choice(["2", "_2", "_3", ".1"])
-    columns.insert(random.integers(1, 10), (f"{heading}{number}", wrong))
+    unit = COMPARED[name][0].unit
+    behind = ["2", "_2", "_3", ".1", "*", "#2", f" [{unit}]", f" [m{unit.partition(' ')[0]}]"]
+    columns.insert(random.integers(1, 10), (f"{heading}{random.choice(behind)}", wrong))
     return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
 
 

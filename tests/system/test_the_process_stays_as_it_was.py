@@ -130,7 +130,8 @@ def diagnosed(seconds):
 before = threads_of_linear_algebra()
 with ThreadPoolExecutor(2) as pool:
     list(pool.map(diagnosed, (0.0, 0.5)))
-print(len(within), set(before), {{n for found in within for n in found}}, before == threads_of_linear_algebra())
+seen = {{n for found in within for n in found}}
+print(len(within), set(before), seen, before == threads_of_linear_algebra())
 """
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "2"}
     done = subprocess.run(

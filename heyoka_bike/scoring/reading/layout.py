@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
-from heyoka_bike.scoring.evidence import Evidence, NamesNotUsed
+from heyoka_bike.scoring.evidence import Evidence, NamesNotUsed, Reason
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     is_maneuver,
+    named_again,
+    named_unit,
     nanoseconds_beside,
-    numbered_again,
     recognise,
     unit_in,
 )
@@ -22,7 +25,11 @@ from heyoka_bike.scoring.reading.names.meanings import Found, letter_of, meaning
 from heyoka_bike.scoring.reading.names.units import is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
-from heyoka_bike.scoring.reading.table import ReadTable
+from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
+from heyoka_bike.scoring.units import factor
+
+# Of the largest value: what an angle that is written in degrees is off by in radians.
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +112,7 @@ def _settled(
     names: Sequence[str], found: Sequence[Found], vectors: ReadTable, request: Request
 ) -> ColumnLayout:
     """Each meaning with the one column that has it."""
-    meant = {}
+    meant, beside = {}, []
     for meaning, places in grouped((f, i) for i, f in enumerate(found) if f is not None).items():
         # Of several columns of one meaning the plainest name is meant.
         best, *others = sorted(places, key=lambda i: _oddity(names[i]))
@@ -118,6 +125,7 @@ def _settled(
                 vectors.heading,
             )
         meant[meaning] = best
+        beside += [(meaning[0], best, i) for i in others if meaning[0] != TIME]
     time = meant[TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
     alone = 1 if alone is None and request.count == 1 else alone
@@ -130,23 +138,44 @@ def _settled(
         raise request.error(said, vectors.heading)
     nanoseconds = nanoseconds_beside(names, names[time])
     used = {*meant.values(), *([] if nanoseconds is None else [nanoseconds])}
-    seen = _not_used(names, found, used, request)
+    contradicting = [
+        names[i]
+        for key, best, i in beside
+        if not _are_the_same(key, *((vectors.columns[j], names[j]) for j in (best, i)))
+    ]
+    seen = _not_used(names, found, used, contradicting, request)
     seen += unknown_units({names[i]: key for (key, _), i in meant.items()})
     unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
     return ColumnLayout(time, maneuvers, tuple(seen), unit, nanoseconds)
 
 
+def _are_the_same(key: str, first: tuple[ReadColumn, str], second: tuple[ReadColumn, str]) -> bool:
+    """True if two columns of a quantity hold the same values, each in the unit that it is named."""
+    si, values, bound = COMPARED[key][0].unit, [], np.zeros(len(first[0].values))
+    for column, name in (first, second):
+        to_si = factor(named_unit(name, key) or si)[0]
+        values.append(to_si * column.values)
+        bound += np.abs(to_si) * column.quantum.at(column.values)
+    # Each is rounded as it is written, and when it was converted.
+    bound += _ROUNDING * np.max(np.abs(values[0]), initial=0.0)
+    are_missing = np.isnan(values[0]) & np.isnan(values[1])
+    return bool(np.all(are_missing | (np.abs(values[1] - values[0]) <= bound)))
+
+
 def _not_used(
-    names: Sequence[str], found: Sequence[Found], used: Collection[int], request: Request
-) -> list[Evidence]:
+    names: Sequence[str], found: Sequence[Found], used: Collection[int],
+    contradicting: Sequence[str], request: Request,
+) -> list[Evidence]:  # fmt: skip
     """Return evidence of columns that are not used, unless the user left them out."""
     left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
     left = [i for i in left if not is_maneuver(names[i])]
     nameless = [names[i] for i in left if found[i] is None]
-    known = [name for name in nameless if recognise(name) or numbered_again(name)]
-    unknown = [names[i] for i in left if names[i] not in known]
-    found_known = [set_aside(known, request)] if known else []
-    return [*found_known, left_out(unknown, request)] if unknown else [*found_known]
+    known = [name for name in nameless if recognise(name) or named_again(name)]
+    others = [names[i] for i in left if names[i] in contradicting]
+    unknown = [names[i] for i in left if names[i] not in (*known, *others)]
+    seen = [set_aside(known, request)] if known else []
+    seen += [set_aside(others, request, Reason.CONTRADICTS)] if others else []
+    return [*seen, left_out(unknown, request)] if unknown else [*seen]
 
 
 def _oddity(name: str) -> tuple[bool, bool]:

@@ -10,7 +10,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     KEYS,
     TIME,
     by_words,
-    numbered_again,
+    named_again,
     recognise,
     unit_in,
 )
@@ -33,7 +33,7 @@ def set_aside(
     """Return the evidence that columns are not used although their names are known."""
     columns = []
     for name in names:
-        found = recognise(name) or numbered_again(name)
+        found = recognise(name) or named_again(name)
         key = None if found is None else found[0]
         is_letter = bool(letter_of(split_unit(name)[0]))
         columns.append(LostColumn(name, key, _maneuver_in_words(name, request), is_letter))
