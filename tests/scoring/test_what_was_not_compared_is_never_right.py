@@ -184,6 +184,44 @@ def test_columns_beside_groups_of_maneuvers(tmp_path):
     assert_not_whole(judged(tmp_path / "a.h5"), "steer_angle")
 
 
+@pytest.mark.parametrize("name", ["maneuver_2_old", "copy/maneuver_2", "debug/state", "tried"])
+@pytest.mark.parametrize("is_table", [False, True])
+def test_tables_beside_groups_of_maneuvers(name, is_table, tmp_path):
+    """They were not even named."""
+    with h5py.File(tmp_path / "a.h5", "w") as f:
+        for key, x in right().items():
+            f[f"maneuver_2/{key}"] = x
+        f["notes/made"] = 2026
+    assert judged(tmp_path / "a.h5").is_right
+    with h5py.File(tmp_path / "a.h5", "a") as f:
+        if is_table and "/" not in name:
+            f[name] = np.column_stack(list(right().values())) * 1.3
+            lost = name
+        else:
+            f[f"{name}/steer_rate"] = wrong("steer_rate")
+            lost = f"{name.replace('/', '.')}.steer_rate"
+    assert_not_whole(judged(tmp_path / "a.h5"), lost)
+
+
+@pytest.mark.parametrize("title", ["maneuver_2_old", "Sheet1"])
+def test_sheets_beside_those_of_maneuvers(title, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.title = "notes"
+    book.active.append(["made by", "a program"])
+    for name in ("maneuver_2", title):
+        sheet = book.create_sheet(name)
+        sheet.append([*right()])
+        factor = 1.3 if name == title else 1.0
+        for row in np.column_stack(list(right().values())) * ([1.0] + [factor] * len(KEYS)):
+            sheet.append(row.tolist())
+    book.save(tmp_path / "b.xlsx")
+    assert_not_whole(judged(tmp_path / "b.xlsx"), title)
+    del book[title]
+    book.save(tmp_path / "a.xlsx")
+    assert judged(tmp_path / "a.xlsx").is_right
+
+
 def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as f:
         for number in (1, 2, 4):

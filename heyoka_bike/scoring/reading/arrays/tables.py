@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.evidence import Reason, Transposed
+from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, Transposed
 from heyoka_bike.scoring.reading.arrays.columns import (
     read_array,
     read_column,
@@ -89,7 +89,7 @@ def _search(group: ArrayGroup, depth: int = 0) -> list[ReadTable]:
         found = [table for part in of_each for table in part]
         if found and [] in of_each:
             raise _refusal(parts[of_each.index([])])
-        return _with_known_beside(found, group)
+        return _with_tables_beside(_with_known_beside(found, group), group)
     if found := _table(group):
         return _or_all_below(found, group)
     inner = group.groups.values() if depth < DEEPEST else ()
@@ -154,6 +154,31 @@ def _with_known_beside(
         return found
     lost = set_aside(known, group.request, Reason.BESIDE_A_TABLE)
     return [replace(found[0], seen=(*found[0].seen, lost)), *found[1:]]
+
+
+def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
+    """The tables of maneuvers, the first with the evidence of columns beside them in others.
+
+    ``maneuver_2_old/roll_angle``, or a table of the same size, may be what the program computed.
+    """
+    request = group.request
+    lost = [
+        LostColumn(name)
+        for name, x in group.arrays.items()
+        if group_number(name) is None and len(x.shape) == 2 and {*x.shape} & {*request.widths}
+    ]
+    others = {name: x for name, x in group.groups.items() if group_number(name) is None}
+    # Groups that hold one name twice hold no columns.
+    with suppress(InputError):
+        every = ArrayGroup(others, request).with_all_below()
+        for name, x in every.arrays.items():
+            step = name.rpartition(".")[2]
+            if is_vector(x) and length(x) > 1 and _is_known_column(step):
+                lost.append(LostColumn(name, (recognise(step) or (None,))[0]))
+    if not found or not lost:
+        return found
+    seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell)
+    return [replace(found[0], seen=(*found[0].seen, seen)), *found[1:]]
 
 
 def _is_known_column(name: str) -> bool:

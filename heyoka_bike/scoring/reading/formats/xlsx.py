@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -10,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.cells import before_comment, read_cells
 from heyoka_bike.scoring.reading.formats.text_files import read_table
+from heyoka_bike.scoring.reading.layout import layout_of
 from heyoka_bike.scoring.reading.names.columns import group_number
 from heyoka_bike.scoring.reading.names.words import listed
 from heyoka_bike.scoring.reading.request import Request
@@ -58,11 +61,26 @@ def read(file: ResultFile) -> list[ReadTable]:
             f"found results in the sheets {listed(list(found))}, expected them in one sheet, or in "
             "sheets named maneuver_1 and so on"
         )
+    seen = _with_results(sheets.keys() - found.keys(), sheets, file.request) if numbers else ()
     return [
-        replace(table, maneuver=numbers.get(title, table.maneuver))
+        replace(table, maneuver=numbers.get(title, table.maneuver), seen=(*table.seen, *seen))
         for title, of_sheet in found.items()
         for table in of_sheet
     ]
+
+
+def _with_results(
+    titles: Iterable[str], sheets: Mapping[str, list[list[Any]]], request: Request
+) -> tuple[NotCompared, ...]:
+    """The evidence that sheets beside those of maneuvers hold columns of the benchmark, too."""
+    lost = []
+    for title in sorted(titles):
+        # What has no such columns are notes, parameters or figures.
+        with suppress(InputError):
+            for table in _tables(sheets[title], request):
+                layout_of(table, request)
+            lost.append(LostColumn(title))
+    return (NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell),) if lost else ()
 
 
 def _rows(sheet: Any, request: Request) -> list[list[Any]]:
