@@ -20,8 +20,6 @@ from heyoka_bike.reference.proof.certificate import certify
 from heyoka_bike.reference.proof.instants import as_csv, known_states, render_states, states_differ
 from heyoka_bike.reference.verification.verify import verify
 
-pytestmark = pytest.mark.usefixtures("keep_proofs")
-
 
 @pytest.fixture(scope="module")
 def files(bicycle):

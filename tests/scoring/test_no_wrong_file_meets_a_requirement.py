@@ -17,11 +17,6 @@ ROUNDS = range(3)
 """Of every kind once."""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _kept(keep_reference_values):
-    """Thousands of files share their times."""
-
-
 def outcomes(kinds, count=4):
     """The first files of these kinds, each played when it is asked for."""
     numbers = [list(KINDS).index(kind) + i * len(KINDS) for kind in kinds for i in range(count)]

@@ -34,6 +34,7 @@ from heyoka_bike.scoring.units import UNITS
 from heyoka_bike.showing.wording import PHRASES, graded
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.header import checker_header
+from support.game_files import in_memory, references
 
 MOST_DIGITS = 14.0
 """The checker counts no more."""
@@ -170,7 +171,7 @@ class Judged:
 
 def judged_by_score(name, results):
     """What `score` says of results, with the columns of the benchmark as the checker gets them."""
-    reference = load_reference()
+    reference, _ = references()
     several = [results] if isinstance(results, Results) else results
     try:
         read = merge([align(r, reference) for r in several])
@@ -243,7 +244,6 @@ def corpus_files(every=1):
 
 
 def game_files(game, numbers):
-    from support.game_files import in_memory
     from support.honest_files import honest_file
     from support.play import SEED
     from support.wrong_files import wrong_file

@@ -28,7 +28,7 @@ from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import BicycleError
 from support import game_writing as writing
-from support.game_files import in_memory, keep_values, references
+from support.game_files import in_memory, references
 from support.honest_files import honest_file, known
 from support.wrong_files import wrong_file
 
@@ -212,7 +212,7 @@ def play(game, numbers, seed=SEED, *, processes=None, show=lambda outcome: None)
         if processes == 1:
             each = map(one, numbers)
         else:
-            started = ProcessPoolExecutor(processes, get_context("spawn"), keep_values)
+            started = ProcessPoolExecutor(processes, get_context("spawn"))
             each = stack.enter_context(started).map(one, numbers, chunksize=20)
         for outcome in each:
             outcomes.append(outcome)
@@ -259,8 +259,6 @@ def main():
             end = "\r" if sys.stderr.isatty() else "\n"
             print(f"{done} of {count}", end=end, file=sys.stderr, flush=True)
 
-    if given.processes == 1:
-        keep_values()
     found = play(given.game, numbers, given.seed, processes=given.processes, show=show)
     claims = [is_wrong for o in found for log10, is_wrong in o.claims if log10 > 2]
     if claims:

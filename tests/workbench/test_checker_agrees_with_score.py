@@ -18,11 +18,6 @@ from heyoka_bike import read_results
 from heyoka_bike.system.resources import data_folder
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _kept(keep_reference_values):
-    """Many files share their times."""
-
-
 @pytest.fixture(scope="module")
 def checker(tmp_path_factory):
     return Checker(tmp_path_factory.mktemp("checker"))
