@@ -17,8 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import pytest
+from generators.made_sets import make as make_set
 from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
-from support.made_sets import make as make_set
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
@@ -203,7 +203,7 @@ def small_atlas(made_once: MadeOnce) -> Path:
 @pytest.fixture(scope="session")
 def honest_outcomes(made_once: MadeOnce) -> list[Any]:
     """The first 125 files of the game of honest variations, played once."""
-    from support.play import play
+    from games.play import play
 
     def fill(place: Path) -> None:
         (place / "outcomes").write_bytes(pickle.dumps(play("honest", range(125), processes=1)))

@@ -6,7 +6,7 @@ from typing import Any
 
 import flint
 import pytest
-from support.power_series import PowerSeries
+from oracles.power_series import PowerSeries
 
 from heyoka_bike.numbers import analytic
 from heyoka_bike.numbers.analytic import Samples

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from after_ten_seconds import committed
 from after_ten_seconds import number as first_number
-from support.drawn_bicycles import OTHER_PARAMETERS
+from generators.drawn_bicycles import OTHER_PARAMETERS
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import MissingPackageError

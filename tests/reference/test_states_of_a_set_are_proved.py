@@ -7,7 +7,7 @@ import shutil
 
 import h5py
 import pytest
-from support.made_sets import accept, older
+from generators.made_sets import accept, older
 
 import heyoka_bike as hb
 from heyoka_bike.bicycle.columns import QUANTITIES

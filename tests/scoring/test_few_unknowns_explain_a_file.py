@@ -9,9 +9,9 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from generators.made_results import exact_columns, rows
+from generators.mistaken_programs import correct, motion, results, results_of
 from scipy.optimize import brentq
-from support.made_results import exact_columns, rows
-from support.mistaken_programs import correct, motion, results, results_of
 from support.said import said_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS

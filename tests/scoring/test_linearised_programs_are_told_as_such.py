@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.linear_programs import LATERAL, linear_run, run
+from generators.linear_programs import LATERAL, linear_run, run
 from support.said import said_of
 
 from heyoka_bike.scoring.alignment import align

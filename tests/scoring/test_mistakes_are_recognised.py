@@ -5,13 +5,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from generators.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
+from generators.fixed_steps import Equations
+from generators.linear_programs import linear_runs
+from generators.made_results import made, smooth_error
+from generators.mistaken_programs import columns_of, motion, numbers, results, results_of
+from generators.random_pairs import LEVEL, random_pairs
 from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
-from support.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
-from support.fixed_steps import Equations
-from support.linear_programs import linear_runs
-from support.made_results import made, smooth_error
-from support.mistaken_programs import columns_of, motion, numbers, results, results_of
-from support.random_pairs import LEVEL, random_pairs
 from support.said import said_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS

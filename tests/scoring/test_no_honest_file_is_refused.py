@@ -1,12 +1,12 @@
 """The game of honest variations: none is refused, loses a digit, or fails what it fulfils.
 
-All 5,000 by ``python tests/support/play.py honest``, or by ``-m slow``.
+All 5,000 by ``python tests/games/play.py honest``, or by ``-m slow``.
 """
 
 import numpy as np
 import pytest
-from support import play
-from support.game_files import references
+from games import play
+from games.files import references
 
 from heyoka_bike import load_motion, load_reference
 from heyoka_bike.scoring import definitions, score

@@ -4,7 +4,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from support.checker import (
+from games.checker import (
     Checker,
     compare,
     corpus_files,
