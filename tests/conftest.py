@@ -38,13 +38,22 @@ if find_spec("heyoka") is None:
     # These integrate in every test; scoring is tested without it.
     collect_ignore += [
         *(f"scoring/test_{name}.py" for name in (
-            "few_unknowns_explain_a_file", "mistakes_are_recognised", "mistakes_in_tilted_axes",
-            "numerical_causes", "odds_are_what_they_say",
+            "a_diagnosis_can_be_followed", "a_torque_over_one_variable_is_found",
+            "few_unknowns_explain_a_file", "integrators_are_named_with_their_step",
+            "integrators_are_run_and_compared", "mistakes_are_recognised",
+            "mistakes_in_tilted_axes", "numerical_causes", "odds_are_what_they_say",
+            "what_a_file_shows_is_said_first", "what_is_written_is_seen_first",
+            "what_remains_names_the_force",
         )),
         "commands/test_score_diagnoses.py",
     ]  # fmt: skip
 if find_spec("uvicorn") is None:
-    collect_ignore += ["workbench/test_serve_command.py", "workbench/serving"]
+    collect_ignore += [
+        "workbench/test_serve_command.py", "workbench/serving",
+        "scoring/test_formats_follow_from_one_table.py",
+    ]  # fmt: skip
+if find_spec("yaml") is None:
+    collect_ignore += ["commands/test_the_program_says_how_to_cite_it.py"]
 
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
