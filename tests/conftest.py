@@ -5,11 +5,9 @@ from __future__ import annotations
 import gc
 import os
 import pickle
-import re
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import replace
-from functools import cache, wraps
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -19,9 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import pytest
+from generators.made_sets import make as make_set
 from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
-from support.game_files import keep_values
-from support.made_sets import make as make_set
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
@@ -29,12 +26,8 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.reference.proof import certificate
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.values import Dense
-from heyoka_bike.reference.verification import schema
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
-from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
@@ -45,13 +38,22 @@ if find_spec("heyoka") is None:
     # These integrate in every test; scoring is tested without it.
     collect_ignore += [
         *(f"scoring/test_{name}.py" for name in (
-            "few_unknowns_explain_a_file", "mistakes_are_recognised", "mistakes_in_tilted_axes",
-            "numerical_causes", "odds_are_what_they_say",
+            "a_diagnosis_can_be_followed", "a_torque_over_one_variable_is_found",
+            "few_unknowns_explain_a_file", "integrators_are_named_with_their_step",
+            "integrators_are_run_and_compared", "mistakes_are_recognised",
+            "mistakes_in_tilted_axes", "numerical_causes", "odds_are_what_they_say",
+            "what_a_file_shows_is_said_first", "what_is_written_is_seen_first",
+            "what_remains_names_the_force",
         )),
         "commands/test_score_diagnoses.py",
     ]  # fmt: skip
 if find_spec("uvicorn") is None:
-    collect_ignore += ["workbench/test_serve_command.py", "workbench/serving"]
+    collect_ignore += [
+        "workbench/test_serve_command.py", "workbench/serving",
+        "scoring/test_formats_follow_from_one_table.py",
+    ]  # fmt: skip
+if find_spec("yaml") is None:
+    collect_ignore += ["commands/test_the_program_says_how_to_cite_it.py"]
 
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
@@ -72,47 +74,6 @@ hypothesis.settings.register_profile("search", print_blob=True, deadline=None)
 hypothesis.settings.load_profile("same")
 
 
-# Files of more than a quarter of a minute with the proofs, then those of the fast tests that take
-# longest, more than five seconds. They begin first, so that the processes end at the same time.
-LONGEST = (
-    "test_odds_are_what_they_say", "test_mistakes_are_recognised",
-    "test_verify_sees_what_hashes_do_not", "test_checker_agrees_with_score",
-    "test_a_browser_scores_a_file", "test_nothing_is_lost_or_made_twice",
-    "test_published_set_is_proved", "test_verify_finds_every_damage",
-    "test_bench_reports_every_code", "test_figures_of_the_pages_show_the_reference",
-    "test_pages_show_what_their_commands_print",
-    "test_pytest_plugin_failures_teach", "test_sensitivities_are_proved",
-    "test_certificate_refuses_or_widens", "test_few_unknowns_explain_a_file",
-    "test_the_tutorial_runs", "test_generate_command", "test_an_atlas_says_what_becomes",
-    "test_atlas_page_computes_the_models_motion",
-    "test_digits_do_not_depend_on_how_code_is_compiled",
-    "test_critical_speeds_are_proved_over_a_box", "test_animate_page",
-    "test_commands_run_where_names_are_missing", "test_wheel_works_outside_the_checkout",
-    "test_dense_output_is_good_to_25_digits", "test_numerical_causes",
-    "test_python_makes_and_checks_sets", "test_a_set_says_which_definitions_it_has",
-    "test_linearised_programs_are_told_as_such", "test_score_diagnoses",
-    "test_another_integrator_agrees", "test_what_follows_ten_seconds_is_proved",
-    "test_programs_of_others_are_judged_fairly", "test_harder_tier_is_what_the_page_says",
-    "test_energy_and_contact_are_kept_at_every_precision", "test_definitions_are_recognised",
-    "test_plot_draws_every_maneuver", "test_what_remains_names_the_force",
-    "test_forces_that_are_applied", "test_score_command", "test_events_are_found_where_they_are",
-    "test_exports_are_read_back", "test_input_fuzz_never_crashes", "test_export_command",
-    "test_pytest_plugin_requires_digits", "test_integrators_are_named_with_their_step",
-    "test_leaderboard_ranks_by_true_error", "test_linear_works_for_unusual_bicycles",
-    "test_whatever_holds_columns_is_scored", "test_files_are_scored_by_a_page",
-    "test_a_server_keeps_its_bounds",
-)  # fmt: skip
-
-
-_ALL_PROOF = re.compile(r"^pytestmark = \[?pytest\.mark\.proof", re.MULTILINE)
-_SOME_PROOF = re.compile(r"mark\.proof|@browser")
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    rank = {name: place for place, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: rank.get(item.path.stem, len(LONGEST)))
-
-
 @pytest.hookimpl(wrapper=True, optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> Iterator[int]:
     """One more for the proofs, which wait for browsers, servers and other processes."""
@@ -121,9 +82,6 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> Iterator[int]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    # Files of proofs hold slow tests, which are asked for by their own name.
-    if config.option.markexpr == "proof":
-        config.option.markexpr = "proof and not slow"
     # Thousands of tests are collected, and none of them is garbage before the end.
     gc.disable()
 
@@ -132,18 +90,6 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     gc.freeze()
     gc.set_threshold(50_000)
     gc.enable()
-
-
-def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out files of the other tier: importing them takes seconds."""
-    asked = config.option.markexpr
-    if collection_path.match("test_*.py"):
-        text = collection_path.read_text(encoding="utf-8")
-        if asked.startswith("not proof and "):
-            return bool(_ALL_PROOF.search(text)) or None
-        if asked == "proof and not slow":
-            return not _SOME_PROOF.search(text) or None
-    return None
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -183,23 +129,10 @@ class RememberingSimulator(Simulator):
         return [dict(made.get(k) or self.known[k]) for k in keys]
 
 
-@cache
-def shared_simulator() -> Simulator:
-    return RememberingSimulator()
-
-
 @pytest.fixture(scope="session")
 def simulator() -> Simulator:
     """Of any bicycle; it remembers the motions of the usual mistakes."""
-    return shared_simulator()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def diagnoses_share_their_motions() -> Iterator[None]:
-    """A diagnosis that is told no simulator takes that of all tests, too."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(f"{explain.__module__}.Simulator", shared_simulator)
-        yield
+    return RememberingSimulator()
 
 
 @pytest.fixture(scope="session")
@@ -268,53 +201,6 @@ def small_set(made_once: MadeOnce) -> Path:
     return made_once("small-set", lambda place: make_set(place, ("0.1", "0.01"))) / "set"
 
 
-@pytest.fixture(scope="module")
-def keep_proofs() -> Iterator[None]:
-    """What follows from a candidate alone is proved once, however many copies of one set there are.
-
-    What is published in a copy is compared with it, unless the same was compared before.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("enclosed", "differentiate", "round_rows", "rounded", "moved", "varied"):
-            patch.setattr(certificate, name, kept(getattr(certificate, name)))
-        yield
-
-
-@pytest.fixture(scope="module")
-def keep_structure() -> Iterator[None]:
-    """How a file is built is looked at once, however many copies of one set have it."""
-    known: dict[bytes, list[str]] = {}
-    look_at = schema.problems_of
-
-    def once(look: Callable[..., Iterator[str]], raw: bytes, form: schema.SetForm) -> list[str]:
-        # Of the other files a form has the names; sizes and hashes of files are checked elsewhere.
-        manifest = replace(form.manifest, files=dict.fromkeys(form.manifest.files), sha256="")
-        of = pickle.dumps((look, raw, replace(form, manifest=manifest)))
-        if of not in known:
-            known[of] = look_at(look, raw, form)
-        return known[of]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(schema, "problems_of", once)
-        yield
-
-
-def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
-    """The function, which remembers; its last argument only listens."""
-    known: dict[bytes, Any] = {}
-
-    @wraps(prove)
-    def once(*arguments: Any) -> Any:
-        of = pickle.dumps(arguments[:-1])
-        if of not in known:
-            known[of] = prove(*arguments)
-        return known[of]
-
-    # By its name and place another process finds the function itself.
-    once.__module__ = certificate.__name__
-    return once
-
-
 @pytest.fixture(scope="session")
 def small_atlas(made_once: MadeOnce) -> Path:
     """An atlas of 6 by 6 starts; not to be changed."""
@@ -326,23 +212,10 @@ def small_atlas(made_once: MadeOnce) -> Path:
 @pytest.fixture(scope="session")
 def honest_outcomes(made_once: MadeOnce) -> list[Any]:
     """The first 125 files of the game of honest variations, played once."""
-    from support.play import play
+    from games.play import play
 
     def fill(place: Path) -> None:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(Dense, "evaluate", Dense.evaluate)
-            keep_values()
-            outcomes = play("honest", range(125), processes=1)
-        (place / "outcomes").write_bytes(pickle.dumps(outcomes))
+        (place / "outcomes").write_bytes(pickle.dumps(play("honest", range(125), processes=1)))
 
     found: list[Any] = pickle.loads((made_once("honest-game", fill) / "outcomes").read_bytes())
     return found
-
-
-@pytest.fixture(scope="module")
-def keep_reference_values() -> Iterator[None]:
-    """Values of the reference at the times that many files share are evaluated once."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Dense, "evaluate", Dense.evaluate)
-        keep_values()
-        yield

@@ -11,12 +11,10 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
-import numpy as np
-
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 
+from generators.mistaken_programs import SEEN, columns_of, distance, results
 from marked_parts import filled, split
-from support.mistaken_programs import columns_of, results
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import load_reference
@@ -31,11 +29,8 @@ from heyoka_bike.system.threads import one_thread_of_linear_algebra
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 
 LEVELS = {"none": 0.0, "1e-6": 1e-6, "1e-4": 1e-4}
-# What differs by less than so many errors cannot be expected to be told apart.
-SEEN = 3.0
 # Without an error of the integrator, that of the two simulations is left.
 LEAST = 1e-11
-LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 
 
 def order(says, **sources):
@@ -63,20 +58,6 @@ READ_OFF_THE_FILE = (
     clock_mistake("time_scaled", "the step is 1 % longer than written", "", scale=1.01),
 )  # fmt: skip
 HYPOTHESES = (*MISTAKES, *READ_OFF_THE_FILE)
-
-
-def distance(one, other, scales):
-    """Largest difference of two files, in scales; a motion and its mirror image are one."""
-    found = []
-    for sign in (1, -1):
-        largest = 0.0
-        for n, columns in one.items():
-            for key, v in columns.items():
-                apart = np.abs(v - (sign if key in LATERAL else 1) * other[n][key]) / scales[n, key]
-                # Where both have gone.
-                largest = max(largest, float(np.fmax.reduce(apart, initial=0.0)))
-        found.append(largest)
-    return min(found)
 
 
 def alike(files, names, limit, scales):

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 DOCS = Path(__file__).parent.parent
 sys.path.append(str(DOCS.parent / "tests"))
 
-from support.mistaken_programs import columns_of, correct, results
+from generators.mistaken_programs import columns_of, correct, results
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.reference.load import load_reference

@@ -179,10 +179,10 @@ def foreign(what):
     return str(counts[what])
 
 
-@fact("tests/support/play.py", "python tests/support/play.py wrong, and honest")
+@fact("tests/games/play.py", "python tests/games/play.py wrong, and honest")
 def played(game):
     """How many files a game against the scorer has."""
-    files = among(text_of("tests/support/play.py"), rf'COUNTS = .*"{game}": ([0-9]+)')
+    files = among(text_of("tests/games/play.py"), rf'COUNTS = .*"{game}": ([0-9]+)')
     return f"{int(files):,}"
 
 

@@ -27,9 +27,6 @@ import numpy as np
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.ball_matrices import total
 
-_FOLDED_BITS = 64
-"""The folded terms are below 2^-64 of the remainder of a series of the same length."""
-
 
 class AtPoints(Balls):
     """Values of functions at some points: a number is an array of real or complex balls."""
@@ -62,12 +59,15 @@ class Samples(AtPoints):
         How many Taylor coefficients are wanted.
     radius : int
         R.
+    folded_bits : int
+        The folded terms are below two to the power of minus this, of the remainder of a series of
+        the same length.
     """
 
-    def __init__(self, bits: int, length: int, radius: int) -> None:
+    def __init__(self, bits: int, length: int, radius: int, *, folded_bits: int = 64) -> None:
         super().__init__(bits)
         self.length, self.radius = length, radius
-        half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
+        half = (length + ceil(folded_bits / log2(radius)) + 1) // 2
         count = 2 * half
         with self.precision():
             angles = [flint.fmpq(2 * j, count) for j in range(count)]

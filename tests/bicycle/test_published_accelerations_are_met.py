@@ -5,7 +5,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from support.on_the_floor import along, few_product_state, model, pitch_on_the_floor
+from generators.on_the_floor import along, few_product_state, model, pitch_on_the_floor
 
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular

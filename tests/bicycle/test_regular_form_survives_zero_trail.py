@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import flint
 import pytest
-from support.on_the_floor import few_product_state, model, random_state
+from generators.on_the_floor import few_product_state, model, random_state
 
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import posture

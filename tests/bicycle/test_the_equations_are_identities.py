@@ -26,8 +26,8 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from generators.sign_flips import Flip, changed, flips
 from oracles.random_field import Element, RandomField, UnknownRootError, differences
-from support.sign_flips import Flip, changed, flips
 from support.two_models import (
     Both,
     from_the_columns,

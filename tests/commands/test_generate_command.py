@@ -20,8 +20,6 @@ from heyoka_bike.motion import events
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import read_file, read_manifest, render, write_set
 
-pytestmark = pytest.mark.proof
-
 SHORT = """
 name = "short"
 [[maneuver]]
@@ -49,6 +47,7 @@ def short_set(tmp_path_factory):
     return out
 
 
+@pytest.mark.proof
 def test_writes_a_set_that_loads(short_set, reference):
     loaded = load_reference(short_set)
     assert loaded.dataset_version == "custom"
@@ -60,6 +59,7 @@ def test_writes_a_set_that_loads(short_set, reference):
         assert loaded[1].rows.lo[name].tolist() == reference[1].rows.lo[name][:4].tolist()
 
 
+@pytest.mark.proof
 def test_same_bytes_again_nothing_touched_and_quiet_when_not_a_terminal(short_set, tmp_path):
     before = {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in short_set.iterdir()}
     run = subprocess.run(
@@ -74,6 +74,7 @@ def test_same_bytes_again_nothing_touched_and_quiet_when_not_a_terminal(short_se
     assert after == before
 
 
+@pytest.mark.proof
 def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     other = write(tmp_path, SHORT.replace('"4"', '"5"'))
     arguments = ["generate", "--maneuvers", other, "--out", str(short_set)]
@@ -96,6 +97,7 @@ def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     assert read_manifest(copy).content_sha256 == read_manifest(short_set).content_sha256
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("extra", "fragment"),
     [
@@ -120,6 +122,7 @@ def test_bad_arguments_end_with_one_line_and_code_1(tmp_path, capsys, extra, fra
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.proof
 def test_unwritable_output_is_one_line(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(tmp_path / "file" / "x")]
@@ -129,6 +132,7 @@ def test_unwritable_output_is_one_line(tmp_path, capsys):
     assert error.count("\n") == 1
 
 
+@pytest.mark.proof
 def test_what_ends_early_is_kept_marked_and_said(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(events, "LONGEST", Fraction(1))
     out = tmp_path / "out"
@@ -166,6 +170,7 @@ def two(tmp_path_factory):
     return where / "o"
 
 
+@pytest.mark.proof
 def test_maneuvers_on_their_own_grids_get_a_text_each(two):
     rows = {
         p.name: [line.split() for line in p.read_text().splitlines()] for p in two.glob("*.txt")
@@ -178,6 +183,7 @@ def test_maneuvers_on_their_own_grids_get_a_text_each(two):
     assert len(rows["uncontrolled-bicycle-2.txt"]) == 5
 
 
+@pytest.mark.proof
 def test_straight_running_is_steady_and_exact(two):
     rows = load_reference(two)[1].rows
     assert set(rows["forward_speed"]) == {4.0}
@@ -185,6 +191,7 @@ def test_straight_running_is_steady_and_exact(two):
     assert len(set(rows["kinetic_energy"])) == 1
 
 
+@pytest.mark.proof
 def test_any_initial_posture_works(two):
     """Roll, steer and steer rate given; the pitch is solved for, row 0 holds the inputs."""
     rows = load_reference(two)[2].rows
@@ -196,6 +203,7 @@ def test_any_initial_posture_works(two):
     assert len(set(rows["mechanical_energy"])) == 1
 
 
+@pytest.mark.proof
 def test_an_unreachable_posture_is_refused(tmp_path, capsys):
     text = SHORT + 'roll = "1.5"\nsteer = "1.57"\n'
     code = main(["generate", "--maneuvers", write(tmp_path, text), "--out", str(tmp_path / "o")])
@@ -205,6 +213,7 @@ def test_an_unreachable_posture_is_refused(tmp_path, capsys):
     assert "floor" in error or "singular" in error
 
 
+@pytest.mark.proof
 def test_a_singular_mass_matrix_is_refused(tmp_path, capsys):
     """A massless vertical fork, the mass of the wheel on the steer axis: nothing resists steer."""
     from heyoka_bike.system.resources import benchmark_bicycle
@@ -223,6 +232,7 @@ def test_a_singular_mass_matrix_is_refused(tmp_path, capsys):
     assert all("warning" in line for line in errors[:-1])
 
 
+@pytest.mark.proof
 def test_zero_trail_uses_the_regular_form(tmp_path):
     from heyoka_bike.reference.proof.candidate import read_candidate
     from heyoka_bike.system.resources import benchmark_bicycle
@@ -235,6 +245,7 @@ def test_zero_trail_uses_the_regular_form(tmp_path):
     assert read_candidate(out)[0].is_regular
 
 
+@pytest.mark.proof
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", -15), ("SIGKILL", -9)])
 def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
@@ -311,6 +322,7 @@ def whole(folder: Path) -> bool:
     return True
 
 
+@pytest.mark.proof
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL")
 def test_a_killed_writer_leaves_a_whole_set_or_a_named_problem(tmp_path):
     rng = random.Random(1)

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from support.mistaken_programs import columns_of
+from generators.mistaken_programs import columns_of
 
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -14,8 +14,6 @@ from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.system.resources import data_folder
-
-pytestmark = pytest.mark.proof
 
 PEERS = data_folder() / "peers"
 
@@ -32,6 +30,7 @@ def late(tmp_path_factory):
     return folder
 
 
+@pytest.mark.proof
 def test_every_format_says_it(late):
     findings = json.loads((late / "r.json").read_text())["findings"]
     assert findings[0]["code"] == "mistake"
@@ -42,6 +41,7 @@ def test_every_format_says_it(late):
     ET.parse(late / "r.xml")
 
 
+@pytest.mark.proof
 def test_in_python_it_is_the_score_with_a_diagnosis(late):
     results, seen = read_results(late / "late.txt"), []
     found, plain = diagnose(results, progress=seen.append), score(results)
@@ -55,6 +55,7 @@ def test_in_python_it_is_the_score_with_a_diagnosis(late):
     assert [f.code for f in found.said] == codes
 
 
+@pytest.mark.proof
 def test_the_page_shows_what_is_left(late):
     page = (late / "r.html").read_text()
     (section,) = re.findall(r'<section id="explanation">.*?</section>', page, re.S)
@@ -65,12 +66,14 @@ def test_the_page_shows_what_is_left(late):
     assert 'href="#explanation"' in page
 
 
+@pytest.mark.proof
 def test_a_plain_score_has_no_such_figure(tmp_path):
     out = tmp_path / "r.html"
     assert main(["score", str(PEERS / "scipy-rtol1e-10.txt"), "-o", str(out)]) == 0
     assert 'id="explanation"' not in out.read_text()
 
 
+@pytest.mark.proof
 def test_several_runs_are_refused(capsys):
     files = [str(PEERS / f"exudyn-h{h}.txt") for h in ("0.01", "0.001")]
     assert main(["score", *files, "--diagnose"]) == 1
@@ -92,7 +95,7 @@ def zeros(t):
     [
         # All that is tried is tried in vain.
         pytest.param(1001, noise, "their error says nothing", marks=pytest.mark.slow),
-        (101, zeros, "nothing but zeros"),
+        pytest.param(101, zeros, "nothing but zeros", marks=pytest.mark.proof),
     ],
 )
 def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values, said):
@@ -106,7 +109,12 @@ def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values
 
 
 @pytest.mark.parametrize(
-    "rows", [slice(300, 301), slice(0, 3), pytest.param(slice(0, 1), marks=pytest.mark.slow)]
+    "rows",
+    [
+        pytest.param(slice(300, 301), marks=pytest.mark.proof),
+        pytest.param(slice(0, 3), marks=pytest.mark.proof),
+        pytest.param(slice(0, 1), marks=pytest.mark.slow),
+    ],
 )
 def test_few_rows_are_no_trouble(tmp_path, capsys, rows):
     table = np.loadtxt(PEERS / "exudyn-h0.01.txt")[rows]
@@ -115,6 +123,7 @@ def test_few_rows_are_no_trouble(tmp_path, capsys, rows):
     assert "explains it" not in capsys.readouterr().out
 
 
+@pytest.mark.proof
 def test_a_start_that_breaks_rolling_says_what_is_assumed(tmp_path, capsys, reference):
     mistake = next(m for m in MISTAKES if m.code == "roll_without_wheels")
     columns = columns_of(reference, [mistake])

@@ -6,8 +6,6 @@ from support.tiers import ONE_MANEUVER
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import evaluator
 
-pytestmark = pytest.mark.proof
-
 PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
 
 
@@ -29,6 +27,7 @@ def test_drift(bicycle, maneuvers, candidate, precision, number):
     assert drift.performance < 100 * 32 * 2.0**-run.bits
 
 
+@pytest.mark.proof
 def test_both_forms_give_the_same_motion(bicycle, maneuvers, candidate):
     few = candidate[1]
     assert not few.is_regular
@@ -43,6 +42,7 @@ def test_both_forms_give_the_same_motion(bicycle, maneuvers, candidate):
                 assert abs(a[name] - b[name]) < 1e-36, (name, row)
 
 
+@pytest.mark.proof
 def test_a_looser_tolerance_is_seen(bicycle, maneuvers):
     tight = integrate(bicycle, maneuvers[1])
     loose = integrate(bicycle, maneuvers[1], tolerance=1e-6)

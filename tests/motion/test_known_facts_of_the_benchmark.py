@@ -79,7 +79,6 @@ def test_definitions_are_as_far_apart_as_measured(reference, definition):
         assert abs(distance - float(printed)) <= 0.51 * unit, (number, distance)
 
 
-@pytest.mark.proof
 @pytest.mark.parametrize("number", ONE_MANEUVER)
 def test_the_motion_depends_mildly_on_its_start(bicycle, maneuvers, candidate, number):
     """Forward in time |d state(10) / d v0| is at most about 2.7: tens of digits can be had."""

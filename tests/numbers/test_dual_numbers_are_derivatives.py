@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from generators.sign_flips import flips
+from oracles.derivative_rules import all_hold
 from oracles.random_field import RandomField
-from support.derivative_rules import all_hold
-from support.sign_flips import flips
 
 from heyoka_bike.numbers import dual
 from heyoka_bike.numbers.arithmetic import Arrays

@@ -6,7 +6,7 @@ from typing import Any
 
 import flint
 import pytest
-from support.power_series import PowerSeries
+from oracles.power_series import PowerSeries
 
 from heyoka_bike.numbers import analytic
 from heyoka_bike.numbers.analytic import Samples
@@ -57,8 +57,11 @@ def test_a_matrix_of_functions_has_zeros_where_it_is_zero() -> None:
 
 
 def distances() -> list[tuple[float, float]]:
-    """Of the polynomial found from powers of s, on the unit circle, with what bounds it."""
-    points = Samples(BITS, 6, RADIUS)
+    """Of the polynomial found from powers of s, on the unit circle, with what bounds it.
+
+    Of as few points as possible.
+    """
+    points = Samples(BITS, 6, RADIUS, folded_bits=0)
     angles = [flint.fmpq(j, 12) for j in range(13)]
     circle = [flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) for q in angles]
     found = []
@@ -72,17 +75,10 @@ def distances() -> list[tuple[float, float]]:
     return found
 
 
-@pytest.fixture
-def as_few_points_as_possible(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(analytic, "_FOLDED_BITS", 0)
-
-
-@pytest.mark.usefixtures("as_few_points_as_possible")
 def test_what_is_left_out_is_bounded() -> None:
     assert all(off <= bound for off, bound in distances())
 
 
-@pytest.mark.usefixtures("as_few_points_as_possible")
 @pytest.mark.parametrize("part", ["geometric", "folded"])
 def test_both_parts_of_what_is_left_out_are_needed(
     part: str, monkeypatch: pytest.MonkeyPatch

@@ -19,7 +19,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from support.power_series import PowerSeries
+from oracles.power_series import PowerSeries
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.initial import initial_state

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from after_ten_seconds import committed
 from after_ten_seconds import number as first_number
-from support.drawn_bicycles import OTHER_PARAMETERS
+from generators.drawn_bicycles import OTHER_PARAMETERS
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import MissingPackageError
@@ -30,8 +30,6 @@ from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
 from heyoka_bike.reference.proof import enclose as proving  # noqa: E402
 from heyoka_bike.workbench.style import render  # noqa: E402
-
-pytestmark = pytest.mark.proof
 
 HAS_HEYOKA = find_spec("heyoka") is not None
 NAMES = [
@@ -84,6 +82,7 @@ def quick_motions(monkeypatch, followed):
     monkeypatch.setattr(after, "motions", lambda _, numbers: [followed[n - 1] for n in numbers])
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", NAMES)
 def test_every_figure_is_the_same_again(name, reference, quick_bounds, quick_motions):
     first, again = (render(figures.draw(name, reference=reference), "svg") for _ in range(2))
@@ -91,6 +90,7 @@ def test_every_figure_is_the_same_again(name, reference, quick_bounds, quick_mot
     assert again == first
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", NAMES)
 def test_no_text_lies_on_another_or_leaves_the_page(
     name, reference, quick_bounds, quick_motions, monkeypatch
@@ -99,6 +99,7 @@ def test_no_text_lies_on_another_or_leaves_the_page(
         assert_texts_are_apart(figures.draw(name, maneuver, reference), monkeypatch)
 
 
+@pytest.mark.proof
 def test_the_script_draws_to_a_file(tmp_path):
     path = tmp_path / "bicycle.svg"
     command = [sys.executable, Path(figures.__path__[0]), "bicycle", path]
@@ -106,11 +107,13 @@ def test_the_script_draws_to_a_file(tmp_path):
     assert path.read_bytes().startswith(b"<?xml")
 
 
+@pytest.mark.proof
 def test_what_needs_heyoka_says_so(reference):
     with pytest.raises(MissingPackageError, match="heyoka is not installed"):
         figures.draw("after", reference=reference)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("number", [1, 2])
 def test_errors_are_the_differences_of_the_text_files(reference, folder, number):
     left, right = true_errors.draw(reference, [number]).axes
@@ -140,6 +143,7 @@ def columns(path, number):
     return {"time": table[:, 0]} | {n: table[:, first + i] for i, n in enumerate(names)}
 
 
+@pytest.mark.proof
 def test_energy_lets_pass_what_is_wrong_by_percents(reference):
     """What the figure is for: the first run is below the limit and its error is not."""
     left, right = true_errors.draw(reference, [1]).axes
@@ -148,6 +152,7 @@ def test_energy_lets_pass_what_is_wrong_by_percents(reference):
     assert right.lines[0].get_ydata()[-1] < limit == 1e-3
 
 
+@pytest.mark.proof
 def test_distances_of_definitions_follow_from_the_attitude(reference):
     axes = definition_distances.draw(reference, [1]).axes
     assert definition_distances.COLUMNS == ("roll_angle", "roll_rate", "forward_speed")
@@ -177,6 +182,7 @@ def turns(axis, angles):
     return found
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_every_definition_of_the_legend_is_to_be_seen(reference, number):
     for ax in definition_distances.draw(reference, [number]).axes:
@@ -186,12 +192,14 @@ def test_every_definition_of_the_legend_is_to_be_seen(reference, number):
             assert low < line.get_ydata()[-1] < high, line.get_label()
 
 
+@pytest.mark.proof
 def test_small_differences_are_not_lost_in_binary64(reference):
     line = definition_distances.draw(reference, [3]).axes[0].lines[1]
     late = line.get_ydata()[line.get_ydata() > 0]
     assert late[0] < 1e-20
 
 
+@pytest.mark.proof
 def test_bicycle_names_all_parameters_with_the_values_of_the_file(reference):
     with benchmark_bicycle().open("rb") as f:
         parameters = tomllib.load(f)["parameters"]
@@ -206,6 +214,7 @@ def test_bicycle_names_all_parameters_with_the_values_of_the_file(reference):
         assert f"${name}$ = {value} {unit}" in texts
 
 
+@pytest.mark.proof
 def test_bicycle_is_drawn_to_scale(reference, bicycle):
     w, c, r_rear, r_front = (float(bicycle[s]) for s in ("w", "c", "rR", "rF"))
     tilt = float(bicycle["lam"])
@@ -248,6 +257,7 @@ def test_bicycle_is_drawn_to_scale(reference, bicycle):
     assert (cos(tilt), sin(tilt)) == pytest.approx((0.9510565163, 0.3090169944))
 
 
+@pytest.mark.proof
 def test_angles_are_positive_to_the_right(reference):
     """The curved arrows end on the right of where they start: lean, yaw and steer to the right."""
     _, behind, above = dimensions.draw(reference).axes
@@ -263,6 +273,7 @@ def arcs(ax):
     return [line.get_xydata() for line in ax.lines if len(line.get_xdata()) == 30]
 
 
+@pytest.mark.proof
 def test_overview_is_wide_small_transparent_and_the_reference(reference):
     figure = overview.draw(reference, [1, 2, 3])
     png, svg = (render(figure, f) for f in ("png", "svg"))
@@ -281,6 +292,7 @@ def test_overview_is_wide_small_transparent_and_the_reference(reference):
         assert any(t.get_text() == f"{np.abs(exact).max():.2g} rad" for t in ax.texts)
 
 
+@pytest.mark.proof
 def test_certificate_without_heyoka_says_what_is_missing(reference, candidate, monkeypatch):
     class Proved:
         pieces = tuple((Fraction(1, 10**66),) * 7 for _ in candidate[2].pieces)
@@ -336,6 +348,7 @@ def numbers_in(ax):
     return [float(x) for x in re.findall(r"-?\d+\.\d+", text)]
 
 
+@pytest.mark.proof
 def test_the_cycle_drawn_is_the_one_of_the_page(panels, page, reference):
     beginning, cycle = panels["portrait"].lines
     for values, what in zip(cycle.get_data(), ("roll", "steer"), strict=True):
@@ -352,6 +365,7 @@ def test_the_cycle_drawn_is_the_one_of_the_page(panels, page, reference):
         assert np.abs(values - exact[name]).max() < 1e-13
 
 
+@pytest.mark.proof
 def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, reference):
     ax = panels["cycle"]
     leans, line = ax.lines
@@ -377,6 +391,7 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     assert numbers_in(ax) == pytest.approx([floquet, period], abs=5e-5)
 
 
+@pytest.mark.proof
 def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, reference):
     ax = panels["straight"]
     leans, line = ax.lines
@@ -398,6 +413,7 @@ def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, re
     assert numbers_in(ax) == pytest.approx([speed, weave], abs=5e-5)
 
 
+@pytest.mark.proof
 def test_the_fall_drawn_ends_where_the_page_says(panels, page):
     fall = page["fall"]
     lift = said(fall, "lift-off, time [s]")
@@ -429,6 +445,7 @@ def test_the_fall_drawn_ends_where_the_page_says(panels, page):
     assert numbers_in(panels["roll"]) == pytest.approx([lift], abs=5e-5)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("shown", "names"),
     [(1, {"portrait", "cycle"}), (2, {"straight"}), (3, {"roll", "forces"})],
@@ -446,6 +463,7 @@ def is_vertical(line):
     return len(x) == 2 and x[0] == x[1]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("changes", OTHER_PARAMETERS)
 @pytest.mark.parametrize("name", ["bicycle", "overview"])
 def test_other_bicycles_are_drawn(reference, name, changes):

@@ -18,8 +18,6 @@ from heyoka_bike.reference.manifest import read_manifest
 from heyoka_bike.reference.proof import cauchy as circle
 from heyoka_bike.reference.proof.enclose import enclose
 
-pytestmark = pytest.mark.proof
-
 
 def exact(text):
     return Exact.parse(text)
@@ -45,6 +43,7 @@ def file_of(folder, maneuver):
     return str(path)
 
 
+@pytest.mark.proof
 def test_without_a_word_a_maneuver_keeps_its_duration(bicycle, maneuvers):
     found = ending(bicycle, maneuvers[0])
     assert found.maneuver == maneuvers[0]
@@ -52,12 +51,14 @@ def test_without_a_word_a_maneuver_keeps_its_duration(bicycle, maneuvers):
     assert not found.is_early
 
 
+@pytest.mark.proof
 def test_a_time_takes_the_place_of_the_duration(bicycle, maneuvers):
     found = ending(bicycle, maneuvers[0], "3/2")
     assert found.maneuver == replace(maneuvers[0], duration=Fraction(3, 2))
     assert not found.is_early
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -74,6 +75,7 @@ def test_other_times_are_refused_in_one_line(bicycle, maneuvers, text, said):
     assert "\n" not in str(e.value)
 
 
+@pytest.mark.proof
 def test_a_fall_ends_at_the_last_row_before_it(bicycle, maneuvers):
     found = ending(bicycle, maneuvers[2], "fall")
     assert found.maneuver == replace(maneuvers[2], duration=Fraction("44.43"))
@@ -81,6 +83,7 @@ def test_a_fall_ends_at_the_last_row_before_it(bicycle, maneuvers):
     assert found.said == "the rear wheel leaves the floor at t = 44.4304263 s"
 
 
+@pytest.mark.proof
 def test_a_motion_past_a_singularity_is_kept_up_to_it_and_says_so(bicycle, maneuvers):
     long = replace(maneuvers[2], duration=Fraction(60))
     found = ending(bicycle, long)
@@ -91,6 +94,7 @@ def test_a_motion_past_a_singularity_is_kept_up_to_it_and_says_so(bicycle, maneu
     assert "roll and steer rate no longer give the turn rate" in found.said
 
 
+@pytest.mark.proof
 def test_a_motion_that_does_not_fall_keeps_its_duration_and_says_so(
     bicycle, maneuvers, monkeypatch
 ):
@@ -101,12 +105,14 @@ def test_a_motion_that_does_not_fall_keeps_its_duration_and_says_so(
     assert found.maneuver.name == "maneuver 2, no fall within 20 s"
 
 
+@pytest.mark.proof
 def test_a_fall_before_the_second_row_is_bad_input(bicycle, toppling):
     coarse = replace(toppling, spacing=Fraction(5))
     with pytest.raises(InputError, match="before its second row at 5 s"):
         ending(bicycle, coarse, "fall")
 
 
+@pytest.mark.proof
 def test_a_bicycle_that_is_not_on_the_floor_at_the_start_is_bad_input(bicycle, maneuvers):
     with pytest.raises(InputError, match="expected both wheels to press on the floor"):
         ending(bicycle, replace(maneuvers[0], roll_rate=exact("10")), "fall")
@@ -131,10 +137,12 @@ def test_a_set_until_the_fall_is_whole_and_proved(bicycle, toppling, tmp_path, c
     assert "nothing written" in capsys.readouterr().out
 
 
+@pytest.mark.proof
 def test_the_end_of_a_fall_is_an_event(bicycle, toppling):
     assert first_event(bicycle, toppling).what in (REAR_LIFT, "front wheel leaves the floor")
 
 
+@pytest.mark.proof
 def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
     """As maneuver 3 just before: there only a small polydisc shows the equations analytic."""
     falling = Maneuver("falling", exact("11.161"), exact("-0.508"), Fraction(1, 250),

@@ -7,7 +7,7 @@ import sys
 import h5py
 import numpy as np
 import pytest
-from support.made_sets import accept, accept_numbers, older
+from generators.made_sets import accept, accept_numbers, older
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, COMPARED, FOLLOWING
 from heyoka_bike.cli import main

@@ -28,8 +28,6 @@ from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.rows import exact_columns
 
-pytestmark = pytest.mark.proof
-
 SHORT, WHOLE = 3, 10
 """Seconds of a maneuver."""
 
@@ -90,7 +88,10 @@ class Case:
 
 @pytest.fixture(
     scope="module",
-    params=[(2, SHORT), *(pytest.param((n, WHOLE), marks=pytest.mark.slow) for n in (1, 2, 3))],
+    params=[
+        pytest.param((2, SHORT), marks=pytest.mark.proof),
+        *(pytest.param((n, WHOLE), marks=pytest.mark.slow) for n in (1, 2, 3)),
+    ],
     ids=lambda case: f"{case[0]}-{case[1]} s",
 )
 def case(

@@ -11,8 +11,6 @@ from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.motion.trajectory import evaluator
 
-pytestmark = pytest.mark.proof
-
 
 def times(maneuver, breaks):
     rng = random.Random(20)
@@ -39,6 +37,7 @@ def test_every_column_at_random_times(reference, long_run, number):
                 assert error < scale * 1e-25, (name, float(t))
 
 
+@pytest.mark.proof
 def test_rows_are_reproduced(reference):
     for maneuver in reference.values():
         values = maneuver.evaluate((maneuver.time, maneuver.time_lo))
@@ -50,6 +49,7 @@ def test_rows_are_reproduced(reference):
             assert np.abs(error).max() <= 1e-28 * scale, name
 
 
+@pytest.mark.proof
 def test_plain_clenshaw_gives_binary64(reference):
     """The hi coefficients alone, in ordinary arithmetic, give binary64 accuracy."""
     for maneuver in reference.values():
@@ -66,6 +66,7 @@ def test_plain_clenshaw_gives_binary64(reference):
             assert np.abs(value - maneuver.evaluate(t)[name]).max() < 1e-12 * scale, name
 
 
+@pytest.mark.proof
 def test_a_damaged_coefficient_is_seen(reference):
     """The promise fails for a coefficient that is off by 1e-24 of the column's scale."""
     maneuver = reference[1]

@@ -31,8 +31,6 @@ from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.system.resources import data_folder
 
-pytestmark = pytest.mark.proof
-
 # Of the page: below the first the bicycle recovers, above the second it falls.
 RECOVERS, FALLS = "2.46491144053243234304", "2.46491144053243234306"
 # Sensitivities agree with differences over this step to its square, beside a few digits of
@@ -65,6 +63,7 @@ def small(tmp_path_factory):
     return out
 
 
+@pytest.mark.proof
 def test_tables_are_those_of_the_json(found):
     committed = {page: page.read_text(encoding="utf-8") for page in (PAGE, TABLES)}
     assert pages(found) == committed
@@ -77,6 +76,7 @@ def test_tables_are_those_of_the_json(found):
         assert pages(other) != committed
 
 
+@pytest.mark.proof
 def test_every_maneuver_and_code_was_run(found):
     assert list(found) == list(PROBLEMS)
     for name in found:
@@ -88,6 +88,7 @@ def test_every_maneuver_and_code_was_run(found):
             assert list(said["codes"]) == list(CODES)
 
 
+@pytest.mark.proof
 def test_a_hash_is_claimed_only_of_what_is_made_again(found):
     """Those of H1 and H4 are compared below; a set that was made once says when and by what."""
     hashed = {name for name in found if "content_sha256" in found[name]}
@@ -97,6 +98,7 @@ def test_a_hash_is_claimed_only_of_what_is_made_again(found):
     assert shas == [f"`{found[name]['content_sha256']}`" for name in ("H1", "H4")]
 
 
+@pytest.mark.proof
 def test_inputs_are_the_decimals_that_the_page_names():
     _, longer = inputs(PROBLEMS["H2"])
     _, benchmark = inputs(PROBLEMS["H1"])
@@ -108,6 +110,7 @@ def test_inputs_are_the_decimals_that_the_page_names():
     assert {(m.roll_rate, m.duration, m.rows) for m in others} == {(Exact.parse("0.5"), 10, 1001)}
 
 
+@pytest.mark.proof
 def test_the_edge_is_cut_after_so_many_decimals():
     _, maneuvers = inputs(PROBLEMS["H3"])
     cut = [Fraction(int(Fraction(RECOVERS) * 10**n), 10**n) for n in (4, 8, 12, 20)]
@@ -120,6 +123,7 @@ def test_the_edge_is_cut_after_so_many_decimals():
         assert decimals in PAGE.read_text()
 
 
+@pytest.mark.proof
 def test_the_published_set_is_the_first_problem(found, reference, folder):
     assert found["H1"]["content_sha256"] == reference.content_sha256
     certificate = json.loads((folder / CERTIFICATE).read_text())["maneuvers"]
@@ -128,6 +132,7 @@ def test_the_published_set_is_the_first_problem(found, reference, folder):
         assert said["bound"] == certificate[number - 1]["bound"]
 
 
+@pytest.mark.proof
 def test_condition_is_what_a_disturbed_start_makes(reference, folder):
     bicycle, maneuvers = inputs(PROBLEMS["H1"])
     m = maneuvers[1]
@@ -146,6 +151,7 @@ def test_condition_is_what_a_disturbed_start_makes(reference, folder):
     assert change.max() > bound.max() / 10
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("code", ["LSODA tight", "heyoka binary64"])
 def test_a_run_scores_as_the_page_says(found, reference, tmp_path, code):
     bicycle, maneuvers = inputs(PROBLEMS["H1"])
@@ -158,6 +164,7 @@ def test_a_run_scores_as_the_page_says(found, reference, tmp_path, code):
     assert again["coverage"] == said["coverage"] == 1
 
 
+@pytest.mark.proof
 def test_the_command_grades_another_bicycle_and_other_rows(small, tmp_path, capsys):
     text = small / "uncontrolled-bicycle-2.txt"
     rows = [line.split() for line in text.read_text().splitlines()]
@@ -178,6 +185,7 @@ def test_the_command_grades_another_bicycle_and_other_rows(small, tmp_path, caps
     assert "coverage" in capsys.readouterr().err
 
 
+@pytest.mark.proof
 def test_grades_and_tolerances_are_those_of_the_page():
     page, tables = PAGE.read_text(), TABLES.read_text()
     assert "**Grades.** " + ", ".join(map(str, GRADES[:-1])) + f" and {GRADES[-1]}:" in page
@@ -185,6 +193,7 @@ def test_grades_and_tolerances_are_those_of_the_page():
     assert TIGHT["DOP853"] == TIGHT["LSODA"]
 
 
+@pytest.mark.proof
 def test_commands_of_the_page_name_every_set():
     commands = re.findall(r"^heyoka-bike generate (.*?) *#", PAGE.read_text(), re.MULTILINE)
     assert len(commands) == len(PROBLEMS)

@@ -7,8 +7,6 @@ from support.tiers import ONE_MANEUVER
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.motion.trajectory import evaluator, row_times
 
-pytestmark = pytest.mark.proof
-
 BITS = 440  # well above both runs
 
 
@@ -29,6 +27,7 @@ def test_every_column_agrees_to_65_digits_at_every_row(candidate, long_run, numb
             assert difference[name] < largest[name] * flint.arb(10) ** -65, name
 
 
+@pytest.mark.proof
 def test_the_check_sees_a_change_in_the_66th_digit(candidate):
     """The comparison above fails for a candidate that differs by 1e-64 in its first roll rate."""
     run = candidate[1]

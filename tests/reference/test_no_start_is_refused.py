@@ -15,7 +15,7 @@ import flint
 import h5py
 import numpy as np
 import pytest
-from support.drawn_starts import bicycles, starts
+from generators.drawn_starts import bicycles, starts
 
 from heyoka_bike.bicycle.columns import NORMS
 from heyoka_bike.bicycle.equations.initial import pitch_at_start
@@ -29,8 +29,6 @@ from heyoka_bike.reference.making import generate
 from heyoka_bike.reference.proof.certificate import certify
 from heyoka_bike.reference.proof.instants import known_states
 from heyoka_bike.reference.verification.verify import verify
-
-pytestmark = pytest.mark.proof
 
 ZERO = Exact(Fraction(0))
 DIGITS = 150
@@ -91,6 +89,7 @@ def copy(circle, tmp_path):
     return shutil.copytree(circle, tmp_path / "copy")
 
 
+@pytest.mark.proof
 def test_a_hands_free_circle_stays_where_it_is(circle):
     """Its values do not change by 1e-60, and their bounds say so."""
     rows = load_reference(circle)[1].rows
@@ -106,6 +105,7 @@ def test_a_hands_free_circle_stays_where_it_is(circle):
     assert all(abs(Fraction(row[2])) < Fraction(1, 10**60) for row in table)
 
 
+@pytest.mark.proof
 def test_what_is_not_decided_is_marked_everywhere(circle):
     rows = load_reference(circle)[1].rows
     assert rows.undecided["roll_rate"].tolist() == [1, 2, 3, 4]
@@ -160,6 +160,7 @@ def shorter(path):
     path.write_text(path.read_text().replace("0e-", "1e-"))
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "change"),
     [(HDF5, without_mark), (HDF5, with_mark), (HDF5, other_candidate), (TEXT_50, shorter),
@@ -172,6 +173,7 @@ def test_a_mark_is_refused_where_it_is_wrong(copy, name, change):
         certify(copy)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("given", "is_constant"),
     [
@@ -218,6 +220,7 @@ FORBIDDEN = ("no pitch puts both wheels on the floor", "mass matrix is singular"
 """What mechanics forbids, in words that name it."""
 
 
+@pytest.mark.proof
 def test_drawn_starts_are_made(bicycle, maneuvers, tmp_path):
     assert list(refused(bicycle, maneuvers, tmp_path, range(3))) == []
 

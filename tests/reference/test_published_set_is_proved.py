@@ -10,19 +10,21 @@ from itertools import product
 import h5py
 import numpy as np
 import pytest
-from support.made_sets import accept, manifest
+from generators.made_sets import accept, manifest
 
 from heyoka_bike.bicycle.columns import DENSE_COLUMNS
 from heyoka_bike.cli import main
+from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST
-
-pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_proofs", "keep_structure")]
+from heyoka_bike.reference.proof.certificate import certify as prove
+from heyoka_bike.reference.proof.certificate import compare_certificate
 
 # Derivatives: the worst of all columns and unknowns, a tiny one; nearly all are below 24 x 2^-50.
 FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 5e-12}
 
 
+@pytest.mark.proof
 def test_certificate_says_what_was_to_be_reached(folder, reference):
     document = json.loads((folder / "certificate.json").read_text())
     assert len(document["maneuvers"]) == 3
@@ -50,6 +52,7 @@ def test_certificate_says_what_was_to_be_reached(folder, reference):
             )
 
 
+@pytest.mark.proof
 def test_row_bounds_are_those_of_hi_plus_lo(reference):
     for maneuver in reference.values():
         for name in maneuver.columns:
@@ -72,6 +75,7 @@ def certify(folder, capsys):
     return code, error
 
 
+@pytest.mark.proof
 def test_a_whole_set_is_proved_without_heyoka_and_what_is_proved_is_said(small_set):
     """In processes of its own, by the default."""
     code = (
@@ -85,10 +89,12 @@ def test_a_whole_set_is_proved_without_heyoka_and_what_is_proved_is_said(small_s
     assert "sensitivities.h5 (38 columns)" in proved
 
 
+@pytest.mark.proof
 def test_a_whole_set_is_proved_in_this_process(small_set, capsys):
     assert certify(small_set, capsys) == (0, "")
 
 
+@pytest.mark.proof
 def test_a_damaged_file_is_named(copy, capsys):
     path = copy / "candidate.h5"
     data = bytearray(path.read_bytes())
@@ -99,6 +105,7 @@ def test_a_damaged_file_is_named(copy, capsys):
     assert "candidate.h5" in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("dataset", "index", "factor", "fragment"),
     [
@@ -121,6 +128,7 @@ def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragmen
     assert fragment in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "fragment"),
     [("roll_angle_bound", "roll_angle_bound, row 0"), ("dense/yaw_bound", "dense yaw, piece 1")],
@@ -139,6 +147,7 @@ def replaced(group, name, data):
     group.create_dataset(name, data=data)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("breaks", [[0.0, 50.0], [50.0, 51.0], [0.0, 0.1], [0.0, float("nan")]])
 def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, breaks):
     """Nothing would bound them."""
@@ -153,6 +162,7 @@ def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, break
     assert "content_sha256" in error or "not whole" in error
 
 
+@pytest.mark.proof
 def test_dense_shape_is_checked_apart_from_the_hash(small_set):
     from dataclasses import replace
 
@@ -173,6 +183,7 @@ def test_dense_shape_is_checked_apart_from_the_hash(small_set):
             bound_dense(run, (), wrong, list(dense.hi), {})
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "change"),
     [("time", lambda x: x + 1.0), ("roll_rate", lambda x: x.view("i8")), ("yaw", lambda x: x[:-1])],
@@ -189,6 +200,7 @@ def test_what_is_not_a_value_is_looked_at_too(copy, capsys, name, change):
     assert f"{name}" in error
 
 
+@pytest.mark.proof
 def test_a_wrong_content_hash_is_named(copy, capsys):
     manifest(copy, content_sha256="0" * 64)
     code, error = certify(copy, capsys)
@@ -196,6 +208,7 @@ def test_a_wrong_content_hash_is_named(copy, capsys):
     assert "content_sha256" in error
 
 
+@pytest.mark.proof
 def test_a_changed_candidate_is_refused(copy, capsys):
     with h5py.File(copy / "candidate.h5", "r+") as f:
         item = f["maneuver_1/coefficients"]
@@ -208,6 +221,7 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     assert any(words in error for words in said)
 
 
+@pytest.mark.proof
 def test_other_inputs_are_refused(copy, capsys):
     with h5py.File(copy / "candidate.h5", "r+") as f:
         parameters = json.loads(f.attrs["parameters"])
@@ -218,6 +232,7 @@ def test_other_inputs_are_refused(copy, capsys):
     assert "inputs" in error
 
 
+@pytest.mark.proof
 def test_a_changed_text_is_named(copy, capsys):
     path = copy / "uncontrolled-bicycle-50digits.txt"
     text = path.read_text()
@@ -228,6 +243,12 @@ def test_a_changed_text_is_named(copy, capsys):
     assert path.name in error
 
 
+@pytest.fixture(scope="module")
+def proofs(small_set):
+    return prove(small_set)
+
+
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("path", "value"),
     [
@@ -239,26 +260,44 @@ def test_a_changed_text_is_named(copy, capsys):
         (("statement",), "All is well."),
         (("maneuvers", 0, "motion", "dense_relative_bounds", "com_z"), "1e-99"),
         (("maneuvers", 0, "motion", "entries"), 1),
+        (("maneuvers", 0, "sensitivities", "relative_bounds", "yaw"), "1e-99"),
+    ],
+)
+def test_a_certificate_that_claims_something_else_is_named(small_set, proofs, path, value):
+    raw = (small_set / "certificate.json").read_bytes()
+    compare_certificate(raw, proofs)
+    with pytest.raises(NotCertifiedError, match=r"certificate\.json"):
+        compare_certificate(json.dumps(changed(json.loads(raw), path, value)).encode(), proofs)
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("maneuvers", 0, "bound"), "0"),
         (("proved", "sensitivities.h5"), ["roll_angle"]),
         (("computed",), {"motion.h5": "in binary64"}),
-        (("maneuvers", 0, "sensitivities", "relative_bounds", "yaw"), "1e-99"),
         (("limit_cycle",), {"bound": "1e-999"}),
     ],
 )
-def test_a_certificate_that_claims_something_else_is_named(copy, capsys, path, value):
+def test_the_command_names_a_certificate_that_claims_something_else(copy, capsys, path, value):
     file = copy / "certificate.json"
-    document = json.loads(file.read_text())
-    entry = document
-    for key in path[:-1]:
-        entry = entry[key]
-    entry[path[-1]] = value
-    file.write_text(json.dumps(document))
+    file.write_text(json.dumps(changed(json.loads(file.read_text()), path, value)))
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "certificate.json" in error
 
 
+def changed(document, path, value):
+    entry = document
+    for key in path[:-1]:
+        entry = entry[key]
+    entry[path[-1]] = value
+    return document
+
+
+@pytest.mark.proof
 def test_a_maneuver_that_no_candidate_has_is_refused(copy, capsys):
     file = copy / "certificate.json"
     document = json.loads(file.read_text())
@@ -271,6 +310,7 @@ def test_a_maneuver_that_no_candidate_has_is_refused(copy, capsys):
     assert "found 2 maneuvers, expected 1" in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("file", "place"),
     [
@@ -291,6 +331,7 @@ def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
     assert f"{file}: found {name}, and nothing proves it" in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("file", "place"),
     [
@@ -311,6 +352,7 @@ def test_an_attribute_that_nobody_proves_is_refused(copy, capsys, file, place):
     assert f"{file}: found attribute {path}, and nothing proves it" in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     "file", ["motion.h5", "sensitivities.h5", "uncontrolled-bicycle.h5", "candidate.h5"]
 )
@@ -324,6 +366,7 @@ def test_a_file_about_another_bicycle_is_refused(copy, capsys, file):
     assert "the inputs in " in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", ["roll_angle_bound", "dense/pitch_bound"])
 def test_a_bound_that_is_infinite_is_refused(copy, capsys, name):
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
@@ -334,6 +377,7 @@ def test_a_bound_that_is_infinite_is_refused(copy, capsys, name):
     assert "published inf, proved " in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
@@ -353,6 +397,7 @@ def test_a_key_that_is_there_twice_is_named(copy, capsys, old, new, key):
     assert f"certificate.json: found the key {key!r} twice" in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("last", [np.inf, np.nan])
 def test_a_last_break_that_is_no_time_is_said_in_one_line(copy, capsys, last):
     with h5py.File(copy / "candidate.h5", "r+") as f:
@@ -363,6 +408,7 @@ def test_a_last_break_that_is_no_time_is_said_in_one_line(copy, capsys, last):
     assert "candidate.h5: is not a candidate file" in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", ["more.h5", "README.md"])
 def test_a_file_that_nobody_proves_is_refused(copy, capsys, name):
     """Only the published set has a card, which `verify` compares with the manifest."""
@@ -382,6 +428,7 @@ def next_up(x):
     return np.nextafter(x, np.copysign(np.inf, x))
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "place", "change", "fragment"),
     [
@@ -426,6 +473,7 @@ def verify(folder, capsys):
     return main(["verify", str(folder)]), capsys.readouterr().err
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("dataset", "index", "factor", "fragment"),
     [
@@ -445,6 +493,7 @@ def test_certify_names_a_changed_number_of_the_motion(
     assert fragment in error
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("dataset", "index", "factor", "check"),
     [
@@ -468,6 +517,7 @@ def test_verify_names_a_changed_number_of_the_motion(copy, capsys, dataset, inde
     assert check in error
 
 
+@pytest.mark.proof
 def test_verify_compares_the_hash_of_the_motions_numbers(copy, capsys):
     change_motion(copy, "com_z", 1, 1 + 2.0**-40, hashed=False)
     code, error = verify(copy, capsys)
@@ -475,6 +525,7 @@ def test_verify_compares_the_hash_of_the_motions_numbers(copy, capsys):
     assert "content_sha256" in error
 
 
+@pytest.mark.proof
 def test_a_set_without_a_motion_is_not_what_its_certificate_says(copy, capsys):
     (copy / "motion.h5").unlink()
     document = json.loads((copy / MANIFEST).read_text())

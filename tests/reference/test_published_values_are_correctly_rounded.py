@@ -19,8 +19,6 @@ from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.numbers.arithmetic import Multiprecision
 
-pytestmark = pytest.mark.proof
-
 DIGITS = 100
 
 
@@ -66,6 +64,7 @@ def test_hi_and_lo_of_every_entry(reference, long_run, bicycle, number):
             assert rest == published.rows.lo[name][i], (name, i)
 
 
+@pytest.mark.proof
 def test_energy_is_the_exact_initial_one(reference):
     # E0 from the published energies of the three starts, as fractions.
     e0 = {1: Fraction(1323145238081, 840000000), 3: Fraction(3291145238081, 840000000)}
@@ -75,6 +74,7 @@ def test_energy_is_the_exact_initial_one(reference):
         assert set(column.lo["mechanical_energy"]) == {float(exact - Fraction(float(exact)))}
 
 
+@pytest.mark.proof
 def test_row_zero_is_exact_and_zero_is_positive(reference):
     for maneuver in reference.values():
         assert maneuver.rows.hi["roll_angle"][0] == 0
@@ -85,6 +85,7 @@ def test_row_zero_is_exact_and_zero_is_positive(reference):
                 assert not np.any(np.signbit(x) & (x == 0))
 
 
+@pytest.mark.proof
 def test_fifty_digit_text_matches_hi_and_lo(reference, folder):
     lines = (folder / "uncontrolled-bicycle-50digits.txt").read_text().splitlines()
     for i, line in enumerate(lines):

@@ -132,7 +132,7 @@ def test_early_ends_are_said(tmp_path, short):
 
 
 @pytest.mark.proof
-def test_a_set_is_proved_again(made, keep_proofs):
+def test_a_set_is_proved_again(made):
     found, _ = made
     progress = Listener()
     proofs = heyoka_bike.certify(found.folder, progress=progress)
@@ -145,7 +145,7 @@ def test_a_set_is_proved_again(made, keep_proofs):
 
 
 @pytest.mark.proof
-def test_texts_are_compared_with_what_is_proved(made, keep_proofs, tmp_path, monkeypatch):
+def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
     from heyoka_bike.reference.proof import certificate
 
     found, _ = made

@@ -7,7 +7,7 @@ import shutil
 
 import h5py
 import pytest
-from support.made_sets import accept, older
+from generators.made_sets import accept, older
 
 import heyoka_bike as hb
 from heyoka_bike.bicycle.columns import QUANTITIES
@@ -19,8 +19,6 @@ from heyoka_bike.reference.proof import instants
 from heyoka_bike.reference.proof.certificate import certify
 from heyoka_bike.reference.proof.instants import as_csv, known_states, render_states, states_differ
 from heyoka_bike.reference.verification.verify import verify
-
-pytestmark = pytest.mark.usefixtures("keep_proofs")
 
 
 @pytest.fixture(scope="module")

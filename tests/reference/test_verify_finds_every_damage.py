@@ -9,7 +9,7 @@ import sys
 from fractions import Fraction
 
 import pytest
-from support.made_sets import accept, make
+from generators.made_sets import accept, make
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import Maneuver
@@ -21,8 +21,6 @@ from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manif
 from heyoka_bike.reference.verification.schema import SetForm, of_text
 from heyoka_bike.reference.verification.verify import check_files, verify
 from heyoka_bike.system.parallel import using
-
-pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_structure")]
 
 FLIPS, OF_THE_MANIFEST = 400, 60
 AFTER = "after-ten-seconds"
@@ -55,6 +53,7 @@ def run(folder, capsys, *options):
     return code, capsys.readouterr().err.splitlines()
 
 
+@pytest.mark.proof
 def test_the_published_set_passes_every_check(capsys):
     assert main(["verify", "--format", "json"]) == 0
     out, err = capsys.readouterr()
@@ -70,6 +69,7 @@ def test_the_published_set_passes_every_check(capsys):
         assert counted["text", name] == 1001 * 24
 
 
+@pytest.mark.proof
 def test_the_report_has_a_stable_structure(small):
     report = verify(small).as_dict()
     assert set(report) == {"schema_version", "dataset_version", "folder", "passed", "checks"}
@@ -81,6 +81,7 @@ def test_the_report_has_a_stable_structure(small):
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 
+@pytest.mark.proof
 def test_hundreds_of_flipped_bits_are_found_and_the_files_named(folder, copy, monkeypatch):
     # By their bytes alone: no number is looked at.
     monkeypatch.setattr("h5py.File", None)
@@ -110,6 +111,7 @@ def test_hundreds_of_flipped_bits_are_found_and_the_files_named(folder, copy, mo
     assert all(c.passed for c in checks)
 
 
+@pytest.mark.proof
 def test_what_is_beside_the_published_set_is_looked_at(copy):
     (copy / AFTER / "candidate.h5").unlink()
     (copy / AFTER / "more.txt").write_text("anything")
@@ -126,6 +128,7 @@ def test_what_is_beside_the_published_set_is_looked_at(copy):
         assert [c.file for c in checks if c.passed is False] == missing
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     "name",
     ["candidate.h5", "certificate.json", "uncontrolled-bicycle.h5", "uncontrolled-bicycle.txt",
@@ -145,6 +148,7 @@ def test_a_flipped_bit_through_the_whole_command(small, capsys, name):
     assert all("not checked" in c["message"] for c in unmade)
 
 
+@pytest.mark.proof
 def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys, monkeypatch):
     # Of its numbers `test_the_published_set_passes_every_check` speaks.
     monkeypatch.setattr("heyoka_bike.reference.verification.verify.CHECKS", ())
@@ -160,6 +164,7 @@ def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys, monkeypatch):
     assert [line.split(f"{copy}/")[1] for line in lines[1:]] == expected
 
 
+@pytest.mark.proof
 def test_a_truncated_file_an_empty_one_and_one_that_is_missing(small, capsys):
     candidate, text = small / "candidate.h5", small / "uncontrolled-bicycle.txt"
     candidate.write_bytes(candidate.read_bytes()[:-1])
@@ -173,6 +178,7 @@ def test_a_truncated_file_an_empty_one_and_one_that_is_missing(small, capsys):
     assert any("certificate.json: file: is missing" in line for line in lines)
 
 
+@pytest.mark.proof
 def test_a_folder_in_place_of_a_file(small, capsys):
     (small / "candidate.h5").unlink()
     (small / "candidate.h5").mkdir()
@@ -181,6 +187,7 @@ def test_a_folder_in_place_of_a_file(small, capsys):
     assert "candidate.h5: file: " in lines[0]
 
 
+@pytest.mark.proof
 def test_other_files_are_named_and_do_no_harm(small, capsys):
     (small / "notes.txt").write_text("mine")
     (small / "plots").mkdir()
@@ -196,6 +203,7 @@ def test_other_files_are_named_and_do_no_harm(small, capsys):
     assert "notes.txt" in other["message"]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("text", ["", "{}", "[]", "null", '{"schema_version": 1}', "[" * 9999])
 def test_a_manifest_that_is_none_beside_the_files_of_a_set(small, capsys, text):
     (small / MANIFEST).write_text(text)
@@ -205,6 +213,7 @@ def test_a_manifest_that_is_none_beside_the_files_of_a_set(small, capsys, text):
     assert f"{small / MANIFEST}: manifest: " in lines[0]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("version", "word"), [(2, "newer"), (0, "generate the set again")])
 def test_a_manifest_of_another_schema(small, capsys, version, word):
     path = small / MANIFEST
@@ -215,6 +224,7 @@ def test_a_manifest_of_another_schema(small, capsys, version, word):
     assert word in lines[0]
 
 
+@pytest.mark.proof
 def test_a_set_without_its_manifest(small, capsys):
     (small / MANIFEST).unlink()
     code, lines = run(small, capsys)
@@ -222,6 +232,7 @@ def test_a_set_without_its_manifest(small, capsys):
     assert "no manifest.json found" in lines[0]
 
 
+@pytest.mark.proof
 def test_what_is_no_reference_set(small, tmp_path, capsys):
     empty, foreign = tmp_path / "empty", tmp_path / "foreign"
     for where in (empty, foreign):
@@ -237,6 +248,7 @@ def test_what_is_no_reference_set(small, tmp_path, capsys):
             verify(where)
 
 
+@pytest.mark.proof
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
 def test_files_that_may_not_be_read(small, capsys):
     (small / "candidate.h5").chmod(0)
@@ -248,6 +260,7 @@ def test_files_that_may_not_be_read(small, capsys):
         small.chmod(0o755)
 
 
+@pytest.mark.proof
 def test_a_manifest_that_leads_out_of_its_folder(small, capsys):
     text = (small / MANIFEST).read_text()
     (small / MANIFEST).write_text(text.replace('"candidate.h5"', '"../candidate.h5"'))
@@ -257,6 +270,7 @@ def test_a_manifest_that_leads_out_of_its_folder(small, capsys):
     assert any("expected a name inside the folder" in line for line in lines)
 
 
+@pytest.mark.proof
 def test_damaged_hdf5_that_the_manifest_vouches_for_never_crashes(small, capsys):
     rng = random.Random(3)
     found = 0
@@ -276,6 +290,7 @@ def test_damaged_hdf5_that_the_manifest_vouches_for_never_crashes(small, capsys)
     assert found > 7
 
 
+@pytest.mark.proof
 def test_truncated_hdf5_that_the_manifest_vouches_for(small, capsys):
     for name, parts in (
         ("uncontrolled-bicycle.h5", (0, 1 / 2)), ("candidate.h5", (1e-3,)),
@@ -292,6 +307,7 @@ def test_truncated_hdf5_that_the_manifest_vouches_for(small, capsys):
         path.write_bytes(kept)
 
 
+@pytest.mark.proof
 def test_heyoka_is_not_needed(small):
     code = (
         "import sys; sys.modules['heyoka'] = None\n"
@@ -302,6 +318,7 @@ def test_heyoka_is_not_needed(small):
     assert run.stderr == ""
 
 
+@pytest.mark.proof
 def test_options_that_make_no_sense(small, capsys):
     code, lines = run(small, capsys, "--quick")
     assert code == 1
@@ -312,6 +329,7 @@ def test_options_that_make_no_sense(small, capsys):
     assert "found 'xml', expected table or json" in capsys.readouterr().err
 
 
+@pytest.mark.proof
 def test_times_of_no_decimal_are_those_written():
     maneuver = Maneuver("thirds", ZERO, ZERO, Fraction(4), Fraction(1, 3))
     times = [shortest_decimal(maneuver.time(i), 50) for i in range(maneuver.rows)]

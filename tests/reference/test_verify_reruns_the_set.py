@@ -14,8 +14,6 @@ from heyoka_bike.reference.layout import CANDIDATE, TEXT_50
 from heyoka_bike.reference.verification.numbers import agreement, precisions
 from heyoka_bike.reference.verification.verify import verify
 
-pytestmark = pytest.mark.proof
-
 
 @pytest.fixture(scope="module")
 def part(small_set):
@@ -29,6 +27,7 @@ def compare(part, precision, **changes):
     return agreement(part, Precision.of(precision), lambda stage, t: None)
 
 
+@pytest.mark.proof
 def test_digits_by_column_and_maneuver(small_set, capsys):
     assert main(["verify", str(small_set), "--rerun", "--quick", "--format", "json"]) == 0
     out, err = capsys.readouterr()
@@ -48,6 +47,7 @@ def test_digits_by_column_and_maneuver(small_set, capsys):
             assert evidence["digits"][name] >= promised > 20
 
 
+@pytest.mark.proof
 def test_the_table_names_columns_and_precisions(small_set, capsys):
     assert main(["verify", str(small_set), "--rerun", "--quick", "--workers", "1"]) == 0
     out = capsys.readouterr().out
@@ -55,6 +55,7 @@ def test_the_table_names_columns_and_precisions(small_set, capsys):
         assert word in out
 
 
+@pytest.mark.proof
 def test_the_precisions_are_those_of_the_set_and_20_digits_more(part):
     assert [p.name for p in precisions(part.run, is_quick=False)] == ["70 digits", "90 digits"]
     assert [p.name for p in precisions(part.run, is_quick=True)] == ["binary128", "40 digits"]
@@ -69,6 +70,7 @@ def test_a_full_rerun_agrees_to_the_last_published_digit(part):
         assert min(found.candidate.values()) > 65
 
 
+@pytest.mark.proof
 def test_a_run_of_too_few_digits_is_seen(part, monkeypatch):
     """A tolerance a million times too large costs more digits than the promise leaves."""
 
@@ -83,6 +85,7 @@ def test_a_run_of_too_few_digits_is_seen(part, monkeypatch):
     assert "from the published value, expected at most" in found.check().message
 
 
+@pytest.mark.proof
 def test_a_published_value_that_is_wrong_is_seen(part):
     """In its 32nd digit, by a run at 40; a run in binary128 does not promise so many."""
     columns = dict(part.long_text.columns)
@@ -96,6 +99,7 @@ def test_a_published_value_that_is_wrong_is_seen(part):
     assert compare(part, "binary128", **{TEXT_50: text}).tally.failures == 0
 
 
+@pytest.mark.proof
 def test_another_bicycle_is_seen(part):
     from heyoka_bike.numbers.exact import Exact
 
@@ -104,6 +108,7 @@ def test_another_bicycle_is_seen(part):
     assert found.tally.failures > 0
 
 
+@pytest.mark.proof
 def test_a_set_that_is_not_whole_is_not_run_again(small_set, tmp_path, capsys):
     import shutil
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import h5py
 import numpy as np
 import pytest
-from support.made_sets import accept, accept_numbers, make, manifest
+from generators.made_sets import accept, accept_numbers, make, manifest
 
 from heyoka_bike.cli import main
 from heyoka_bike.reference.description import describe
@@ -20,7 +20,7 @@ from heyoka_bike.reference.layout import CARD, CRATE, content_sha256
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manifest
 from heyoka_bike.reference.verification.verify import check_files, read_content, verify
 
-pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_structure")]
+pytestmark = pytest.mark.proof
 
 HDF5, CANDIDATE, CERTIFICATE = "uncontrolled-bicycle.h5", "candidate.h5", "certificate.json"
 TEXT, TEXT_50 = "uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"

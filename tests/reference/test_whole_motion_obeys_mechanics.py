@@ -29,8 +29,6 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.dense import with_integrals
 
-pytestmark = pytest.mark.proof
-
 BITS = 330
 STEP = Fraction(1, 10**25)
 TIMES = 12
@@ -227,6 +225,7 @@ def test_quadrature_by_gauss_gives_the_same_places(
         assert abs(x - y) < flint.arb("1e-68"), name
 
 
+@pytest.mark.proof
 def test_bounds_grow_with_what_is_not_known(candidate: tuple[Trajectory, ...]) -> None:
     """A state known to 1e-30 only leaves the places to about that, times some hundreds."""
     run = candidate[2]
@@ -236,6 +235,7 @@ def test_bounds_grow_with_what_is_not_known(candidate: tuple[Trajectory, ...]) -
         assert 1e-30 < bound < 1e-23
 
 
+@pytest.mark.proof
 def test_normal_forces_at_rest_are_those_of_the_lever_rule(bicycle: Bicycle) -> None:
     balls = Balls(BITS)
     rest = forces(Equations.of(bicycle, balls), [balls.number(0)] * 6)

@@ -10,7 +10,7 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from support.made_results import exact_columns, rows, smooth_error
+from generators.made_results import exact_columns, rows, smooth_error
 
 from heyoka_bike import InputError, diagnose, score
 from heyoka_bike.cli import main

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.made_sets import manifest
+from generators.made_sets import manifest
 
 from heyoka_bike import diagnose, load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS

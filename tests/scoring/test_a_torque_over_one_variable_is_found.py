@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.made_results import made
-from support.mistaken_programs import correct
+from generators.made_results import made
+from generators.mistaken_programs import correct
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.alignment import align

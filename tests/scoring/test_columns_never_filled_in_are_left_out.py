@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.made_results import codes, made
+from generators.made_results import codes, made
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows

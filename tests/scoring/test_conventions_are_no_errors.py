@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
-from support.made_results import codes, column, made, smooth_error
+from generators.made_results import codes, column, made, smooth_error
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.made_results import codes, column, made, rows, smooth_error
+from generators.made_results import codes, column, made, rows, smooth_error
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.numbers.exact import Exact

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from support.made_results import made
+from generators.made_results import made
 
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.series import compare

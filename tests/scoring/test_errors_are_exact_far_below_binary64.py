@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from support.made_results import column, exact_columns, made, rows
+from generators.made_results import column, exact_columns, made, rows
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring import measures

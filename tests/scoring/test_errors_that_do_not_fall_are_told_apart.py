@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.made_results import codes, made, smooth_error
+from generators.made_results import codes, made, smooth_error
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError

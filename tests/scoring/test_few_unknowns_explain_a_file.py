@@ -9,9 +9,9 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from generators.made_results import exact_columns, rows
+from generators.mistaken_programs import correct, motion, results, results_of
 from scipy.optimize import brentq
-from support.made_results import exact_columns, rows
-from support.mistaken_programs import correct, motion, results, results_of
 from support.said import said_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -29,8 +29,6 @@ from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 
-pytestmark = pytest.mark.proof
-
 SHOW_NOTHING = "show no changed parameter, force or initial condition"
 RNG = np.random.default_rng(5)
 
@@ -46,6 +44,7 @@ def made(changes, noise, count=80, many=12, unknowns=9):
     return blocks(errors, jacobians, [1e-14] * many)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("changes", [{3: 0.5}, {1: -2.0, 7: 1e-2}, {0: 1.0, 4: 1.0, 8: -3.0}])
 def test_the_right_subset_is_the_best(changes):
     b = made(changes, 1e-4)
@@ -56,6 +55,7 @@ def test_the_right_subset_is_the_best(changes):
     assert found.gains[0] > 30 * found.gains[1] or len(changes) == 2
 
 
+@pytest.mark.proof
 def test_gains_are_those_of_the_errors_themselves():
     """The same from the residuals of a weighted least squares, written out."""
     b_rows = [(RNG.standard_normal(50), RNG.standard_normal((50, 4))) for _ in range(5)]
@@ -74,6 +74,7 @@ def test_gains_are_those_of_the_errors_themselves():
             assert np.sum(np.log(worse)) > np.sum(np.log(after))
 
 
+@pytest.mark.proof
 def test_unknowns_that_do_nothing_are_left_out():
     b = made({2: 1.0}, 1e-3)
     b.products[:, 5, :] = b.products[:, :, 5] = b.moments[:, 5] = 0.0
@@ -81,6 +82,7 @@ def test_unknowns_that_do_nothing_are_left_out():
         assert 5 not in best_subsets(b, size, 20).members
 
 
+@pytest.mark.proof
 def test_two_unknowns_that_do_the_same_are_no_trouble():
     j = RNG.standard_normal((60, 1))
     b = blocks([2 * j[:, 0]], [np.hstack([j, j, RNG.standard_normal((60, 1))])], [1e-12])
@@ -117,8 +119,8 @@ def fitted(reference, simulator, file):
 @pytest.mark.parametrize(
     ("symbol", "change", "value"),
     [
-        ("w", "-0.016", 1.004),
-        ("lam", "0.005", np.pi / 10 + 0.005),
+        pytest.param("w", "-0.016", 1.004, marks=pytest.mark.proof),
+        pytest.param("lam", "0.005", np.pi / 10 + 0.005, marks=pytest.mark.proof),
         pytest.param("IBxx", "0.5", 9.7, marks=pytest.mark.slow),
     ],
 )
@@ -144,6 +146,7 @@ def partial(results, keys, every):
     return replace(results, maneuvers=(replace(m, time=time, time_lo=lo, values=values, lo={}),))
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("keys", "every"),
     [
@@ -170,6 +173,7 @@ def test_values_are_found_where_the_equations_do_not_show_them(
     assert found.value == pytest.approx(value, rel=1e-4)
 
 
+@pytest.mark.proof
 def test_errors_of_a_correct_program_seen_in_two_columns_are_no_parameter(reference, simulator):
     """They resemble another inertia of the rear wheel by a factor of 47."""
     file = read_results(data_folder() / "results" / "maximal-best.txt.gz")
@@ -178,6 +182,7 @@ def test_errors_of_a_correct_program_seen_in_two_columns_are_no_parameter(refere
     assert values == {}
 
 
+@pytest.mark.proof
 def test_the_start_of_one_maneuver_is_found(reference, simulator):
     file = file_of(reference, starts={2: {"roll_rate": 0.05}})
     found, values = fitted(reference, simulator, file)
@@ -187,6 +192,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
     assert "the initial roll rate of maneuver 2 is 0.55 " in said[0].message
 
 
+@pytest.mark.proof
 def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
     """The other integrator is told the pitch that puts both wheels on the floor."""
     k = constants(correct(reference).bicycle, Multiprecision(25)).convert(float)
@@ -200,6 +206,7 @@ def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
     assert values["initial_steer", 3].value == pytest.approx(0.02, rel=1e-3)
 
 
+@pytest.mark.proof
 def test_two_parameters_of_very_different_effect_are_found(reference, simulator):
     _, values = fitted(reference, simulator, file_of(reference, {"w": "-0.016", "g": "-0.003"}))
     assert set(values) == {("w", None), ("g", None)}
@@ -213,6 +220,7 @@ def test_three_parameters_are_found(reference, simulator):
     assert {name for name, _ in values} == set(changes)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", ["exudyn-h0.01.txt", "scipy-rtol1e-4.txt"])
 def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     file = read_results(data_folder() / "peers" / name)
@@ -225,6 +233,7 @@ def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     assert SHOW_NOTHING not in nothing.message
 
 
+@pytest.mark.proof
 def test_equations_that_are_met_show_that_nothing_is_changed(reference, simulator):
     m = reference[2]
     columns = exact_columns(m)
@@ -237,6 +246,7 @@ def test_equations_that_are_met_show_that_nothing_is_changed(reference, simulato
     assert SHOW_NOTHING in nothing.message
 
 
+@pytest.mark.proof
 def test_a_mistake_of_the_library_is_not_called_a_parameter(reference, simulator):
     found, values = fitted(reference, simulator, file_of(reference, {"g": "-0.00335"}))
     assert found.classes[0][0].codes == ("gravity_9.80665",)
@@ -270,6 +280,7 @@ def test_without_heyoka_parameters_are_found(reference, tmp_path):
     assert change["value"] == pytest.approx(85.05, abs=1e-5)
 
 
+@pytest.mark.proof
 def test_without_heyoka_mistakes_of_the_model_are_found(reference, tmp_path):
     made = {m.code: m for m in MISTAKES}["trail_normal"]
     # Each maneuver takes as long.

@@ -1,6 +1,6 @@
 """A file of a real library is judged as the plain text that it means, or refused by name.
 
-`support/library_game.py` draws motions, names, paths, units, times and layouts, and real libraries
+`games/library_game.py` draws motions, names, paths, units, times and layouts, and real libraries
 write them. It kept a file of each of its writers in `drawn`, beside the plain text that it means.
 """
 
@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.library_game import FINE, play
-from support.library_writers import WRITERS
+from games.library_game import FINE, play
+from games.library_writers import WRITERS
 
 from heyoka_bike import read_results, score
 from heyoka_bike.errors import InputError

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.correct_programs import METHODS, adaptive
-from support.fixed_steps import Equations as Discretised
-from support.made_results import made
+from generators.correct_programs import METHODS, adaptive
+from generators.fixed_steps import Equations as Discretised
+from generators.made_results import made
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle

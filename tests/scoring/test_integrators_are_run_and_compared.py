@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.fixed_steps import Equations as Discretised
+from generators.fixed_steps import Equations as Discretised
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.linear_programs import LATERAL, linear_run, run
+from generators.linear_programs import LATERAL, linear_run, run
 from support.said import said_of
 
 from heyoka_bike.scoring.alignment import align
@@ -12,14 +12,13 @@ from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.score import score
 
-pytestmark = pytest.mark.proof
-
 
 def said(results, reference, simulator):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
     return said_of(found, score(results, reference))
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_linear_motions_agree_with_scipy(reference, bicycle, number):
     speed, y = run(reference, number, "DOP853", 1e-12)
@@ -30,7 +29,13 @@ def test_linear_motions_agree_with_scipy(reference, bicycle, number):
         assert np.max(np.abs(found[key] - values)) < 1e-9 * np.max(np.abs(values))
 
 
-@pytest.mark.parametrize("energies", ["second order", pytest.param("zero", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "energies",
+    [
+        pytest.param("second order", marks=pytest.mark.proof),
+        pytest.param("zero", marks=pytest.mark.slow),
+    ],
+)
 def test_a_linear_program_is_told_as_such(reference, simulator, energies):
     (only,) = said(linear_run(reference, energies=energies), reference, simulator)
     assert only.code == "linearised"
@@ -38,6 +43,7 @@ def test_a_linear_program_is_told_as_such(reference, simulator, energies):
     assert "Nothing else is wrong. Not compared: potential_energy" in only.message
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("number", [1, 3])
 def test_one_maneuver_of_default_tolerance_is_enough(reference, simulator, number):
     whole = linear_run(reference, "RK45", 1e-3)
@@ -49,6 +55,7 @@ def test_one_maneuver_of_default_tolerance_is_enough(reference, simulator, numbe
     assert "Nothing else" not in only.message
 
 
+@pytest.mark.proof
 def test_units_are_those_beside_the_linear_motion(reference, simulator):
     """Maneuver 1 leaves the nonlinear motion so far that radians fit no worse than degrees."""
     whole = linear_run(reference, energies="none")

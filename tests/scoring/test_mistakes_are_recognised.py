@@ -5,13 +5,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from generators.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
+from generators.fixed_steps import Equations
+from generators.linear_programs import linear_runs
+from generators.made_results import made, smooth_error
+from generators.mistaken_programs import columns_of, motion, numbers, results, results_of
+from generators.random_pairs import LEVEL, random_pairs
 from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
-from support.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
-from support.fixed_steps import Equations
-from support.linear_programs import linear_runs
-from support.made_results import made, smooth_error
-from support.mistaken_programs import columns_of, motion, numbers, results, results_of
-from support.random_pairs import LEVEL, random_pairs
 from support.said import said_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -24,15 +24,13 @@ from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 
-pytestmark = pytest.mark.proof
-
 BY_CODE = {m.code: m for m in MISTAKES}
 # One of each kind; all by -m slow. That rows are late is told in `test_score_diagnoses`.
 SOME = ("inertia_B_from_hub", "roll_without_wheels", "maneuver_2_as_1_1_as_2")
 # Errors of crude methods that come closest to a mistake, and the maneuvers that show them.
 CLOSEST = (
-    ("semi-implicit Euler", 0.01, (1, 2, 3)),
-    ("implicit Euler", 0.01, (1,)),
+    pytest.param("semi-implicit Euler", 0.01, (1, 2, 3), marks=pytest.mark.proof),
+    pytest.param("implicit Euler", 0.01, (1,), marks=pytest.mark.proof),
     pytest.param("semi-implicit Euler", 0.01, (1,), marks=pytest.mark.slow),
     pytest.param("explicit Euler", 0.01, (2,), marks=pytest.mark.slow),
 )
@@ -53,6 +51,7 @@ def named(diagnosis):
     return [set(h.codes) for c in diagnosis.classes[:3] for h in c]
 
 
+@pytest.mark.proof
 def test_codes_are_unique_and_every_mistake_says_what_to_check():
     assert len(BY_CODE) == len(MISTAKES)
     for m in MISTAKES:
@@ -61,6 +60,7 @@ def test_codes_are_unique_and_every_mistake_says_what_to_check():
         assert m.kind in ("model", "start", "output")
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_the_simulator_agrees_with_the_reference(reference, bicycle, simulator, number):
     m = reference[number]
@@ -72,6 +72,7 @@ def test_the_simulator_agrees_with_the_reference(reference, bicycle, simulator, 
         assert np.max(np.abs(found[name] - m.rows[name])) < 1e-12 * scale
 
 
+@pytest.mark.proof
 def test_the_parts_of_the_kinetic_energy_agree_with_euler_angles(bicycle, simulator):
     time = np.linspace(0.0, 10.0, 101)
     start = (0.0, 0.0, 0.0, 0.5, 0.0, 4.6)
@@ -86,6 +87,7 @@ def test_the_parts_of_the_kinetic_energy_agree_with_euler_angles(bicycle, simula
     assert found["rotation_energy"][0] == pytest.approx((wheels + rolling) / 2, rel=1e-13)
 
 
+@pytest.mark.proof
 def test_a_bicycle_without_mass_has_no_motion(bicycle, simulator):
     values = {s: ZERO if s[0] in "mI" else x for s, x in bicycle.values.items()}
     nothing = replace(bicycle, values=values)
@@ -95,6 +97,7 @@ def test_a_bicycle_without_mass_has_no_motion(bicycle, simulator):
     assert all(np.isnan(v).all() for v in found.values())
 
 
+@pytest.mark.proof
 def test_a_motion_that_ends_is_followed_to_its_end(reference, simulator):
     """Without the front wheel's spin inertia maneuver 2 meets a singularity."""
     made = results_of(reference, [BY_CODE["exchanged_F"]])
@@ -106,6 +109,7 @@ def test_a_motion_that_ends_is_followed_to_its_end(reference, simulator):
     assert ("exchanged_F",) in first(found)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("code", SOME)
 def test_a_mistake_is_named_first(reference, simulator, code):
     results = results_of(reference, [BY_CODE[code]], 1e-6)
@@ -117,6 +121,7 @@ def test_a_mistake_is_named_first(reference, simulator, code):
     assert BY_CODE[code].check in finding.message
 
 
+@pytest.mark.proof
 def test_a_time_scale_is_named_first_with_its_factor(reference, simulator):
     mistake = READ_OFF_THE_FILE[-1]
     results = results_of(reference, [mistake], 1e-6)
@@ -127,6 +132,7 @@ def test_a_time_scale_is_named_first_with_its_factor(reference, simulator):
     assert "0.990099" in told
 
 
+@pytest.mark.proof
 def test_columns_in_another_order_are_found_beside_another_mistake(reference, simulator):
     pair = [BY_CODE["trail_shortened"], READ_OFF_THE_FILE[-2]]
     columns = columns_of(reference, pair)
@@ -135,6 +141,7 @@ def test_columns_in_another_order_are_found_beside_another_mistake(reference, si
     assert {m.code for m in pair} in [set(codes) for codes in first(found)]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("code", ["sign_IHxz", "maneuver_1_as_2", "half_step_late"])
 def test_one_maneuver_alone_is_enough(reference, simulator, code):
     columns = columns_of(reference, [BY_CODE[code]])
@@ -143,6 +150,7 @@ def test_one_maneuver_alone_is_enough(reference, simulator, code):
     assert (code,) in first(found)
 
 
+@pytest.mark.proof
 def test_columns_and_values_may_be_missing(reference, simulator):
     columns = columns_of(reference, [BY_CODE["sign_IBxz"]])
     few = {n: {k: columns[n][k] for k in ("roll_angle", "steer_rate")} for n in (1, 3)}
@@ -153,6 +161,7 @@ def test_columns_and_values_may_be_missing(reference, simulator):
     assert ("sign_IBxz",) in first(found)
 
 
+@pytest.mark.proof
 def test_two_mistakes_are_found_together(reference, simulator):
     pair = [BY_CODE["sign_IBxz"], BY_CODE["gravity_9.80665"]]
     found = explain(
@@ -161,6 +170,7 @@ def test_two_mistakes_are_found_together(reference, simulator):
     assert {"sign_IBxz", "gravity_9.80665"} in [set(codes) for codes in first(found)]
 
 
+@pytest.mark.proof
 def test_two_mistakes_of_the_model_are_found_by_what_remains(reference, simulator):
     pair = ("no_IBxz", "exchanged_R")
     file = align(results_of(reference, [BY_CODE[c] for c in pair], 1e-6), reference).parts
@@ -169,6 +179,7 @@ def test_two_mistakes_of_the_model_are_found_by_what_remains(reference, simulato
     assert tuple(m.code for m in found.causes.known[0].mistakes) == pair
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("level", [1e-8, 1e-3])
 def test_a_correct_program_is_not_accused(reference, simulator, level):
     def change(key, values, number):
@@ -193,6 +204,7 @@ def test_errors_of_crude_methods_are_no_mistake(
     assert found.causes.fitted == ()
 
 
+@pytest.mark.proof
 def test_the_reference_needs_no_explanation(reference):
     found = diagnose(made(reference), reference)
     assert [f.code for f in found.diagnosis] == ["nothing_to_explain"]

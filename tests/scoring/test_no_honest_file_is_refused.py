@@ -1,18 +1,30 @@
 """The game of honest variations: none is refused, loses a digit, or fails what it fulfils.
 
-All 5,000 by ``python tests/support/play.py honest``, or by ``-m slow``.
+All 5,000 by ``python tests/games/play.py honest``, or by ``-m slow``.
 """
 
 import numpy as np
 import pytest
-from support import play
+from games import play
+from games.files import references
 
+from heyoka_bike import load_motion, load_reference
 from heyoka_bike.scoring import definitions, score
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _kept(keep_reference_values):
-    """Thousands of files share their times."""
+def test_the_games_are_played_with_the_published_values():
+    """The games' reference remembers: of the first time and of any later one it gives the same."""
+    for whole, published in zip(references(), (load_reference(), load_motion()), strict=True):
+        for number, m in published.items():
+            names = sorted(m.at_any_time)[::6]
+            for t in (m.time[:20] + 1e-3, m.time):
+                expected = m.continued((t, 0 * t), names)
+                for chosen in (names[::2], names, names[1::3]):
+                    found = whole[number].continued((t, 0 * t), chosen)
+                    assert list(found) == chosen
+                    for name in chosen:
+                        np.testing.assert_array_equal(found.hi[name], expected.hi[name])
+                        np.testing.assert_array_equal(found.lo[name], expected.lo[name])
 
 
 @pytest.mark.proof

@@ -1,13 +1,13 @@
 """The game of wrong files: none meets a requirement that it does not fulfil; a small share of it.
 
-All 20,000 by ``python tests/support/play.py wrong``, or by ``-m slow``.
+All 20,000 by ``python tests/games/play.py wrong``, or by ``-m slow``.
 """
 
 from dataclasses import replace
 
 import pytest
-from support import play
-from support.wrong_files import KINDS
+from games import play
+from games.wrong_files import KINDS
 
 from heyoka_bike.scoring import grades, measures, score, verdict
 from heyoka_bike.scoring.judge import signs as judge_signs
@@ -15,11 +15,6 @@ from heyoka_bike.scoring.report import Report
 
 ROUNDS = range(3)
 """Of every kind once."""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _kept(keep_reference_values):
-    """Thousands of files share their times."""
 
 
 def outcomes(kinds, count=4):

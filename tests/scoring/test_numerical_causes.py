@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.fixed_steps import SPACING, Equations
-from support.made_results import codes, made, smooth_error
+from generators.fixed_steps import SPACING, Equations
+from generators.made_results import codes, made, smooth_error
 
 from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.reading.source import read_results

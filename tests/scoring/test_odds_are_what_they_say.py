@@ -8,9 +8,9 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from support import play
-from support.correct_programs import adaptive, fixed_step
-from support.fixed_steps import Equations
+from games import play
+from generators.correct_programs import adaptive, fixed_step
+from generators.fixed_steps import Equations
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring import definitions

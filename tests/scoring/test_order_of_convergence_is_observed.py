@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.made_results import codes, column, exact_columns, made, rows
+from generators.made_results import codes, column, exact_columns, made, rows
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError

@@ -7,7 +7,7 @@ plain differences from the published rows.
 
 import numpy as np
 import pytest
-from support.made_results import codes, column
+from generators.made_results import codes, column
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_motion

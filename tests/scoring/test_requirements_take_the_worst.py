@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.made_results import codes, made, smooth_error
+from generators.made_results import codes, made, smooth_error
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.results import Results, Rows

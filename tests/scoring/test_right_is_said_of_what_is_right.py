@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from support.game_files import in_memory
-from support.made_results import made
-from support.wrong_files import KINDS, wrong_file
+from games.files import in_memory
+from games.wrong_files import KINDS, wrong_file
+from generators.made_results import made
 
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.scoring.reading.source import read_results

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.made_results import codes, exact_columns, made, rows
+from generators.made_results import codes, exact_columns, made, rows
 
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows

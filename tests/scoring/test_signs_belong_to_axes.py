@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from support.game_files import MOTION
-from support.honest_files import signs
-from support.made_results import made
+from games.files import MOTION
+from games.honest_files import signs
+from generators.made_results import made
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.findings import Severity

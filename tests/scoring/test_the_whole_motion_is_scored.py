@@ -5,8 +5,8 @@ import shutil
 
 import numpy as np
 import pytest
-from support.made_results import codes, column
-from support.made_sets import make, manifest
+from generators.made_results import codes, column
+from generators.made_sets import make, manifest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.cli import main

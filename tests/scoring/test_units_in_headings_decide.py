@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.numbered_columns import found, written
+from generators.numbered_columns import found, written
 
 from heyoka_bike.scoring.reading.names.columns import recognise
 from heyoka_bike.scoring.reading.source import read_results

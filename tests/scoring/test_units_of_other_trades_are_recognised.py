@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.made_results import made
+from generators.made_results import made
 
 from heyoka_bike import score
 from heyoka_bike.scoring.reading.results import Quantum

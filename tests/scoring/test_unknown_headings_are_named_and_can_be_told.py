@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from support.numbered_columns import COUNT, found, written
+from generators.numbered_columns import COUNT, found, written
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.correct_programs import fixed_step
-from support.fixed_steps import Equations as Discretised
-from support.made_results import made
+from generators.correct_programs import fixed_step
+from generators.fixed_steps import Equations as Discretised
+from generators.made_results import made
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis import plain

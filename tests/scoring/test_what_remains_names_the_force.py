@@ -5,11 +5,11 @@ from math import inf
 
 import numpy as np
 import pytest
+from generators.correct_programs import adaptive, fixed_step
+from generators.fixed_steps import Equations as Discretised
+from generators.made_results import made
+from generators.mistaken_programs import correct, results_of
 from scipy.integrate import solve_ivp
-from support.correct_programs import adaptive, fixed_step
-from support.fixed_steps import Equations as Discretised
-from support.made_results import made
-from support.mistaken_programs import correct, results_of
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from support import sample_reports as sample
+from generators import sample_reports as sample
 
 from heyoka_bike.cli import main
 from heyoka_bike.showing.formats import badge

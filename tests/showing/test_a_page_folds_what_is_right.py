@@ -4,7 +4,7 @@ import re
 from itertools import chain
 
 import pytest
-from support import sample_reports
+from generators import sample_reports
 from support.browser import browser
 
 from heyoka_bike.scoring.grades import Grade

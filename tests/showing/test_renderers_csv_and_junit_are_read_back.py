@@ -7,7 +7,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
-from support import sample_reports
+from generators import sample_reports
 
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.showing.formats import csv as csv_renderer

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support import sample_reports
+from generators import sample_reports
 from support.pages import Page
 
 from heyoka_bike.showing.formats.output import render as rendered

@@ -8,7 +8,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from support import sample_reports
+from generators import sample_reports
 
 import heyoka_bike
 from heyoka_bike.scoring.findings import Finding

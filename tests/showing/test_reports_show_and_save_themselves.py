@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from support import sample_reports
+from generators import sample_reports
 from support.pages import Page
 from support.without_packages import python
 
@@ -178,7 +178,7 @@ def test_a_frame_has_what_the_csv_has(report):
 
 
 def test_without_pandas_one_line_says_so():
-    code = "from support import sample_reports\nsample_reports.sample().to_pandas()"
+    code = "from generators import sample_reports\nsample_reports.sample().to_pandas()"
     run = python(f"import sys; sys.path.insert(0, 'tests')\n{code}", {"pandas"})
     last = run.stderr.splitlines()[-1]
     assert last.endswith("pandas is not installed; to_pandas needs it (pip install pandas)")

@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from support import sample_reports
+from generators import sample_reports
 
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.showing.formats import summary

@@ -1,1 +1,1 @@
-"""What several tests use: files of programs with known errors, small projects, sets made anew."""
+"""How tests are run: browsers, servers, clusters, other processes, programs that are compiled."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.plugin_projects import BARE, QUICK, project
+from generators.plugin_projects import BARE, QUICK, project
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
@@ -123,7 +123,7 @@ def fail(message):
 
 def test_the_usual_mistake_is_named(reference):
     pytest.importorskip("heyoka")
-    from support.mistaken_programs import columns_of
+    from generators.mistaken_programs import columns_of
 
     mistake = next(m for m in MISTAKES if m.code == "trail_normal")
     made = columns_of(reference, (mistake,))

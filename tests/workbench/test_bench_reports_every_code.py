@@ -299,11 +299,9 @@ def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, refer
             whole.run()
 
 
-def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch):
-    monkeypatch.setattr(precise, "PRECISIONS", ("binary128",))
-    monkeypatch.setattr(precise, "_RUNS_TIMED", 1)
-    monkeypatch.setattr(precise, "_MPMATH_SPAN", Fraction(1, 1000))
-    found = precise.precise(candidate[1])
+def test_codes_beyond_binary64_are_right_where_they_stop(candidate):
+    span = Fraction(1, 1000)
+    found = precise.precise(candidate[1], ("binary128",), runs=1, mpmath_span=span)
     wholes = {"heyoka": True, "mpmath odefun": False, "Taylor in balls": False}
     with suppress(compiled.NoCompilerError):
         compiled.QuadruplePeer(candidate[1].bicycle)
@@ -314,16 +312,14 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch)
         # asked for 1e-30.
         assert x["error"] < (1e-30 if x["code"] == "C extrapolation" else 1e-31)
     assert precise._part(candidate[1], Fraction(10)) == 1
-    assert 0 < precise._part(candidate[1], Fraction(1, 1000)) < 1 / 78
+    assert 0 < precise._part(candidate[1], span) < 1 / 78
 
 
-def test_costs_are_scaled_to_the_maneuver(candidate, monkeypatch):
+def test_costs_are_scaled_to_the_maneuver(candidate):
     published = candidate[1]
     short = dataclasses.replace(published.maneuver, duration=Fraction(1, 50))
     for precision, limit in (("longdouble", 1e9), (25, 0.0)):
-        monkeypatch.setattr(precise, "DIGITS", (precision,))
-        monkeypatch.setattr(precise, "_COST_SECONDS", limit)
-        (x,) = precise.costs(published)
+        (x,) = precise.costs(published, (precision,), longest=limit)
         assert x["order"] == integrate(published.bicycle, short, precision).order
         # Where one step is timed, the rest is as many as the published run took.
         assert (x["steps"] == 1) == (limit == 0)
@@ -332,11 +328,9 @@ def test_costs_are_scaled_to_the_maneuver(candidate, monkeypatch):
     assert order_of(5000) == 1734  # a tolerance that binary64 does not hold
 
 
-def test_long_runs_are_judged_at_their_end(bicycle, maneuvers, monkeypatch):
-    monkeypatch.setattr(batches, "DURATIONS", (10,))
-    monkeypatch.setattr(batches, "LONG", ("eq1", 1e-6))
-    monkeypatch.setattr(batches, "_LONG_TURNS", 1)
-    loose, tight = batches.long_runs(bicycle, maneuvers[1])
+def test_long_runs_are_judged_at_their_end(bicycle, maneuvers):
+    of_both = "eq1", 1e-6
+    loose, tight = batches.long_runs(bicycle, maneuvers[1], (10,), of_both, most_turns=1)
     assert (loose["duration"], tight["accuracy"]) == (10, 1e-6)
     assert 1e-7 < loose["error"] < 1e-3
     assert 1e-10 < tight["error"] < 1e-6

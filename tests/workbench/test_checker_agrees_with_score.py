@@ -4,7 +4,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from support.checker import (
+from games.checker import (
     Checker,
     compare,
     corpus_files,
@@ -16,11 +16,6 @@ from support.checker import (
 
 from heyoka_bike import read_results
 from heyoka_bike.system.resources import data_folder
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _kept(keep_reference_values):
-    """Many files share their times."""
 
 
 @pytest.fixture(scope="module")

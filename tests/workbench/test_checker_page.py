@@ -10,7 +10,7 @@ import zlib
 import numpy as np
 import pytest
 from checker_wasm import build, source_hash
-from support.bad_links import CELL
+from generators.bad_links import CELL
 from support.browser import WIDTHS, browser, widths
 from support.pages import Page
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.drawn_bicycles import OTHER_PARAMETERS
+from generators.drawn_bicycles import OTHER_PARAMETERS
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit

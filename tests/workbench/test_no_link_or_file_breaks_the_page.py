@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from support.bad_links import CELL, bad_files, bad_links, packed
+from generators.bad_links import CELL, bad_files, bad_links, packed
 from support.browser import browser
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS

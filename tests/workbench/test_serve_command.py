@@ -98,10 +98,8 @@ def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
 
 
 @pytest.mark.timeout(120)
-def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
+def test_what_others_put_in_its_place_is_left_alone(tmp_path):
     running = pytest.importorskip("heyoka_bike.workbench.serving.running")
-    monkeypatch.setattr(running.tempfile, "gettempdir", lambda: str(tmp_path))
-    monkeypatch.setattr(running, "_NEW", -1.0)
     kept = tmp_path / "others" / "file"
     kept.parent.mkdir()
     kept.touch()
@@ -113,7 +111,7 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
         (tmp_path / f"heyoka-bike-serve-{name}" / "processes").write_text(processes)
     for name in ("pymp-1", "pymp-2"):
         (tmp_path / name).mkdir()
-    running._sweep()
+    running.sweep(tmp_path, new=-1.0)
     assert kept.exists()
     # Of a server that was killed; the other one is nobody's that is known.
     assert sorted(p.name for p in tmp_path.glob("pymp-*")) == ["pymp-2"]

@@ -14,8 +14,6 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import evaluator
 from heyoka_bike.workbench.after_ten_seconds.making import COLUMNS, MIRRORED, Section, settled
 
-pytestmark = pytest.mark.proof
-
 
 @pytest.fixture(scope="module")
 def said():
@@ -29,6 +27,7 @@ def upright(said):
     return [float(x) for key, x in said["cycle"].items() if "upright" in key]
 
 
+@pytest.mark.proof
 def test_the_page_has_all_its_rows():
     rows = committed()
     assert [len(rows[name]) for name in TABLES] == [14, 6, 9]
@@ -37,12 +36,14 @@ def test_the_page_has_all_its_rows():
     assert len(certified) == 14 + 1 + 8
 
 
+@pytest.mark.proof
 def test_what_the_page_calls_certified_is_in_the_file_that_is_proved(maneuvers):
     for maneuver, rows in zip(maneuvers, committed().values(), strict=True):
         said = {row[0]: number(row[1]) for row in rows if row[2] == "certified"}
         assert said == certified(maneuver)
 
 
+@pytest.mark.proof
 def test_the_cycle_closes_after_half_its_period_with_the_energy_of_maneuver_1(
     bicycle, maneuvers, said
 ):
@@ -59,6 +60,7 @@ def test_the_cycle_closes_after_half_its_period_with_the_energy_of_maneuver_1(
     assert abs(energy / wanted - 1) < 1e-27
 
 
+@pytest.mark.proof
 def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
     bicycle, maneuvers, said, upright
 ):
@@ -83,6 +85,7 @@ def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
     assert settled(bicycle, maneuvers[0]) == pytest.approx(upright, abs=1e-11)
 
 
+@pytest.mark.proof
 def test_multipliers_of_a_period_are_squares_and_below_one(said):
     for i in (1, 2, 3):
         half, whole = (
@@ -93,6 +96,7 @@ def test_multipliers_of_a_period_are_squares_and_below_one(said):
         assert abs(whole) < 1
 
 
+@pytest.mark.proof
 def test_the_final_speed_of_maneuver_2_follows_from_masses_and_inertias(bicycle, said):
     """Kinetic energy of the upright bicycle, rolling and leaning, by rational arithmetic."""
     p = {symbol: x.rational for symbol, x in bicycle.values.items()}
@@ -106,6 +110,7 @@ def test_the_final_speed_of_maneuver_2_follows_from_masses_and_inertias(bicycle,
         assert abs(mpmath.mpf(said["settling"]["final speed [m/s]"]) - exact) < 1e-29
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", ["caster", "capsize", "weave"])
 def test_eigenvalues_are_those_of_the_linear_equations(bicycle, name):
     rows = {row[0]: row[1].replace("`", "") for row in committed()["settling"]}
@@ -122,6 +127,7 @@ def test_eigenvalues_are_those_of_the_linear_equations(bicycle, name):
         assert abs(a * d - b * c) < 1e-27 * (abs(a * d) + abs(b * c))
 
 
+@pytest.mark.proof
 def test_maneuver_3_falls_when_the_page_says(bicycle, maneuvers, said):
     event = follow(bicycle, maneuvers[2], "longdouble").event
     assert event.what == REAR_LIFT
@@ -138,6 +144,7 @@ def test_the_tables_are_what_the_computation_gives(bicycle, maneuvers, name):
     assert made == committed()[name]
 
 
+@pytest.mark.proof
 def test_digits_that_agree_are_counted():
     assert agreed("1.23456", "1.23457") == ("1.2346", 5)
     assert agreed("2.5", "2.5")[1] == 30

@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from support.voices import NODE, PageJudge, by_score, compare, disagreements, texts
+from games.voices import NODE, PageJudge, by_score, compare, disagreements, texts
 
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS

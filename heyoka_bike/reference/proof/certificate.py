@@ -563,7 +563,7 @@ def certify(
     ]
     proofs = tuple(map(summarise, tables))
     manifest = manifest_file.read_manifest(where)
-    _compare_certificate(manifest_file.read_file(where, layout.CERTIFICATE, manifest), proofs)
+    compare_certificate(manifest_file.read_file(where, layout.CERTIFICATE, manifest), proofs)
     for name in (layout.STATES, layout.STATES_HDF5):
         if name in manifest.files:
             raw = manifest_file.read_file(where, name, manifest)
@@ -711,8 +711,14 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
     return found
 
 
-def _compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
-    """Compare certificate.json with the proofs: no bound smaller than proved, all else equal."""
+def compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
+    """Compare certificate.json with the proofs: no bound smaller than proved, all else equal.
+
+    Raises
+    ------
+    NotCertifiedError
+        It claims something else.
+    """
     said = json.loads(raw)
     statement = statement_of(is_decided=all(proof.is_decided for proof in proofs))
     if said["statement"] not in (statement, STATEMENT_1_5_0):

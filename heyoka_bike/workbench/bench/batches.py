@@ -69,7 +69,7 @@ DURATIONS = (10, 100, 1000, 10_000)
 LONG = ("eq1", 1e-12, "roundoff")
 """Accuracies of the long runs, in the sense of 10 s."""
 
-_LONG_ROWS, _LONG_SECONDS, _LONG_TURNS = 1001, 1.0, 30
+_LONG_ROWS, _LONG_SECONDS = 1001, 1.0
 _MOTIONS = 4000
 _SECONDS_OF_MOTION = 10.0  # [s]
 _ENSEMBLE_TURNS, _STARTS_COMPARED = 7, 5
@@ -109,19 +109,22 @@ def throughput() -> list[Measured]:
     return found
 
 
-def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[Measured]:
-    """A maneuver for each of `DURATIONS` [s], with as many rows, at each accuracy of `LONG`.
+def long_runs(
+    bicycle: Bicycle, maneuver: Maneuver, durations: Sequence[int] = DURATIONS,
+    accuracies: Sequence[float | str] = LONG, *, most_turns: int = 30,
+) -> list[Measured]:  # fmt: skip
+    """A maneuver for each duration [s], with as many rows, at each accuracy.
 
     Their ``time`` is the shortest of the runs [s], ``performance`` eq. (1) [%], ``error`` that of
     the last state, in the variables of the few-product form, against a run in 80-bit long double.
     """
     found = []
-    for duration in DURATIONS:
+    for duration in durations:
         m = replace(maneuver, duration=Fraction(duration), spacing=Fraction(duration))
         right = integrate(bicycle, m, "longdouble").state(m.duration)
-        for accuracy in LONG:
+        for accuracy in accuracies:
             run = prepare(m, bicycle=bicycle, accuracy=accuracy, rows=_LONG_ROWS)
-            turns = min(_LONG_TURNS, 1 + int(_LONG_SECONDS / seconds(run)))
+            turns = min(most_turns, 1 + int(_LONG_SECONDS / seconds(run)))
             (times,) = _in_turns([run], turns)
             pairs = zip(run.states()[0][-1], right, strict=False)
             error = float(max(abs(x - float(y.mid())) for x, y in pairs))

@@ -31,19 +31,22 @@ DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 12
 
 _TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
 _GUARD_BITS_OF_CONSTANTS = 64  # bits of the constants beyond those of the run
-_RUNS_TIMED = 3
-_MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
 # Of the extrapolation in C, the fastest of 8 to 16 columns to an error of 1e-30; more of them lose
 # digits to their weights.
 _COLUMNS_OF_EXTRAPOLATION, _TOLERANCE_OF_EXTRAPOLATION = 8, 1e-29
 _QUADRUPLE = "binary128"  # what libquadmath has
 _SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
-_COST_SECONDS = 5.0  # of stepping for one precision, but one step after the first at least
 _LONG_STEP = 60.0  # [s]; a first step that takes as long is the one that is timed
 
 
-def precise(published: Trajectory) -> list[Measured]:
-    """The codes at each of `PRECISIONS`, on the maneuver of a published run.
+def precise(
+    published: Trajectory, precisions: Sequence[str | int] = PRECISIONS, *,
+    runs: int = 3, mpmath_span: Fraction = Fraction(1, 20),
+) -> list[Measured]:  # fmt: skip
+    """The codes at each precision, on the maneuver of a published run.
+
+    The shortest of so many runs counts; mpmath, which takes seconds for the usual span [s], runs
+    once.
 
     Their ``seconds`` are for the whole maneuver, building excluded; scaled if the motion was
     integrated over less, which ``measured_over`` says [s]. The ``error`` is the largest difference
@@ -51,28 +54,32 @@ def precise(published: Trajectory) -> list[Measured]:
     few-product form.
     """
     found = []
-    for name in PRECISIONS:
+    for name in precisions:
         p = Precision.of(name)
-        found += [measure(published, p) for measure in (_heyoka, _mpmath, _balls)]
+        found.append(_heyoka(published, p, runs))
+        found.append(_mpmath(published, p, mpmath_span))
+        found.append(_balls(published, p))
         if name == _QUADRUPLE:
             # Without a compiler there is one code less.
             with contextlib.suppress(NoCompilerError):
-                found.append(_extrapolated(published, p))
+                found.append(_extrapolated(published, p, runs))
     return found
 
 
-def costs(published: Trajectory) -> list[Measured]:
-    """Cost of each of `DIGITS` with heyoka, on the maneuver of a published run.
+def costs(
+    published: Trajectory, precisions: Sequence[str | int] = DIGITS, *, longest: float = 5.0
+) -> list[Measured]:
+    """Cost of each precision with heyoka, on the maneuver of a published run.
 
     With the yaw and exact accumulation as in `integrate`. The ``steps`` are those that were timed:
-    all but the first, or what a few seconds allow. The ``seconds`` are for the whole maneuver: with
-    the steps of the published run where not all were timed; their number hardly depends on the
-    digits.
+    all but the first, or what `longest` [s] allows, one at least. The ``seconds`` are for the whole
+    maneuver: with the steps of the published run where not all were timed; their number hardly
+    depends on the digits.
     """
-    return [_cost(published, Precision.of(name)) for name in DIGITS]
+    return [_cost(published, Precision.of(name), longest) for name in precisions]
 
 
-def _heyoka(published: Trajectory, p: Precision) -> Measured:
+def _heyoka(published: Trajectory, p: Precision, runs: int) -> Measured:
     native = NativeNumbers(p)
     duration = published.maneuver.duration
     start = [native.from_integer(*midpoint(x)) for x in _start(published, p)]
@@ -87,16 +94,15 @@ def _heyoka(published: Trajectory, p: Precision) -> Measured:
         integrator.begin(zero, start)
         integrator.until(end)
 
-    took = min(seconds(run) for _ in range(_RUNS_TIMED))
+    took = min(seconds(run) for _ in range(runs))
     return _result("heyoka", p, published, took, duration, [str(x) for x in integrator.state])
 
 
-def _mpmath(published: Trajectory, p: Precision) -> Measured:
+def _mpmath(published: Trajectory, p: Precision, span: Fraction) -> Measured:
     a = Multiprecision(round(p.digits))
     mp = a.context
     equations = Equations.of(published.bicycle, a, is_regular=False)
     start = [mp.mpf(x.str(a.context.dps + 5, radius=False)) for x in _start(published, p)]
-    span = _MPMATH_SPAN
     begin = time.perf_counter()
     solution = mp.odefun(lambda _, y: equations.rates(list(y)), 0, start)
     state = solution(mp.mpf(span.numerator) / span.denominator)
@@ -129,7 +135,7 @@ def _balls(published: Trajectory, p: Precision) -> Measured:
     return _result("Taylor in balls", p, published, took, h, text)
 
 
-def _extrapolated(published: Trajectory, p: Precision) -> Measured:
+def _extrapolated(published: Trajectory, p: Precision, runs: int) -> Measured:
     peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
     digits = round(p.digits) + 5
     start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
@@ -140,7 +146,7 @@ def _extrapolated(published: Trajectory, p: Precision) -> Measured:
         str(float(duration)),
         _TOLERANCE_OF_EXTRAPOLATION,
     )
-    took = min(seconds(run) for _ in range(_RUNS_TIMED))
+    took = min(seconds(run) for _ in range(runs))
     return _result("C extrapolation", p, published, took, duration, run()[0])
 
 
@@ -173,7 +179,7 @@ def _part(published: Trajectory, span: Fraction) -> float:
     return float(i + (span - begin) / (end - begin)) / whole if span < end else 1.0
 
 
-def _cost(published: Trajectory, p: Precision) -> Measured:
+def _cost(published: Trajectory, p: Precision, longest: float) -> Measured:
     marks: list[float] = []
     begin = time.perf_counter()
 
@@ -183,7 +189,7 @@ def _cost(published: Trajectory, p: Precision) -> Measured:
             # Building takes a hundredth of it.
             marks.insert(0, begin)
             raise _EnoughError
-        if len(marks) > 1 and marks[-1] - marks[0] > _COST_SECONDS:
+        if len(marks) > 1 and marks[-1] - marks[0] > longest:
             raise _EnoughError
 
     count = published.steps

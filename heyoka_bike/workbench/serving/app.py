@@ -165,11 +165,6 @@ def _name(host: str) -> str:
 
 
 _KINDS_OF_TASKS: tuple[Kind, ...] = ("score", "diagnose", "replay")
-# A page waits so long for its work before it says that it waits [s].
-_SECONDS_BETWEEN_EVENTS = 1.5
-_SECONDS_BETWEEN_SWEEPS = 5.0  # [s]
-# Interval at which a waiting client is checked for [s].
-_SECONDS_BETWEEN_LOOKS = 0.5
 _EXAMPLE_FILE = "exudyn-h0.01.txt"
 _TYPES = {".json": "application/json", ".csv": "text/csv", ".xml": "application/xml"}
 _STATIC = {
@@ -266,7 +261,7 @@ class Server:
 
     async def _sweep(self) -> None:
         while True:
-            await asyncio.sleep(_SECONDS_BETWEEN_SWEEPS)
+            await asyncio.sleep(self.limits.sweep_seconds)
             try:
                 await run_in_threadpool(self.store.sweep)
             except Exception as e:
@@ -320,7 +315,7 @@ class Server:
 
     async def _begun(self, request: Request, task: Task) -> Response:
         result = self._stored(task)
-        await asyncio.wait([result.jobs["score"].over], timeout=_SECONDS_BETWEEN_EVENTS)
+        await asyncio.wait([result.jobs["score"].over], timeout=self.limits.page_seconds)
         address = f"{_root(request)}/results/{result.key}/score"
         if _wants_json(request):
             return JSONResponse({"location": address}, 201, {"location": address})
@@ -342,7 +337,7 @@ class Server:
         self._check_offered(kind)
         if kind not in result.jobs:
             result.jobs[kind] = self.queue.submit(result.of(kind))
-        await asyncio.wait([result.jobs[kind].over], timeout=_SECONDS_BETWEEN_EVENTS)
+        await asyncio.wait([result.jobs[kind].over], timeout=self.limits.page_seconds)
         return RedirectResponse(f"{_root(request)}/results/{result.key}/{kind}", 303)
 
     async def show(self, request: Request) -> Response:
@@ -387,7 +382,7 @@ class Server:
         task = await self._received(request)
         try:
             job = self.queue.submit(task)
-            ending = await _ended_or_left(request, job)
+            ending = await _ended_or_left(request, job, self.limits.look_seconds)
             if ending.state != "done":
                 return JSONResponse(_error(ending), _status(ending))
             made = await run_in_threadpool(task.made(".json").read_bytes)
@@ -449,9 +444,9 @@ def _kind(text: str) -> Kind:
     raise HTTPException(404)
 
 
-async def _ended_or_left(request: Request, job: QueuedTask) -> TaskEnding:
+async def _ended_or_left(request: Request, job: QueuedTask, look_seconds: float) -> TaskEnding:
     """The end of a job; if the client goes away before it, nobody wants it any more."""
-    while not (await asyncio.wait([job.over], timeout=_SECONDS_BETWEEN_LOOKS))[0]:
+    while not (await asyncio.wait([job.over], timeout=look_seconds))[0]:
         if await request.is_disconnected():
             job.cancel()
     return job.over.result()

@@ -37,8 +37,6 @@ _MOST_CONNECTIONS_WAITING = 1000
 # Requests at once; each has a connection and a file. Beyond the other ones files are needed, too.
 _OTHER_FILES = 100
 _WANTED_FILES = 3 * _MOST_CONNECTIONS_WAITING + _OTHER_FILES
-# Within which a client has to send a whole head, or to read some of its answer [s].
-_PATIENCE = 30.0
 _LONGEST_HEAD = 1 << 14  # [bytes]
 _BARE = re.compile(rb"(?<!\r)\n")
 # Read at once [bytes]: of pieces of one byte each a tenth of a second's work.
@@ -83,8 +81,14 @@ class Connection(H11Protocol):
 
     Of more than may ask at once, those that have not asked for longest make room; those beyond
     twice as many are ended unheard, for each of them takes one of the files that the system gives.
+
+    Attributes
+    ----------
+    patience : float
+        Within which a client has to send a whole head, or to read some of its answer [s].
     """
 
+    patience = 30.0
     _looking: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
@@ -128,16 +132,15 @@ class Connection(H11Protocol):
         if now is not None and now == before:
             self.transport.abort()
             return
-        self._looking = self.loop.call_later(_PATIENCE, self._look, now)
+        self._looking = self.loop.call_later(self.patience, self._look, now)
 
 
 _ALL_ADDRESSES = ("0.0.0.0", "::")
 _GRACE = 5  # [s]
 _BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s]
-# Of the folder of what is kept; one this old is held if its server lives [s].
+# Of the folder of what is kept.
 _PREFIX = "heyoka-bike-serve-"
-_NEW = 60.0
 # In it, the name of the folder that multiprocessing has, and removes unless it is killed.
 _PROCESSES = "processes"
 
@@ -180,7 +183,7 @@ def serve(
     named = names[0] if host in _ALL_ADDRESSES and names[0] != "*" else host
     shown = f"[{named}]" if ":" in named else named
     address = f"http://{shown}:{bound.getsockname()[1]}{root}/"
-    _sweep()
+    sweep(Path(tempfile.gettempdir()))
     with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as folder:
         held = _hold(folder)
         results = Path(folder) / "results"
@@ -220,13 +223,15 @@ def _hold(folder: str) -> int | None:
     return found
 
 
-def _sweep() -> None:
-    """Remove what servers kept that were killed, or that the machine went down under."""
-    place = Path(tempfile.gettempdir())
+def sweep(place: Path, *, new: float = 60.0) -> None:
+    """Remove what servers kept in a folder that were killed, or that the machine went down under.
+
+    A folder older than `new` [s] is held if its server lives.
+    """
     for folder in place.glob(f"{_PREFIX}*"):
         with suppress(OSError):
             # A new one is about to be held.
-            if time() - folder.stat().st_mtime > _NEW and (held := _hold(str(folder))) is not None:
+            if time() - folder.stat().st_mtime > new and (held := _hold(str(folder))) is not None:
                 with suppress(OSError, UnicodeDecodeError):
                     name = (folder / _PROCESSES).read_text()
                     if re.fullmatch(r"pymp-\w+", name) and os.fstat(held).st_uid == os.geteuid():

@@ -52,6 +52,13 @@ class Limits:
         Of all results and their files [bytes].
     arriving_bytes : int
         Of all requests that are not kept yet [bytes].
+    field : int
+        Of a field of a form that is no file [bytes].
+    page_seconds : float
+        How long a page waits for its work before it says that it waits [s].
+    look_seconds, sweep_seconds : float
+        Between two looks whether a waiting client is there, and between two sweeps of what is
+        stored [s].
     has_diagnosis
         Whether ``diagnose`` is offered.
     """
@@ -68,6 +75,10 @@ class Limits:
     kept: int = 1000
     kept_bytes: int = 4000 * _MB
     arriving_bytes: int = 2000 * _MB
+    field: int = 10_000_000
+    page_seconds: float = 1.5
+    look_seconds: float = 0.5
+    sweep_seconds: float = 5.0
     has_diagnosis: bool = True
 
     def of_process(self, is_long: bool) -> ProcessLimits:

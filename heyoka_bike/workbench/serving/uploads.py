@@ -30,7 +30,6 @@ _REPEATED = "require"
 _MOST_FIELDS = 50
 # Of an option [characters]; and of rows that are pasted, which stand in memory [bytes].
 _LONGEST_OPTION = 10_000
-_LONGEST_FIELD = 10_000_000
 _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
 # Forms are taken apart beside the loop that answers, and few at once: their fields are in memory.
@@ -124,7 +123,7 @@ async def _parsed(request: Request, folder: Path, limits: Limits) -> tuple[list[
                 return {"type": "http.request", "body": chunk, "more_body": bool(chunk)}
 
             async with Request(request.scope, receive).form(
-                max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=_LONGEST_FIELD
+                max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=limits.field
             ) as form:
                 return _written(form, folder / FILES)
     except HTTPException as e:

@@ -7,7 +7,7 @@ import time
 
 import pytest
 import uvicorn
-from support.submissions import copied
+from generators.submissions import copied
 
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.document.html import render

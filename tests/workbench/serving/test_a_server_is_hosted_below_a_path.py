@@ -2,12 +2,12 @@
 
 import re
 import time
+from dataclasses import replace
 
 import pytest
 from support.clusters import wait_for
 
 from heyoka_bike.cli import main
-from heyoka_bike.workbench.serving import app
 
 BROWSER = {"accept": "text/html"}
 ROOT = "/science/bicycle"
@@ -26,7 +26,7 @@ def ask(request, serving):
         path = address.removeprefix(ROOT) if request.param == "taken away" else address
         return client.request(method, path, headers=BROWSER, **more)
 
-    asked.lines = client.lines
+    asked.lines, asked.server = client.lines, client.server
     return asked
 
 
@@ -38,7 +38,7 @@ def addresses(text):
 def test_every_address_of_every_page_leads_below_it(ask, example, monkeypatch):
     files = {"file": (example.name, example.read_bytes())}
     with monkeypatch.context() as patched:
-        patched.setattr(app, "_SECONDS_BETWEEN_EVENTS", 0.0)
+        patched.setattr(ask.server, "limits", replace(ask.server.limits, page_seconds=0.0))
         report = ask("POST", f"{ROOT}/results", files=files).headers["location"]
     not_done = ask("GET", report).text
     (state,) = re.findall('data-state="([^"]*)"', not_done)

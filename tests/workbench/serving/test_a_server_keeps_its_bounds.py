@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import pytest
 from support.clusters import wait_for
 
-from heyoka_bike.system import files
 from heyoka_bike.system.jobs import ProgressFuture
 from heyoka_bike.workbench.serving import store, tasks, uploads
 from heyoka_bike.workbench.serving.app import _status
@@ -185,7 +184,7 @@ def test_a_worker_that_is_killed_is_said_and_the_next_one_works(serving, example
 
 
 def test_a_client_that_leaves_frees_its_place(serving, example, monkeypatch):
-    client = serving()
+    client = serving(look_seconds=0.001)
     monkeypatch.setattr(tasks, "FILES", tasks.FILES)
     job = client.server.queue.submit
     begun = []
@@ -197,7 +196,6 @@ def test_a_client_that_leaves_frees_its_place(serving, example, monkeypatch):
         return True
 
     monkeypatch.setattr("starlette.requests.Request.is_disconnected", left)
-    monkeypatch.setattr("heyoka_bike.workbench.serving.app._SECONDS_BETWEEN_LOOKS", 0.001)
     client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert begun[0].unwanted.is_set()
     assert begun[0].state == "failed"
@@ -219,9 +217,8 @@ def test_a_sweep_that_fails_is_not_the_last(serving, monkeypatch):
         swept.append(self)
         raise FileNotFoundError("secret")
 
-    monkeypatch.setattr("heyoka_bike.workbench.serving.app._SECONDS_BETWEEN_SWEEPS", 0.001)
     monkeypatch.setattr(ResultStore, "sweep", sweep)
-    client = serving()
+    client = serving(sweep_seconds=0.001)
     until(lambda: len(swept) > 2)
     assert client.lines[0].startswith("sweep: FileNotFoundError at ")
     assert "secret" not in "".join(client.lines)
@@ -427,7 +424,7 @@ def test_a_report_without_room_is_no_fault_of_its_file(tmp_path, monkeypatch, ex
     def full(*_):
         raise OSError(errno.ENOSPC, "no room")
 
-    monkeypatch.setattr(files, "_write_beside", full)
+    monkeypatch.setattr("os.fsync", full)
     monkeypatch.chdir(tmp_path)
     ending = tasks.TaskEnding(**tasks.work(tasks.Task("score", tmp_path, ("file.txt",)), 10**9))
     assert (ending.state, ending.message) == ("failed", "the server's disk is full")
@@ -467,9 +464,8 @@ def test_a_form_is_in_utf_8(serving, charset):
     assert not list(client.folder.iterdir())
 
 
-def test_rows_that_are_pasted_are_bounded_for_they_are_in_memory(serving, monkeypatch):
-    monkeypatch.setattr("heyoka_bike.workbench.serving.uploads._LONGEST_FIELD", 10_000)
-    client = serving()
+def test_rows_that_are_pasted_are_bounded_for_they_are_in_memory(serving):
+    client = serving(field=10_000)
     for field in ("pasted", "columns"):
         answer = client.post("/score", files={"file": ("", b"")}, data={field: "1 " * 6000})
         assert answer.status_code == 400

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 import pytest
 import uvicorn
 
-from heyoka_bike.workbench.serving import running as server_running
 from heyoka_bike.workbench.serving.running import Connection, most_requests
 
 resource = pytest.importorskip("resource")
@@ -28,13 +27,16 @@ async def page(scope, receive, send):
 
 
 @pytest.fixture
-def port(request, monkeypatch):
+def port(request):
     """A server of two requests at once that waits a tenth of a second for its clients."""
-    monkeypatch.setattr(server_running, "_PATIENCE", getattr(request, "param", 0.1))
+
+    class Impatient(Connection):
+        patience = getattr(request, "param", 0.1)
+
     bound = socket.socket()
     bound.bind(("127.0.0.1", 0))
     config = uvicorn.Config(
-        page, log_config=None, lifespan="off", http=Connection, limit_concurrency=2
+        page, log_config=None, lifespan="off", http=Impatient, limit_concurrency=2
     )
     running = uvicorn.Server(config)
     thread = threading.Thread(target=running.run, kwargs={"sockets": [bound]}, daemon=True)

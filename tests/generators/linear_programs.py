@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from generators.correct_programs import SOLVERS
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
-from support.correct_programs import SOLVERS
 
 TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-11)
 ENERGIES = ("second order", "constant", "lateral", "zero", "none")

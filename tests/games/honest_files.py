@@ -9,17 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from support.game_files import (
-    EIGHT,
-    MOTION,
-    correct,
-    decimal_times,
-    names,
-    references,
-    scale,
-    truth,
-)
-from support.game_truth import ZEROED, _digits, errors, units
+from games.files import EIGHT, MOTION, correct, decimal_times, names, references, scale, truth
+from games.truth import ZEROED, _digits, errors, units
 
 MANEUVERS = (1, 2, 3)
 END = 10.0

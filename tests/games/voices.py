@@ -1,7 +1,7 @@
 """Hold the voices that judge files beside `score`: the page, the leaderboard and the pytest plugin.
 
-python tests/support/voices.py honest --count 300 --first 0
-python tests/support/voices.py wrong --count 300
+python tests/games/voices.py honest --count 300 --first 0
+python tests/games/voices.py wrong --count 300
 
 The header is held beside it by `checker`: it gets columns and reads no files.
 """
@@ -21,14 +21,14 @@ if __name__ == "__main__":
 
 import numpy as np
 
+from games.honest_files import honest_file
+from games.play import SEED
+from games.writing import write
+from games.wrong_files import wrong_file
 from heyoka_bike import load_reference, score
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.showing.wording import file_grade
 from heyoka_bike.workbench.checker import page
-from support.game_writing import write
-from support.honest_files import honest_file
-from support.play import SEED
-from support.wrong_files import wrong_file
 
 NODE = shutil.which("node")
 FORMS = ("text", "csv", "semicolons")

@@ -3,16 +3,17 @@
 Nothing here knows how results are judged; only their in-memory form is the package's.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from decimal import Decimal, localcontext
-from functools import lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 
 from heyoka_bike import load_motion, load_reference
 from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS, MOTION_COLUMNS
 from heyoka_bike.numbers.double import two_sum
-from heyoka_bike.reference.values import Dense, Values
+from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.values import Values
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 
 EIGHT = tuple(DEFINITIONS)
@@ -21,9 +22,44 @@ UNITS = {key: columns[0].unit for key, columns in COMPARED.items()}
 END = 10.0
 
 
+class RememberingManeuver(ReferenceManeuver):
+    """A maneuver that keeps what its pieces give at the times that thousands of files share."""
+
+    most = 40
+    joined = cache(ReferenceManeuver.joined)
+
+    @cached_property
+    def _values(self):
+        """Columns by name, hi and lo, at each of the last times."""
+        return {}
+
+    def continued(self, times, names):
+        at = hash((times[0].tobytes(), times[1].tobytes()))
+        if at not in self._values and len(self._values) > self.most:
+            del self._values[next(iter(self._values))]
+        known = self._values.setdefault(at, {})
+        if missing := [n for n in dict.fromkeys(names) if n not in known]:
+            found = super().continued(times, missing)
+            for n in missing:
+                known[n] = found.hi[n], found.lo[n]
+                for part in known[n]:
+                    part.setflags(write=False)
+        return Values({n: known[n][0] for n in names}, {n: known[n][1] for n in names})
+
+
+def remembering(whole):
+    """A set with the same values, whose maneuvers remember."""
+    maneuvers = tuple(
+        RememberingManeuver(**{f.name: getattr(m, f.name) for f in fields(m)})
+        for m in whole.maneuvers
+    )
+    return replace(whole, maneuvers=maneuvers)
+
+
 @lru_cache(maxsize=1)
 def references():
-    return load_reference(), load_motion()
+    """The published set and its whole motion, as the games are played with them."""
+    return remembering(load_reference()), remembering(load_motion())
 
 
 def names(key):
@@ -81,24 +117,6 @@ def truth(number, wanted, time, time_lo):
             values = source.evaluate((time, time_lo), mine)
             found |= {n: (values.hi[n], values.lo[n]) for n in mine}
     return found
-
-
-def keep_values(most=40):
-    """Keep what the reference's pieces give at the times that thousands of files share."""
-    evaluate = Dense.evaluate
-    kept: dict = {}
-
-    def kept_or_evaluated(self, t, names):
-        at = (id(self), hash((t[0].tobytes(), t[1].tobytes())))
-        if at not in kept and len(kept) > most:
-            del kept[next(iter(kept))]
-        known = kept.setdefault(at, {})
-        if missing := [n for n in dict.fromkeys(names) if n not in known]:
-            found = evaluate(self, t, missing)
-            known |= {n: (found.hi[n], found.lo[n]) for n in missing}
-        return Values({n: known[n][0] for n in names}, {n: known[n][1] for n in names})
-
-    Dense.evaluate = kept_or_evaluated
 
 
 def correct(number, chosen, time=None, time_lo=None, *, is_long=False):

@@ -1,7 +1,7 @@
 """The game of wrong files: each is wrong by construction, with requirements it cannot meet.
 
 A file is the published values with one thing done to them. How wrong that made it is found by
-`game_truth`, in the kindest reading; or it is known from what was done, where it is no matter of
+`truth`, in the kindest reading; or it is known from what was done, where it is no matter of
 size: rows that are not there, no number, signs that no choice of axes gives.
 """
 
@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from games.files import EIGHT, END, MOTION, correct, names, references, scale, truth
+from games.truth import Truth, units
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.reading.results import Quantum
-from support.game_files import EIGHT, END, MOTION, correct, names, references, scale, truth
-from support.game_truth import Truth, units
 
 MANEUVERS = (1, 2, 3)
 ANGLES = ("roll_angle", "steer_angle")

@@ -1,9 +1,9 @@
 """Play the two games against the scorer: wrong files that must not pass, honest ones that must.
 
-python tests/support/play.py wrong            # 20,000 files, 0.11 s of processor time each
-python tests/support/play.py honest           # 5,000 files, 0.15 s each
-python tests/support/play.py wrong --first 5000 --count 5000 --processes 1   # a slice, one process
-python tests/support/play.py wrong --case 123 # one of them, and what was made of it
+python tests/games/play.py wrong            # 20,000 files, 0.11 s of processor time each
+python tests/games/play.py honest           # 5,000 files, 0.15 s each
+python tests/games/play.py wrong --first 5000 --count 5000 --processes 1   # a slice, one process
+python tests/games/play.py wrong --case 123 # one of them, and what was made of it
 """
 
 import argparse
@@ -24,13 +24,13 @@ if __name__ == "__main__":
 
 import numpy as np
 
+from games import writing
+from games.files import in_memory, references
+from games.honest_files import honest_file, known
+from games.wrong_files import wrong_file
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import BicycleError
-from support import game_writing as writing
-from support.game_files import in_memory, keep_values, references
-from support.honest_files import honest_file, known
-from support.wrong_files import wrong_file
 
 SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
@@ -212,7 +212,7 @@ def play(game, numbers, seed=SEED, *, processes=None, show=lambda outcome: None)
         if processes == 1:
             each = map(one, numbers)
         else:
-            started = ProcessPoolExecutor(processes, get_context("spawn"), keep_values)
+            started = ProcessPoolExecutor(processes, get_context("spawn"))
             each = stack.enter_context(started).map(one, numbers, chunksize=20)
         for outcome in each:
             outcomes.append(outcome)
@@ -259,8 +259,6 @@ def main():
             end = "\r" if sys.stderr.isatty() else "\n"
             print(f"{done} of {count}", end=end, file=sys.stderr, flush=True)
 
-    if given.processes == 1:
-        keep_values()
     found = play(given.game, numbers, given.seed, processes=given.processes, show=show)
     claims = [is_wrong for o in found for log10, is_wrong in o.claims if log10 > 2]
     if claims:

@@ -1,9 +1,9 @@
 """The game of real libraries: a file is judged as the plain text it means, or refused by name.
 
-python tests/support/library_game.py --count 300             # with what is installed
-python tests/support/library_game.py --seed 2 --case 123     # one of them, and what became of it
-python tests/support/library_game.py --writer pandas_csv     # one writer
-python tests/support/library_game.py --collect tests/scoring/drawn
+python tests/games/library_game.py --count 300             # with what is installed
+python tests/games/library_game.py --seed 2 --case 123     # one of them, and what became of it
+python tests/games/library_game.py --writer pandas_csv     # one writer
+python tests/games/library_game.py --collect tests/scoring/drawn
 """
 
 import argparse
@@ -19,10 +19,10 @@ if __name__ == "__main__":
 
 import numpy as np
 
+from games.library_files import KEYS, draw, twin
+from games.library_writers import WRITERS, packed
 from heyoka_bike import load_reference, score
 from heyoka_bike.errors import BicycleError
-from support.library_files import KEYS, draw, twin
-from support.library_writers import WRITERS, packed
 
 # Shares of the whole size of a column that two ways of arithmetic, or 15 digits, may differ by.
 _ARITHMETIC = 1e-12

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from generators.made_results import smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import state_names, unfold
@@ -21,9 +22,11 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import Program, apply
 from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.system.resources import benchmark_bicycle
-from support.made_results import smooth_error
 
 NAMES = [c.name for c in COLUMNS]
+LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
+# What differs by less than so many errors cannot be expected to be told apart.
+SEEN = 3.0
 
 
 def correct(reference):
@@ -221,3 +224,18 @@ def _scale(maneuver, key, values):
 def results_of(reference, mistakes, level=0.0):
     """What a program with these mistakes writes, with a smooth error of a level of the scales."""
     return results(reference, columns_of(reference, mistakes), level)
+
+
+def distance(one, other, scales):
+    """Largest difference of two files, in scales; a motion and its mirror image are one."""
+    found = []
+    for sign in (1, -1):
+        largest = 0.0
+        for n, file in one.items():
+            for key, v in file.items():
+                mirrored = (sign if key in LATERAL else 1) * other[n][key]
+                apart = np.abs(v - mirrored) / scales[n, key]
+                # Where both have gone.
+                largest = max(largest, float(np.fmax.reduce(apart, initial=0.0)))
+        found.append(largest)
+    return min(found)

@@ -8,8 +8,8 @@ from itertools import product
 
 import numpy as np
 
+from games.files import EIGHT, END, UNITS, names, references, scale, truth
 from heyoka_bike.numbers.double import two_sum
-from support.game_files import EIGHT, END, UNITS, names, references, scale, truth
 
 # How many of the file's unit one SI unit is.
 _DEGREES = 180 / np.longdouble("3.14159265358979323846264338327950288")

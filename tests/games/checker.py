@@ -1,9 +1,9 @@
 """Hold the checker in C beside `score`, column by column.
 
-python tests/support/checker.py results          # data/results
-python tests/support/checker.py corpus           # tests/corpus
-python tests/support/checker.py honest --count 1000 --first 0
-python tests/support/checker.py wrong --count 1000
+python tests/games/checker.py results          # data/results
+python tests/games/checker.py corpus           # tests/corpus
+python tests/games/checker.py honest --count 1000 --first 0
+python tests/games/checker.py wrong --count 1000
 """
 
 import argparse
@@ -23,6 +23,7 @@ if __name__ == "__main__":
 
 import numpy as np
 
+from games.files import in_memory, references
 from heyoka_bike import load_reference, read_results
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.errors import BicycleError
@@ -170,7 +171,7 @@ class Judged:
 
 def judged_by_score(name, results):
     """What `score` says of results, with the columns of the benchmark as the checker gets them."""
-    reference = load_reference()
+    reference, _ = references()
     several = [results] if isinstance(results, Results) else results
     try:
         read = merge([align(r, reference) for r in several])
@@ -243,10 +244,9 @@ def corpus_files(every=1):
 
 
 def game_files(game, numbers):
-    from support.game_files import in_memory
-    from support.honest_files import honest_file
-    from support.play import SEED
-    from support.wrong_files import wrong_file
+    from games.honest_files import honest_file
+    from games.play import SEED
+    from games.wrong_files import wrong_file
 
     for number in numbers:
         if game == "honest":

@@ -6,8 +6,8 @@ import h5py
 import numpy as np
 from scipy.io import savemat
 
+from games.files import EIGHT, Part, decimal_times, written
 from heyoka_bike import read_results
-from support.game_files import EIGHT, Part, decimal_times, written
 
 TEXTS = ("text", "csv", "semicolons", "text.gz", "long", "below", "timetable")
 ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")

@@ -1,11 +1,10 @@
 """Seeded random pairs of mistakes, each visible beyond the other."""
 
 import numpy as np
-from recognised_table import SEEN, distance
 
+from generators.mistaken_programs import SEEN, columns_of, distance
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from support.mistaken_programs import columns_of
 
 LEVEL = 1e-6
 SEED = 20

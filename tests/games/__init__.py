@@ -1,0 +1,1 @@
+"""Files that are drawn, each with what is true of it, and who judges them."""
