@@ -19,7 +19,6 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from oracles.power_series import PowerSeries
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.initial import initial_state
@@ -31,6 +30,7 @@ from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.dual import Dual, Duals
+from oracles.power_series import PowerSeries
 
 Coefficients = list[list[flint.arb]]
 """Taylor coefficients in the time, by state variable and power."""
