@@ -4,6 +4,7 @@
 write them. It kept a file of each of its writers in `drawn`, beside the plain text that it means.
 """
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,8 @@ def test_a_thousand_files_drawn_at_random():
         ("r.xml", "<?xml version='1.0'?>\n<data>", "found XML"),
         ("r.txt", "structure(list(time = c(0, 1)))", "R's dput"),
         ("r.csv", "time|roll|v\n0|1|4\n1|2|4\n", "fields separated by |"),
+        ("r.csv", '"time"|"status"|"v"\n"0"|"ok"|"4"\n', "fields separated by |"),
+        ("r.csv", "|time|roll\n||deg\n0|0.0|map\n1|0.1|map\n", "fields separated by |"),
         ("r.txt", "{'time': {0: 0.0, 1: 0.1}}", "a dictionary as Python prints it"),
     ],
 )
@@ -86,6 +89,38 @@ def test_a_refusal_has_the_command_that_writes_it_readably(name, content, fragme
         read_results(tmp_path / name)
     assert fragment in str(caught.value)
     assert str(caught.value).endswith(instead)
+
+
+def test_an_orc_file_is_named_whatever_its_first_column_is(tmp_path):
+    """A letter behind the mark, as of a length of 97, was taken for a text."""
+    (tmp_path / "r.orc").write_bytes(b"ORCa\x0a\x06\x08\x97\x02\x80" + bytes(range(256)))
+    with pytest.raises(InputError, match=r"found an ORC file, .*; in pandas: "):
+        read_results(tmp_path / "r.orc")
+
+
+def test_columns_of_paths_in_json_by_the_index_of_their_rows(tmp_path):
+    """As pandas writes them by default."""
+    columns = {"field.time [s]": [0, 1], "field.roll_angle": [0, 0.1], "field.steer_angle": [0, 2]}
+    by_row = {name: dict(enumerate(values)) for name, values in columns.items()}
+    (tmp_path / "r.json").write_text(json.dumps(by_row))
+    (rows,) = read_results(tmp_path / "r.json").maneuvers
+    assert {key: x.tolist() for key, x in rows.values.items()} == {
+        "roll_angle": [0, 0.1], "steer_angle": [0, 2],
+    }  # fmt: skip
+
+
+def test_a_sheet_with_words_and_empty_cells_is_a_table(tmp_path):
+    """Cells that are true, a row of units and empty rows ended in "a damaged file"."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (
+        [None, None], ["time", "is_stable", "roll_angle", "step"], ["s", None, "rad", None], [],
+        *([i / 10, i % 2 == 0, 0.01 * i, i] for i in range(5)),
+    ):  # fmt: skip
+        book.active.append(row)
+    book.save(tmp_path / "r.xlsx")
+    (rows,) = read_results(tmp_path / "r.xlsx").maneuvers
+    assert rows.values["roll_angle"].tolist() == [0, 0.01, 0.02, 0.03, 0.04]
 
 
 @pytest.mark.parametrize(

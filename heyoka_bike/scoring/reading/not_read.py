@@ -45,7 +45,7 @@ NOT_READ = (
     NotRead("a 7z file", r"7z\xbc\xaf", "7z x FILE"),
     NotRead("a pickle", r"\x80[\x02-\x05]", _PANDAS),
     NotRead("an Avro file", r"Obj\x01", _FRAME),
-    NotRead("an ORC file", r"ORC[^\w,;\s.]", _FRAME),
+    NotRead("an ORC file", r"ORC[\s\S]{0,60}?[\x00-\x08]", _FRAME),
     NotRead("Feather of version 1", r"FEA1\x00", "in Python: feather.write_feather(table, FILE)"),
     NotRead(
         "a file of Stata", r"<stata_dta>|[\x6e-\x77]\x01\x01\x00",
@@ -59,7 +59,8 @@ NOT_READ = (
     NotRead("HTML", r"\s*<(?i:!doctype|html|table|body)\b", _FRAME),
     NotRead("XML", r"\s*<\?xml", _FRAME),
     NotRead(
-        "fields separated by |", r"[^\n]*\|[^\n]*\n\"?[^\n|]*\"?\|\"?[-+0-9.][^\n|]*\|",
+        "fields separated by |",
+        r"[^\n]*\|[^\n]*\n(?:[^\n]*\n)?(?:[^\n|]*\|)*?\"?[-+0-9.][^\n|]*\|",
         "in pandas: frame.to_csv('results.csv', sep=',')",
     ),
 )  # fmt: skip

@@ -63,7 +63,9 @@ def _columns(
         if len(row) > MOST_COLUMNS:
             return None
         words = [_word(x) for x in row]
-        if not found and len(row) > 1 and not any(map(dialect.number, row)):
+        cells = zip(row, words, strict=True)
+        has_number = any(is_number(x) or dialect.number(word) for x, word in cells)
+        if not found and len(row) > 1 and not has_number:
             # Names in one line or in several, and units.
             above = [*above[1 - _MOST_ABOVE :], words]
         elif (label := group_number(" ".join(words).strip(_AROUND_LABELS))) is not None:
@@ -71,8 +73,8 @@ def _columns(
         elif words in above:
             continue
         elif len(words) == len(names := names or _names(above, len(words), request)):
-            cells = zip(names, row, words, strict=True)
-            found.append([*(_plain(*cell, dialect) for cell in cells), maneuver])
+            named = zip(names, row, words, strict=True)
+            found.append([*(_plain(*cell, dialect) for cell in named), maneuver])
         else:
             return None
     columns = zip([*names, _MANEUVER], zip(*found, strict=True), strict=False)

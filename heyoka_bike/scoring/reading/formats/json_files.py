@@ -18,6 +18,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,
     recognise,
 )
+from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -154,9 +155,9 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
     members = list(x.values())
     if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
         # The index of the rows has names, outside or inside.
-        if are_names(list(x), request):
+        if are_names(without_paths(list(x)), request):
             return {name: np.array([y.get(k) for k in members[0]], object) for name, y in x.items()}
-        if are_names(list(members[0]), request):
+        if are_names(without_paths(list(members[0])), request):
             return _records(members)
     return None
 
