@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_argparse_cli",
     # Of this folder's _site.
+    "accessible",
     "beside_pages",
     "mathml",
     "redirects",
