@@ -4,60 +4,46 @@
 impulses that the step's complementarity problem finds. Axes: x forward, y left, z up.
 """
 
+import tempfile
 import time
+from pathlib import Path
+from xml.etree import ElementTree
 
 import dartpy as dart
+import exported
 import numpy as np
 
-AXLE = np.array([0.0, 1.0, 0.0])
+
+def model(p, width):
+    """The exported model; the origin of the base is moved to the rear hub.
+
+    DART's steps depend on where it is: a free body moves with the velocity of its origin.
+    """
+    world = ElementTree.fromstring(exported.model(p, "sdf", width))
+    base = world.find(".//link[@name='B']")
+    for place, up in (("pose", p["rR"]), ("inertial/pose", -p["rR"])):
+        x, y, z, *turned = base.findtext(place).split()
+        base.find(place).text = " ".join([x, y, repr(float(z) + up), *turned])
+    return ElementTree.tostring(world, "unicode")
 
 
-def placed(place, rotation=None):
-    """Transformation of a frame at a place."""
-    found = np.eye(4)
-    found[:3, 3] = place
-    if rotation is not None:
-        found[:3, :3] = rotation
-    return dart.math.Isometry3(found)
+def build(p, shape, thin, friction):
+    """The skeleton of the model; its wheels are ellipsoids where they are asked for.
 
-
-def bicycle(p, shape, thin, friction):
-    """Skeleton with its bodies and hinges; frames are parallel at the start."""
-    skeleton = dart.dynamics.Skeleton("bicycle")
-    foot = np.array([p["w"] + p["c"], 0.0, -p["rR"]])  # steer axis on the floor, from the rear hub
-    front = np.array([p["w"], 0.0, p["rF"] - p["rR"]]) - foot
-    centres = {
-        "B": np.array([p["xB"], 0, -p["zB"] - p["rR"]]), "R": np.zeros(3),
-        "H": np.array([p["xH"], 0, -p["zH"] - p["rR"]]) - foot, "F": np.zeros(3),
-    }  # fmt: skip
-    bodies, hinges = {}, {}
-    _, bodies["B"] = skeleton.createFreeJointAndBodyNodePair()
-    steer = np.array([np.sin(p["lam"]), 0.0, -np.cos(p["lam"])])
-    for parent, body, place, axis in (
-        ("B", "R", np.zeros(3), AXLE), ("B", "H", foot, steer), ("H", "F", front, AXLE),
-    ):  # fmt: skip
-        joint, bodies[body] = skeleton.createRevoluteJointAndBodyNodePair(bodies[parent])
-        joint.setAxis(axis)
-        joint.setTransformFromParentBodyNode(placed(place))
-        hinges[body] = joint
-    for body, node in bodies.items():
-        xx, xz = p[f"I{body}xx"], -p.get(f"I{body}xz", 0.0)  # z up changes the sign of the products
-        tensor = [[xx, 0, xz], [0, p[f"I{body}yy"], 0], [xz, 0, p.get(f"I{body}zz", xx)]]
-        node.setInertia(dart.dynamics.Inertia(p[f"m{body}"], centres[body], tensor))
+    DART reads no ellipsoid from SDFormat.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "bicycle.sdf"
+        path.write_text(model(p, thin), encoding="utf-8")
+        skeleton = dart.utils.SdfParser.readWorld(str(path)).getSkeleton("bicycle")
     for wheel in ("R", "F"):
-        r = p[f"r{wheel}"]
-        if shape == "ellipsoid":
-            touching = bodies[wheel].createShapeNode(
-                dart.dynamics.EllipsoidShape([2 * r, thin, 2 * r])
-            )
-        else:  # its axis is z
-            touching = bodies[wheel].createShapeNode(dart.dynamics.CylinderShape(r, thin))
-            sideways = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
-            touching.setRelativeTransform(placed(np.zeros(3), sideways))
-        touching.createCollisionAspect()
-        touching.createDynamicsAspect()
+        _, touching = skeleton.getBodyNode(wheel).getShapeNodes()
         touching.getDynamicsAspect().setFrictionCoeff(friction)
-    return skeleton, bodies, hinges
+        if shape == "ellipsoid":
+            r = p[f"r{wheel}"]
+            touching.setShape(dart.dynamics.EllipsoidShape([2 * r, thin, 2 * r]))
+            touching.setRelativeTransform(dart.math.Isometry3())
+    return skeleton
 
 
 def simulate(
@@ -78,28 +64,30 @@ def simulate(
     plane.createCollisionAspect()
     plane.createDynamicsAspect()
     plane.getDynamicsAspect().setFrictionCoeff(friction)
-    skeleton, bodies, hinges = bicycle(p, shape, thin, friction)
+    skeleton = build(p, shape, thin, friction)
     world.addSkeleton(floor)
     world.addSkeleton(skeleton)
     world.getConstraintSolver().setSplitImpulseEnabled(split)
 
-    root = skeleton.getRootJoint()
-    root.setPositions([0, 0, 0, 0, 0, p["rR"]])
-    root.setVelocities([roll_rate, 0, 0, speed, -roll_rate * p["rR"], 0])
-    hinges["R"].setVelocity(0, speed / p["rR"])
-    hinges["F"].setVelocity(0, speed / p["rF"])
+    frame = skeleton.getBodyNode("B")
+    rear, steer, front = (
+        skeleton.getJoint(name) for name in ("rear_axle", "steer_axis", "front_axle")
+    )
+    skeleton.getRootJoint().setVelocities([roll_rate, 0, 0, speed, -roll_rate * p["rR"], 0])
+    rear.setVelocity(0, speed / p["rR"])
+    front.setVelocity(0, speed / p["rF"])
     rows, cpu, each = [], 0.0, round(1 / rate / step)
     for row in range(1001):
         begin = time.process_time()
         for _ in range(each if row else 0):
             world.step()
         cpu += time.process_time() - begin
-        rotation = bodies["B"].getWorldTransform().rotation()
-        spin, hub = bodies["B"].getAngularVelocity(), bodies["B"].getLinearVelocity()
+        rotation = frame.getWorldTransform().rotation()
+        spin, hub = frame.getAngularVelocity(), frame.getLinearVelocity()
         potential, kinetic = skeleton.computePotentialEnergy(), skeleton.computeKineticEnergy()
         rows.append([
             np.arctan2(rotation[2, 1], rotation[2, 2]), rotation[:, 0] @ spin,
             rotation[:, 0] @ hub, potential, kinetic, potential + kinetic,
-            hinges["H"].getPosition(0), hinges["H"].getVelocity(0),
+            steer.getPosition(0), steer.getVelocity(0),
         ])  # fmt: skip
     return np.array(rows), cpu

@@ -6,45 +6,26 @@ ellipsoids, held up and driven by its soft contact and friction. Axes: x forward
 
 import time
 
+import exported
 import mujoco
 import numpy as np
 
-MODEL = """
-<mujoco>
-  <option timestep="{step}" integrator="{integrator}" gravity="0 0 -{g}" cone="{cone}"
-          impratio="{impratio}" solver="{solver}" iterations="100" tolerance="{tolerance}">
-    <flag energy="enable"/>
-  </option>
-  <default>
-    <geom type="ellipsoid" mass="0" contype="1" conaffinity="2" condim="3" friction="{friction}"
-          solref="{stiffness}" solimp="{impedance}"/>
-  </default>
-  <worldbody>
-    <geom type="plane" size="0 0 1" contype="2" conaffinity="1"/>
-    <body name="B" pos="0 0 {rR}">
-      <freejoint/>
-      <inertial pos="{xB} 0 {up_B}" mass="{mB}" fullinertia="{IBxx} {IByy} {IBzz} 0 {over_B} 0"/>
-      <site name="hub"/>
-      <body name="R">
-        <joint name="R" axis="0 1 0"/>
-        <inertial pos="0 0 0" mass="{mR}" diaginertia="{IRxx} {IRyy} {IRxx}"/>
-        <geom size="{rR} {thin} {rR}"/>
-      </body>
-      <body name="H" pos="{w} 0 {up_F}">
-        <joint name="steer" axis="{axis_x} 0 {axis_z}" pos="{trail} 0 -{rF}"/>
-        <inertial pos="{ahead_H} 0 {up_H}" mass="{mH}"
-                  fullinertia="{IHxx} {IHyy} {IHzz} 0 {over_H} 0"/>
-        <body name="F">
-          <joint name="F" axis="0 1 0"/>
-          <inertial pos="0 0 0" mass="{mF}" diaginertia="{IFxx} {IFyy} {IFxx}"/>
-          <geom size="{rF} {thin} {rF}"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-  <sensor><gyro site="hub"/><velocimeter site="hub"/></sensor>
-</mujoco>
-"""
+INTEGRATORS = {"Euler": "EULER", "implicit": "IMPLICIT", "RK4": "RK4"}
+"""MuJoCo's names of its integrators, by those of its files."""
+
+
+def build(p, thin):
+    """The exported model as a specification; the origin of the base is moved to the rear hub.
+
+    MuJoCo's steps depend on where it is: a free body moves with the velocity of its origin.
+    """
+    spec = mujoco.MjSpec.from_string(exported.model(p, "mjcf", 2 * thin))
+    base, hub = spec.body("B"), np.array([0, 0, p["rR"]])
+    base.pos += hub
+    base.ipos -= hub
+    for body in base.bodies:
+        body.pos -= hub
+    return spec
 
 
 def simulate(
@@ -60,15 +41,19 @@ def simulate(
     """
     if softness:
         stiffness = f"{softness * step} 1"
-    text = MODEL.format(
-        **p, step=step, integrator=integrator, stiffness=stiffness, impedance=impedance,
-        cone=cone, impratio=impratio, friction=friction, tolerance=tolerance, thin=thin,
-        solver=solver,
-        up_B=-p["zB"] - p["rR"], up_F=p["rF"] - p["rR"], up_H=-p["zH"] - p["rF"],
-        ahead_H=p["xH"] - p["w"], trail=p["c"], over_B=-p["IBxz"], over_H=-p["IHxz"],
-        axis_x=np.sin(p["lam"]), axis_z=-np.cos(p["lam"]),
-    )  # fmt: skip
-    model = mujoco.MjModel.from_xml_string(text)
+    spec = build(p, thin)
+    option = spec.option
+    option.timestep, option.impratio, option.tolerance = step, impratio, tolerance
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{INTEGRATORS[integrator]}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{cone.upper()}")
+    option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{solver.upper()}")
+    option.iterations = 100
+    option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    for touching in spec.geoms:
+        touching.friction[0] = friction
+        touching.solref = [float(x) for x in stiffness.split()]
+        touching.solimp[:3] = [float(x) for x in impedance.split()]
+    model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, round(settle / step))
     data.time = 0.0
@@ -84,9 +69,11 @@ def simulate(
         mujoco.mj_forward(model, data)
         w, x, y, z = data.qpos[3:7]
         roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        along = data.body("B").xmat.reshape(3, 3)[:, 0]
         potential, kinetic = data.energy
+        steer = data.joint("steer_axis")
         rows.append([
-            roll, data.sensordata[0], data.sensordata[3], potential, kinetic, potential + kinetic,
-            data.joint("steer").qpos[0], data.joint("steer").qvel[0],
+            roll, data.qvel[3], along @ data.qvel[:3], potential, kinetic, potential + kinetic,
+            steer.qpos[0], steer.qvel[0],
         ])  # fmt: skip
     return np.array(rows), cpu
