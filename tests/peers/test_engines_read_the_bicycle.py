@@ -1,5 +1,6 @@
 """Engines load the models that are exported, and have the bicycle before it moves."""
 
+import re
 from functools import partial
 
 import numpy as np
@@ -151,6 +152,22 @@ def test_dart_takes_small_angles_for_their_sines():
 def test_dart_does_not_free_the_base_of_mjcf(exported, bicycle):
     need("dart")
     assert apart(engines.dart_of_mjcf, exported("dart", bicycle, kind="mjcf")) == 3
+
+
+def test_dart_leaves_out_the_ellipsoids_of_urdf(exported, bicycle):
+    need("dart")
+    file = exported("dart", bicycle, kind="urdf")
+    assert apart(engines.dart_wheel_shapes_of_urdf, file) == (4, True)
+    text = file.read_text(encoding="ascii")
+    changed, count = re.subn("<cylinder [^>]*/>", '<ellipsoid radii="0.3 0.001 0.3"/>', text)
+    assert count == 4
+    file.write_text(changed, encoding="ascii")
+    assert apart(engines.dart_wheel_shapes_of_urdf, file) == (0, True)
+
+
+def test_dart_makes_the_floor_a_box(exported, bicycle):
+    need("dart")
+    assert apart(engines.dart_top_of_the_floor, exported("dart", bicycle)) == 5e-4
 
 
 def test_pybullet_makes_up_inertias_unless_told(exported, bicycle):

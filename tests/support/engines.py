@@ -137,6 +137,24 @@ def dart_of_mjcf(file):
     return sum(world.getSkeleton(i).getNumDofs() for i in range(world.getNumSkeletons()))
 
 
+def dart_wheel_shapes_of_urdf(file):
+    """How many shapes its wheels have, and whether its base is free."""
+    import dartpy as dart
+
+    bicycle = dart.utils.DartLoader().parseSkeleton(str(file))
+    shapes = sum(bicycle.getBodyNode(x).getNumShapeNodes() for x in "RF")
+    return shapes, bicycle.getRootJoint().getNumDofs() == 6
+
+
+def dart_top_of_the_floor(file):
+    """How far above the ground the floor of a world ends [m]."""
+    import dartpy as dart
+
+    world = dart.utils.SdfParser.readWorld(str(file))
+    shape = world.getSkeleton("floor").getBodyNode(0).getShapeNode(0).getShape()
+    return float(shape.getBoundingBox().getMax()[2])
+
+
 def pybullet_inertias(file, *, from_file):
     """Principal moments of the links B, R, H and F, and what the base is called."""
     import pybullet as bullet
