@@ -36,7 +36,9 @@ def headings_in(line: str) -> Iterator[list[str]]:
         yield DIALECTS[0].split(line)
     text = COMMENT_SIGNS.sub("", line, count=1) if COMMENT_SIGNS.match(line) else line
     text = text.strip()
-    if not (text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0" or _NO_UNIT.match(text)):
+    # Of a blank line the first letter is in every text.
+    begins = text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0" or _NO_UNIT.match(text)
+    if not (text and begins):
         return
     for dialect in DIALECTS[::2]:
         if dialect.separator in text:

@@ -1,0 +1,105 @@
+"""Each command is carried out in a process in which every warning of Python is an error.
+
+A test that calls `main` sees the warnings of what it does; a process also sees those of imports,
+of files that are left open, and of how an interpreter ends.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+from urllib.request import urlopen
+
+import pytest
+
+from heyoka_bike.registry import COMMANDS as REGISTERED
+from heyoka_bike.system.resources import data_folder
+
+pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
+
+WRONG = data_folder() / "peers" / "exudyn-h0.01.txt"
+SHORT = '[[maneuver]]\nname = "short"\nspeed = "4.6"\nroll_rate = "0.5"\nduration = "0.1"\n'
+GRID = ["--speed", "4:5:2", "--roll-rate", "0.3:0.5:2", "--longest", "10"]
+
+# Words of a command, and its exit code; NAME.x is made in a folder of its own.
+COMMANDS = {
+    "generate": (["--maneuvers", "short.toml", "--out", "made"], 0),
+    "certify": (["set"], 0),
+    "verify": (["set"], 0),
+    "linear": ([], 0),
+    "import": (["bicycle.urdf", "-o", "bicycle.toml"], 0),
+    "score": ([str(WRONG), "-o", "report.html"], 0),
+    "diagnose": ([str(WRONG), "--budget", "2"], 4),
+    "check": (["states.csv"], 0),
+    "bench": (["--help"], 0),
+    "animate": ([str(WRONG), "-o", "replay.html"], 0),
+    "plot": (["-o", "figure.svg"], 0),
+    "atlas": ([*GRID, "-o", "atlas.zarr"], 0),
+    "export": (["--format", "csv", "-o", "rows.csv"], 0),
+    "submit": ([str(WRONG), "--program", "x", "--cpu", "1", "--machine", "y", "-o", "x.zip"], 0),
+    "leaderboard": (["submissions"], 0),
+    "selfcheck": ([], 0),
+}
+
+
+def process(words, folder, **how):
+    """A process of the program that runs in a folder."""
+    # What matplotlib looks for in a home is none of ours.
+    environment = os.environ | {"MPLCONFIGDIR": str(folder / "matplotlib")}
+    command = [sys.executable, "-W", "error", "-m", "heyoka_bike", *words]
+    return subprocess.Popen(
+        command, cwd=folder, env=environment, text=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how,
+    )  # fmt: skip
+
+
+def carried_out(words, folder):
+    run = process(words, folder)
+    out, errors = run.communicate()
+    assert "Warning" not in errors, errors
+    return run.returncode, out, errors
+
+
+@pytest.fixture
+def folder(tmp_path, small_set):
+    """What the commands take."""
+    (tmp_path / "set").symlink_to(small_set)
+    (tmp_path / "submissions").mkdir()
+    (tmp_path / "short.toml").write_text(SHORT)
+    return tmp_path
+
+
+def before(name, folder):
+    """What another command has to write before."""
+    if name == "import":
+        words = ["export", "--model", "urdf", "-o", "bicycle.urdf"]
+    elif name == "check":
+        words = ["check", "--states", "states.csv"]
+    else:
+        return
+    code, _, errors = carried_out(words, folder)
+    assert code == 0, errors
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_warns_of_nothing(name, folder):
+    before(name, folder)
+    words, expected = COMMANDS[name]
+    code, out, errors = carried_out([name, *words], folder)
+    assert code == expected, (out, errors)
+
+
+def test_a_server_warns_of_nothing(tmp_path):
+    """From its start to its end by a signal."""
+    pytest.importorskip("uvicorn")
+    run = process(["serve", "--port", "0"], tmp_path)
+    address = next(word for line in run.stdout for word in line.split() if word.startswith("http"))
+    with urlopen(address, timeout=60) as page:
+        assert page.status == 200
+    run.send_signal(signal.SIGINT)
+    _, errors = run.communicate(timeout=60)
+    assert "Warning" not in errors, errors
+
+
+def test_every_command_is_here():
+    assert {*COMMANDS, "serve"} == {*REGISTERED}
