@@ -11,6 +11,7 @@ import sys
 from urllib.request import urlopen
 
 import pytest
+from generators.submissions import copied
 
 from heyoka_bike.registry import COMMANDS as REGISTERED
 from heyoka_bike.system.resources import data_folder
@@ -18,8 +19,16 @@ from heyoka_bike.system.resources import data_folder
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
 
 WRONG = data_folder() / "peers" / "exudyn-h0.01.txt"
-SHORT = '[[maneuver]]\nname = "short"\nspeed = "4.6"\nroll_rate = "0.5"\nduration = "0.1"\n'
-GRID = ["--speed", "4:5:2", "--roll-rate", "0.3:0.5:2", "--longest", "10"]
+SHORT = """\
+name = "short"
+[[maneuver]]
+name = "short 1"
+speed = "4.6"
+roll_rate = "0.5"
+duration = "0.1"
+spacing = "0.01"
+"""
+GRID = ["--speed", "4:5:2", "--roll-rate", "0.3:0.5:2", "--longest", "20"]
 
 # Words of a command, and its exit code; NAME.x is made in a folder of its own.
 COMMANDS = {
@@ -33,7 +42,7 @@ COMMANDS = {
     "check": (["states.csv"], 0),
     "bench": (["--help"], 0),
     "animate": ([str(WRONG), "-o", "replay.html"], 0),
-    "plot": (["-o", "figure.svg"], 0),
+    "plot": (["--maneuver", "2", "-o", "figure.svg"], 0),
     "atlas": ([*GRID, "-o", "atlas.zarr"], 0),
     "export": (["--format", "csv", "-o", "rows.csv"], 0),
     "submit": ([str(WRONG), "--program", "x", "--cpu", "1", "--machine", "y", "-o", "x.zip"], 0),
@@ -64,7 +73,7 @@ def carried_out(words, folder):
 def folder(tmp_path, small_set):
     """What the commands take."""
     (tmp_path / "set").symlink_to(small_set)
-    (tmp_path / "submissions").mkdir()
+    copied(tmp_path / "submissions")
     (tmp_path / "short.toml").write_text(SHORT)
     return tmp_path
 
