@@ -5,7 +5,7 @@ import sys
 
 import pytest
 from accessible import lacking, mended
-from support.browser import browser
+from support.browser import browser, wait_until
 
 from heyoka_bike.system.resources import data_folder
 
@@ -101,9 +101,9 @@ def test_what_scrolls_is_a_stop_of_the_keyboard_while_it_does(opened):
     )
     assert page.evaluate(SCROLLED) == ["long"]
     page.set_viewport_size({"width": 500, "height": 900})
-    page.wait_for_function(f"{SCROLLED}.length === 2")
+    wait_until(page, f"{SCROLLED}.length === 2")
     assert page.evaluate(SCROLLED) == ["long", "table"]
     page.set_viewport_size({"width": 1280, "height": 900})
-    page.wait_for_function(f"{SCROLLED}.length === 1")
+    wait_until(page, f"{SCROLLED}.length === 1")
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.id") == "long"

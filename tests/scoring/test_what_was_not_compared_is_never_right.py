@@ -113,6 +113,19 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
     )
 
 
+@pytest.mark.filterwarnings("error")
+def test_infinite_values_hide_no_other_value(tmp_path):
+    """One made every difference small enough, and NumPy warned of it."""
+    roll = right()["roll_angle"].copy()
+    roll[70] = np.inf
+    columns = {**right(), "roll_angle": roll, "roll_angle [deg]": np.rad2deg(roll)}
+    same = judged(written(tmp_path / "same.csv", columns))
+    assert "roll_angle [deg]" not in {x.name for x in same.not_compared}
+    columns["roll_angle [deg]"][40] *= 1.001
+    other = judged(written(tmp_path / "other.csv", columns))
+    assert "roll_angle [deg]" in {x.name for x in other.not_compared}
+
+
 @pytest.mark.parametrize("count", [1, 100, 10_000])
 def test_among_any_number_of_others(count, tmp_path):
     others = {f"sensor {i} of the frame": np.zeros(3) for i in range(count)}

@@ -7,6 +7,7 @@ on a loaded machine. A test that needs a page's own clock stops it and lets it r
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,11 +20,33 @@ WIDTHS = (320, 400, 800, 1280)
 # Two frames: what was asked for in the first is drawn in the second.
 DRAWN = "() => new Promise((d) => requestAnimationFrame(() => requestAnimationFrame(d)))"
 
+# A file, by its name and text, as a person drops it: the events that the browser makes of it.
+DROP = """([name, text]) => {
+  const data = new DataTransfer();
+  data.items.add(new File([text], name));
+  for (const kind of ["dragenter", "dragover", "drop"]) {
+    const how = { dataTransfer: data, bubbles: true, cancelable: true };
+    document.body.dispatchEvent(new DragEvent(kind, how));
+  }
+}"""
+
 
 def browser(test: Any) -> Any:
     """Mark a test that starts a browser, which takes more than the second of a fast test."""
     needed = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to look at the page with")
     return pytest.mark.proof(needed(test))
+
+
+def wait_until(page: Any, expression: str, seconds: float = 60.0) -> None:
+    """Wait until an expression of JavaScript is true in a page.
+
+    Playwright's own `wait_for_function` evaluates again in the page, which the policy of most pages
+    forbids: it fails if the expression is not true at once.
+    """
+    end = time.monotonic() + seconds
+    while not page.evaluate(expression):
+        assert time.monotonic() < end, expression
+        page.wait_for_timeout(20)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +92,7 @@ def visited(chromium: Any) -> Iterator[Callable[..., Any]]:
             page.clock.pause_at(1)
         page.goto(address)
         if until:
-            page.wait_for_function(until)
+            wait_until(page, until)
         if not is_stopped:
             page.evaluate(DRAWN)
         return page

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from checker_wasm import build, source_hash
 from generators.bad_links import CELL
-from support.browser import WIDTHS, browser, widths
+from support.browser import DROP, WIDTHS, browser, wait_until, widths
 from support.pages import Page
 
 from heyoka_bike import read_results, score
@@ -27,12 +27,6 @@ EXUDYN = PEERS / "exudyn-h0.01.txt"
 # What a link or a file becomes: a result, or the reason why there is none.
 IS_OVER = """document.getElementById("problem").textContent !== ""
     || !document.getElementById("result").hidden"""
-# A file as a person drops it.
-DROP = """([name, text]) => {
-  const given = new DataTransfer();
-  given.items.add(new File([text], name));
-  document.dispatchEvent(new DragEvent("drop", { dataTransfer: given }));
-}"""
 
 
 @pytest.fixture(scope="module")
@@ -226,9 +220,9 @@ def test_what_cannot_be_read_is_told_as_score_tells_it(judged, tmp_path):
 def test_a_file_is_dropped_and_its_result_is_linked(page, opened, judged):
     dropped = opened(page)
     dropped.evaluate(DROP, ["dropped.txt", EXUDYN.read_text()])
-    dropped.wait_for_function(IS_OVER)
+    wait_until(dropped, IS_OVER)
     dropped.click("#link")
-    dropped.wait_for_function("location.hash.startsWith('#result=')")
+    wait_until(dropped, "location.hash.startsWith('#result=')")
     dom, address = dropped.content(), dropped.evaluate("location.hash")
     assert dropped.complaints == []
     assert "dropped.txt: 1001 of 1001 rows compared, 0 to 10 s of 0 to 10 s" in said(dom, "facts")
@@ -384,7 +378,7 @@ def test_before_a_file_is_there_the_exact_motion_is_shown(page, opened):
     ]
     assert 'id="asked" aria-label="The exact motion" hidden' not in dom
     shown.click("#example")
-    shown.wait_for_function(IS_OVER)
+    wait_until(shown, IS_OVER)
     assert 'id="asked" aria-label="The exact motion" hidden' in shown.content()
 
 

@@ -8,6 +8,7 @@ import time
 import pytest
 import uvicorn
 from generators.submissions import copied
+from support.browser import DROP, wait_until
 
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.document.html import render
@@ -19,16 +20,6 @@ from heyoka_bike.workbench.serving.tasks import Limits
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
 WIDTHS = {"phone": 400, "tablet": 820, "desk": 1280}
-
-# A file as a person drops it: the event that the browser makes of it.
-DROP = """([name, text]) => {
-  const data = new DataTransfer();
-  data.items.add(new File([text], name));
-  for (const kind of ["dragenter", "dragover", "drop"]) {
-    const how = { dataTransfer: data, bubbles: true, cancelable: true };
-    document.body.dispatchEvent(new DragEvent(kind, how));
-  }
-}"""
 
 
 def board(folder):
@@ -98,7 +89,7 @@ def test_drop_score_replay_and_back(page, example):
     assert page.get_by_role("button", name="roll angle", pressed=False).count() == 1
     page.get_by_role("button", name="Replay").click()
     page.wait_for_selector("canvas")
-    page.wait_for_function("document.querySelector('.clock').textContent !== ''")
+    wait_until(page, "document.querySelector('.clock').textContent !== ''")
     assert fits(page)
     page.go_back()
     assert "1.6 correct digits" in page.inner_text(".verdict")
@@ -169,7 +160,6 @@ def test_a_slow_connection_shows_how_much_is_sent(chromium, address, example):
     )
     # A second of a slow line.
     page.evaluate(DROP, [example.name, example.read_text()])
-    # Not by wait_for_function, whose text the page's policy does not let run.
     page.locator(".busy", has_text=re.compile("sending .* of ")).wait_for()
     page.wait_for_url(re.compile("/results/.*/score"))
     page.locator(".verdict", has_text="1.6 correct digits").wait_for()
