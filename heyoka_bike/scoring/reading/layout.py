@@ -14,10 +14,9 @@ from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     is_maneuver,
-    named_again,
     named_unit,
     nanoseconds_beside,
-    recognise,
+    quantity_of,
     unit_in,
 )
 from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside, unknown_units
@@ -112,7 +111,8 @@ def _settled(
     names: Sequence[str], found: Sequence[Found], vectors: ReadTable, request: Request
 ) -> ColumnLayout:
     """Each meaning with the one column that has it."""
-    meant, beside = {}, []
+    meant: dict[tuple[str, int | None], int] = {}
+    contradicting: set[int] = set()
     for meaning, places in grouped((f, i) for i, f in enumerate(found) if f is not None).items():
         # Of several columns of one meaning the plainest name is meant.
         best, *others = sorted(places, key=lambda i: _oddity(names[i]))
@@ -125,7 +125,13 @@ def _settled(
                 vectors.heading,
             )
         meant[meaning] = best
-        beside += [(meaning[0], best, i) for i in others if meaning[0] != TIME]
+        if meaning[0] != TIME:
+            first = vectors.columns[best], names[best]
+            contradicting |= {
+                i
+                for i in others
+                if not _are_the_same(meaning[0], first, (vectors.columns[i], names[i]))
+            }
     time = meant[TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
     alone = 1 if alone is None and request.count == 1 else alone
@@ -138,11 +144,6 @@ def _settled(
         raise request.error(said, vectors.heading)
     nanoseconds = nanoseconds_beside(names, names[time])
     used = {*meant.values(), *([] if nanoseconds is None else [nanoseconds])}
-    contradicting = [
-        names[i]
-        for key, best, i in beside
-        if not _are_the_same(key, *((vectors.columns[j], names[j]) for j in (best, i)))
-    ]
     seen = _not_used(names, found, used, contradicting, request)
     seen += unknown_units({names[i]: key for (key, _), i in meant.items()})
     unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
@@ -151,31 +152,39 @@ def _settled(
 
 def _are_the_same(key: str, first: tuple[ReadColumn, str], second: tuple[ReadColumn, str]) -> bool:
     """True if two columns of a quantity hold the same values, each in the unit that it is named."""
-    si, values, bound = COMPARED[key][0].unit, [], np.zeros(len(first[0].values))
+    si, values, bounds = COMPARED[key][0].unit, [], []
     for column, name in (first, second):
         to_si = factor(named_unit(name, key) or si)[0]
         values.append(to_si * column.values)
-        bound += np.abs(to_si) * column.quantum.at(column.values)
+        bounds.append(to_si * column.quantum.at(column.values))
+    one, other = values
+    are_finite = np.isfinite(one) & np.isfinite(other)
+    if not np.array_equal(one[~are_finite], other[~are_finite], equal_nan=True):
+        return False
+    one, other = one[are_finite], other[are_finite]
     # Each is rounded as it is written, and when it was converted.
-    bound += _ROUNDING * np.max(np.abs(values[0]), initial=0.0)
-    are_missing = np.isnan(values[0]) & np.isnan(values[1])
-    return bool(np.all(are_missing | (np.abs(values[1] - values[0]) <= bound)))
+    bound = (bounds[0] + bounds[1])[are_finite] + _ROUNDING * np.max(np.abs(one), initial=0.0)
+    return bool(np.all(np.abs(other - one) <= bound))
 
 
 def _not_used(
     names: Sequence[str], found: Sequence[Found], used: Collection[int],
-    contradicting: Sequence[str], request: Request,
+    contradicting: Collection[int], request: Request,
 ) -> list[Evidence]:  # fmt: skip
     """Return evidence of columns that are not used, unless the user left them out."""
     left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
     left = [i for i in left if not is_maneuver(names[i])]
-    nameless = [names[i] for i in left if found[i] is None]
-    known = [name for name in nameless if recognise(name) or named_again(name)]
-    others = [names[i] for i in left if names[i] in contradicting]
-    unknown = [names[i] for i in left if names[i] not in (*known, *others)]
-    seen = [set_aside(known, request)] if known else []
-    seen += [set_aside(others, request, Reason.CONTRADICTS)] if others else []
-    return [*seen, left_out(unknown, request)] if unknown else [*seen]
+    known = [i for i in left if found[i] is None and quantity_of(names[i])]
+    others = [i for i in left if i in contradicting]
+    told = {*known, *others}
+    unknown = [i for i in left if i not in told]
+
+    def named(places: Sequence[int]) -> list[str]:
+        return [names[i] for i in places]
+
+    seen = [set_aside(named(known), request)] if known else []
+    seen += [set_aside(named(others), request, Reason.CONTRADICTS)] if others else []
+    return [*seen, left_out(named(unknown), request)] if unknown else [*seen]
 
 
 def _oddity(name: str) -> tuple[bool, bool]:

@@ -122,8 +122,7 @@ def _with_held_below(found: list[ReadTable], every: ArrayGroup) -> list[ReadTabl
     known = {x[0] for name in found[0].names or () if (x := recognise(name))}
     paths = [name for name, x in every.arrays.items() if "." in name and length(x) > 1]
     held = [n for n in paths if name_held(n, every.request)[0] not in (None, *known)]
-    seen = (left_out(held, every.request),) if held else ()
-    return [replace(found[0], seen=(*found[0].seen, *seen))]
+    return _with_evidence(found, left_out(held, every.request)) if held else found
 
 
 def _known_vectors(group: ArrayGroup) -> list[str]:
@@ -150,10 +149,9 @@ def _with_known_beside(
     # A single number is a parameter.
     rows = (name for name, x in group.arrays.items() if name not in used and length(x) > 1)
     known = [name for name in rows if _is_known_column(name)]
-    if not found or not known:
+    if not known:
         return found
-    lost = set_aside(known, group.request, Reason.BESIDE_A_TABLE)
-    return [replace(found[0], seen=(*found[0].seen, lost)), *found[1:]]
+    return _with_evidence(found, set_aside(known, group.request, Reason.BESIDE_A_TABLE))
 
 
 def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
@@ -173,12 +171,18 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
         every = ArrayGroup(others, request).with_all_below()
         for name, x in every.arrays.items():
             step = name.rpartition(".")[2]
-            if is_vector(x) and length(x) > 1 and _is_known_column(step):
-                lost.append(LostColumn(name, (recognise(step) or (None,))[0]))
-    if not found or not lost:
+            meant = recognise(step)
+            if meant and is_vector(x) and length(x) > 1 and _is_known_column(step):
+                lost.append(LostColumn(name, meant[0]))
+    if not lost:
         return found
     seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell)
-    return [replace(found[0], seen=(*found[0].seen, seen)), *found[1:]]
+    return _with_evidence(found, seen)
+
+
+def _with_evidence(found: list[ReadTable], seen: NotCompared) -> list[ReadTable]:
+    """The tables, the first with evidence of what is beside them."""
+    return [replace(x, seen=(*x.seen, seen)) if x is found[0] else x for x in found]
 
 
 def _is_known_column(name: str) -> bool:

@@ -67,7 +67,7 @@ _NUMBER_OF_JOINT = re.compile(r"(.+?)_([0-9]{1,3})")
 _NUMBER_BEHIND = re.compile(r"[\s_.]*[0-9]{1,3}$")
 # Of a maneuver in any place of a name; what else says nothing; what says something else.
 _MANEUVER_ANYWHERE = re.compile(
-    rf"(?<![a-z]){_PATTERN_OF_MANEUVER}[\s_.:-]*([0-9]{{1,3}})(?![0-9])", re.IGNORECASE
+    rf"(?<![a-z]){_PATTERN_OF_MANEUVER}[\s_.:-]*[0-9]{{1,3}}(?![0-9])", re.IGNORECASE
 )
 _NUMBER_OR_MARKS = re.compile(
     r"[0-9]+(?:st|nd|rd|th)?(?![a-zA-Z0-9])|[0-9]+|[\s_.:#*?~+()\[\]{}-]+"
@@ -111,24 +111,24 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     return key, number
 
 
-def named_again(name: str) -> tuple[str, int | None] | None:
-    """What a name means but for numbers and marks, with which it is no name of a column.
+@lru_cache(1 << 17)
+def quantity_of(name: str) -> str | None:
+    """Key of the quantity that a name means, whatever numbers and marks are beside it.
 
     pandas writes a second ``m1_roll_angle`` as ``m1_roll_angle.1``; others as ``2:roll_angle`` or
     ``roll_angle*``. A word, or a sign of a formula, gives a name a meaning of its own.
     """
+    if found := recognise(name):
+        return found[0]
     # What stands in brackets says no other quantity.
     stem = BRACKETS.sub(" ", unit_in(name.strip(" \"'"))[0])
     if _FORMULA.search(stem):
         return None
-    maneuvers = [*_MANEUVER_ANYWHERE.finditer(stem)]
     plain = " ".join(_NUMBER_OR_MARKS.sub(" ", _MANEUVER_ANYWHERE.sub(" ", stem)).split())
-    found = None if plain == name else recognise(plain)
     # The number of a joint's angle is an index, and T is a time where T2 is none.
     is_word = by_words(plain)[1] is not None
-    if found is None or found[0] == TIME or not is_word:
-        return None
-    return found[0], int(maneuvers[0][1]) if maneuvers else found[1]
+    found = recognise(plain) if is_word else None
+    return None if found is None or found[0] == TIME else found[0]
 
 
 def is_time(name: str) -> bool:

@@ -6,14 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
-from heyoka_bike.scoring.reading.names.columns import (
-    KEYS,
-    TIME,
-    by_words,
-    named_again,
-    recognise,
-    unit_in,
-)
+from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, by_words, quantity_of, unit_in
 from heyoka_bike.scoring.reading.names.joints import joint_held
 from heyoka_bike.scoring.reading.names.meanings import IN_WORDS, letter_of
 from heyoka_bike.scoring.reading.names.units import split_unit, unknown_unit
@@ -33,10 +26,10 @@ def set_aside(
     """Return the evidence that columns are not used although their names are known."""
     columns = []
     for name in names:
-        found = recognise(name) or named_again(name)
-        key = None if found is None else found[0]
         is_letter = bool(letter_of(split_unit(name)[0]))
-        columns.append(LostColumn(name, key, _maneuver_in_words(name, request), is_letter))
+        columns.append(
+            LostColumn(name, quantity_of(name), _maneuver_in_words(name, request), is_letter)
+        )
     return NotCompared(reason, tuple(columns), request.how_to_tell)
 
 
