@@ -17,9 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import pytest
-from generators.made_sets import make as make_set
-from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
 
+from generators.made_sets import make as make_set
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
 from heyoka_bike.motion.integrate import integrate
@@ -31,6 +30,7 @@ from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
+from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
 
 # A project of its own, which a test runs.
 collect_ignore = ["example_project"]

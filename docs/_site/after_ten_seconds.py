@@ -14,7 +14,6 @@ from pathlib import Path
 
 import flint
 import mpmath
-from marked_parts import filled, split
 
 from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
@@ -27,6 +26,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.layout import AFTER
 from heyoka_bike.system.resources import after_folder, benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.after_ten_seconds.facts import settling_fact
+from marked_parts import filled, split
 
 PAGE = Path(__file__).parent.parent / "after-ten-seconds.md"
 DIGITS = (50, 60)

@@ -12,8 +12,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from speed_page import filled
-from timed import content, timed
 
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
@@ -25,6 +23,8 @@ from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UPRIGHT, WEAVE
 from heyoka_bike.workbench.atlas.design import axis, design
 from heyoka_bike.workbench.atlas.make import edge
 from heyoka_bike.workbench.atlas.store import load_atlas
+from speed_page import filled
+from timed import content, timed
 
 PAGE = Path(__file__).parent.parent / "atlas.md"
 FIGURE = PAGE.parent / "atlas.svg"

@@ -19,7 +19,6 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from certified_texts import DIGITS, texts
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.description import FILES
 from heyoka_bike.reference.layout import TEXT_50

@@ -13,7 +13,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import mpmath
-from marked_parts import filled, split
 
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
@@ -22,6 +21,7 @@ from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.manifest import MANIFEST, read_manifest
 from heyoka_bike.system.resources import collection
 from heyoka_bike.workbench.boxes.box import above, below, stability_box
+from marked_parts import filled, split
 
 PAGE = Path(__file__).parent.parent / "reference" / "other-bicycles.md"
 NAMES = [name for name in collection("bicycles") if name != "benchmark"]

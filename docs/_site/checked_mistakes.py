@@ -7,7 +7,6 @@ nothing; its table is checked. Run as a script, this writes the page's table.
 from pathlib import Path
 
 import numpy as np
-from marked_parts import filled
 
 from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
@@ -22,6 +21,7 @@ from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Program
 from heyoka_bike.scoring.instants.check import binary64_states, check, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
+from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "checked-mistakes.md"
 RIGHT = Program(read_bicycle(benchmark_bicycle()), {})

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from marked_parts import filled
-
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING, Column
+from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "columns.md"
 

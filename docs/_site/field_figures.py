@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from textwrap import fill
 
 import numpy as np
-from field_harder import LEAST, largest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from placed_labels import Label, place
 
+from field_harder import LEAST, largest
 from heyoka_bike.workbench.style import (
     BLACK,
     BLUE,
@@ -21,6 +20,7 @@ from heyoka_bike.workbench.style import (
     WIDTH,
     style,
 )
+from placed_labels import Label, place
 
 _SIZE = (WIDTH, 5.4)  # [inch]
 _LONGEST = 24  # of a line of a label

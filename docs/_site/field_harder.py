@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from speed_page import table
-
 from heyoka_bike.showing.wording import label, number, one_decimal
+from speed_page import table
 
 ALONE, EDGE = ("H2", "H4"), tuple(f"H3{x}" for x in "abcdef")
 """Problems with a table of their own, and those that share one."""

@@ -20,11 +20,10 @@ from typing import Any
 from field_figures import KINDS, OTHER, RIGHT, Kind, costs, drifts, is_blind
 from field_harder import LEAST, counted, drift, harder, largest, seconds
 from field_race import judged, race
-from speed_page import filled, table
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.showing.wording import label, one_decimal
 from heyoka_bike.workbench.style import render
+from speed_page import filled, table
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "field.md", DOCS / "field.json"

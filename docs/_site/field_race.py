@@ -2,9 +2,8 @@
 
 from field_figures import PASSES, RIGHT
 from field_harder import counted, times
-from speed_page import table
-
 from heyoka_bike.showing.wording import number, one_decimal
+from speed_page import table
 
 
 def judged(run, maneuver):

@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from marked_parts import filled
-
 from heyoka_bike.scoring import evidence
 from heyoka_bike.scoring.diagnosis import found
 from heyoka_bike.showing import causes, sayings
+from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "findings.md"
 _SEVERITIES = ("info", "warning")

@@ -5,9 +5,8 @@ Run as a script, this writes it.
 
 from pathlib import Path
 
-from marked_parts import filled
-
 from heyoka_bike.scoring.reading.formats import TEXT_FIRST, Format
+from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "files.md"
 

@@ -16,8 +16,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from blocks import carry_out
 from PIL import Image
+
+from blocks import carry_out
 
 DOCS = Path(__file__).parent.parent
 PAGE = DOCS / "gallery.md"

@@ -12,9 +12,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import flint
-from speed_page import STAGE_NAMES, table
 
 import heyoka_bike
+from speed_page import STAGE_NAMES, table
 
 PRODUCTS = 10_000_000
 BITS = 256

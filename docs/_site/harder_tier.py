@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
@@ -42,6 +41,7 @@ from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import find_input, reference_folder
+from speed_page import filled, table
 
 DOCS = Path(__file__).parent.parent
 PAGE, FOUND = DOCS / "harder-tier.md", DOCS / "harder-tier.json"

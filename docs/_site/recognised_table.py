@@ -14,8 +14,6 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 
 from generators.mistaken_programs import SEEN, columns_of, distance, results
-from marked_parts import filled, split
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.alignment import align
@@ -25,6 +23,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, output
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.system.parallel import processors
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
+from marked_parts import filled, split
 
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 

@@ -12,10 +12,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from addresses import addresses
 from docutils import nodes
 from sphinx import addnodes
 from sphinx.application import Sphinx
+
+from addresses import addresses
 
 
 def _plain(app: Sphinx, document: nodes.document) -> None:

@@ -14,7 +14,6 @@ DOCS = Path(__file__).parent.parent
 sys.path.append(str(DOCS.parent / "tests"))
 
 from generators.mistaken_programs import columns_of, correct, results
-
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.alignment import align

@@ -28,14 +28,15 @@ import shutil
 from pathlib import Path
 from typing import Any, ClassVar
 
-from blocks import SECONDS, HangError, absent, committed, fill, options, result, without_outputs
-from blocks import picture as picture_of
 from docutils import nodes
 from docutils.parsers.rst import DirectiveError
 from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
+
+from blocks import SECONDS, HangError, absent, committed, fill, options, result, without_outputs
+from blocks import picture as picture_of
 
 _KEYS = frozenset({
     "python", "code", "needs", "modules", "long", "lines", "figure", "alt", "clear", "link",

@@ -14,11 +14,11 @@ from fractions import Fraction
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import marked_parts
 import numpy as np
 from matplotlib.figure import Figure
 
 import heyoka_bike
+import marked_parts
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.exact import Exact

@@ -12,10 +12,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from heyoka_bike.system.machine import machine
 from speed_page import filled
 from timed import content, processor_time, timed
-
-from heyoka_bike.system.machine import machine
 
 PAGE = Path(__file__).parent.parent / "how-to" / "cluster.md"
 BICYCLES = ["browser", "pista", "silver", "stratos"]

@@ -9,13 +9,13 @@ import tomllib
 from functools import cache
 
 import numpy as np
-from paper_fact import ROOT, among, document, fact, part, power, text_of
-from speed_page import STEP
 
 from heyoka_bike import __version__, load_reference, read_bicycle, read_maneuvers
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from paper_fact import ROOT, among, document, fact, part, power, text_of
+from speed_page import STEP
 
 
 @fact("data/maneuvers/benchmark.toml", "cat FILE")

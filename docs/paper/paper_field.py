@@ -7,9 +7,8 @@ from field_figures import PASSES, RIGHT, is_blind
 from field_harder import LEAST
 from field_page import ALIKE, BUDGET, JUDGED, by_column, claim, shown
 from field_race import judged
-from paper_fact import among, document, fact, part, power, text_of
-
 from heyoka_bike.workbench.bench.race import CLASSES
+from paper_fact import among, document, fact, part, power, text_of
 
 FIELD = "python data/peers/field.py --all -o docs/field.json"
 SPEED = "python docs/_site/speed_page.py --measure"

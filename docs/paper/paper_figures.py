@@ -6,9 +6,8 @@ from functools import partial
 
 import figures
 from field_page import figures as field_figures
-from paper_fact import ROOT, document
-
 from heyoka_bike.workbench.style import render
+from paper_fact import ROOT, document
 
 
 @dataclass(frozen=True)

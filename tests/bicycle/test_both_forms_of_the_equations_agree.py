@@ -1,8 +1,8 @@
 """The few-product and the regular form of the equations describe one motion."""
 
 import pytest
-from generators.on_the_floor import along, few_product_state, model, random_state
 
+from generators.on_the_floor import along, few_product_state, model, random_state
 from heyoka_bike.bicycle.equations.kinematics import posture, speeds
 from heyoka_bike.bicycle.equations.model import few_products, regular
 

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 import flint
 import pytest
-from support.two_models import ANGLES, PLACE
 from test_independent_model_agrees_with_the_reduced_one import BALLS, BENCHMARK, Case, both_of
 
 from heyoka_bike.bicycle.equations.bodies import bodies
@@ -24,6 +23,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
+from support.two_models import ANGLES, PLACE
 
 N = len(COORDINATES)
 # 400 bits, of which cancellation and a small mechanical trail take some.

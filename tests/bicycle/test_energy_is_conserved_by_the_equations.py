@@ -1,8 +1,8 @@
 """Along the motion the energy stays constant and the front wheel stays on the floor."""
 
 import pytest
-from generators.on_the_floor import along, few_product_state, model, random_state
 
+from generators.on_the_floor import along, few_product_state, model, random_state
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
 from heyoka_bike.bicycle.equations.outputs import energies

@@ -13,6 +13,12 @@ from fractions import Fraction
 
 import flint
 import pytest
+
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, read_bicycle
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.system.resources import benchmark_bicycle
 from oracles import vectors
 from oracles.newton_euler import solve_pitch
 from support.two_models import (
@@ -22,12 +28,6 @@ from support.two_models import (
     from_the_few_product_form,
     from_the_regular_form,
 )
-
-from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, read_bicycle
-from heyoka_bike.numbers.arithmetic import Balls
-from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.resources import benchmark_bicycle
 
 BENCHMARK = read_bicycle(benchmark_bicycle())
 DIGITS = 80

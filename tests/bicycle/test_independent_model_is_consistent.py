@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import flint
 import pytest
-from oracles import multibody
-from oracles.newton_euler import Motion, move
-from oracles.vectors import Multiprecision
 
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.system.resources import benchmark_bicycle
+from oracles import multibody
+from oracles.newton_euler import Motion, move
+from oracles.vectors import Multiprecision
 
 BICYCLE = read_bicycle(benchmark_bicycle())
 DIGITS = 70

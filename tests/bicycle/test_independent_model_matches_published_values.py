@@ -13,12 +13,12 @@ from typing import Any
 
 import flint
 import pytest
-from oracles import multibody
-from oracles.newton_euler import Motion, move, solve_pitch
 
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle, read_maneuvers
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from oracles import multibody
+from oracles.newton_euler import Motion, move, solve_pitch
 
 BICYCLE = read_bicycle(benchmark_bicycle())
 MANEUVERS = read_maneuvers(benchmark_maneuvers())

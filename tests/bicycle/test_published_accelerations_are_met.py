@@ -5,8 +5,8 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from generators.on_the_floor import along, few_product_state, model, pitch_on_the_floor
 
+from generators.on_the_floor import along, few_product_state, model, pitch_on_the_floor
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
 from heyoka_bike.bicycle.equations.outputs import energies, yaw_rate

@@ -4,8 +4,8 @@ from fractions import Fraction
 
 import flint
 import pytest
-from generators.on_the_floor import few_product_state, model, random_state
 
+from generators.on_the_floor import few_product_state, model, random_state
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import posture
 from heyoka_bike.bicycle.equations.model import few_products, regular

@@ -26,17 +26,8 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from generators.sign_flips import Flip, changed, flips
-from oracles.random_field import Element, RandomField, UnknownRootError, differences
-from support.two_models import (
-    Both,
-    from_the_columns,
-    from_the_few_product_form,
-    from_the_integrals,
-    from_the_regular_form,
-    from_the_whole_motion,
-)
 
+from generators.sign_flips import Flip, changed, flips
 from heyoka_bike.bicycle.equations import (
     bodies,
     constants,
@@ -51,6 +42,15 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.numbers import vectors
 from heyoka_bike.numbers.dual import Dual, Duals
+from oracles.random_field import Element, RandomField, UnknownRootError, differences
+from support.two_models import (
+    Both,
+    from_the_columns,
+    from_the_few_product_form,
+    from_the_integrals,
+    from_the_regular_form,
+    from_the_whole_motion,
+)
 
 OVERLOOKED = Fraction(1, 10**140)
 """Of one false equation: the degrees counted are below 3 million, and the prime has 154 digits."""

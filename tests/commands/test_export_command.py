@@ -7,11 +7,11 @@ from pathlib import Path
 
 import h5py
 import pytest
-from support.export_programs import STEM, need
-from support.without_packages import HEAVY, python
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.cli import main
+from support.export_programs import STEM, need
+from support.without_packages import HEAVY, python
 
 FILES = {
     "c": (".c", ".h"), "fortran": (".f90",), "matlab": (".m",), "json": (".json",),

@@ -6,7 +6,6 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from support.model_files import about
 
 from heyoka_bike.bicycle.foreign.imported import import_bicycle
 from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle
@@ -15,6 +14,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.exports.models import MODELS, render
 from heyoka_bike.system.resources import collection, find_input
+from support.model_files import about
 
 # Half a unit of the fifteenth digit, to which files are read.
 ROUNDOFF = 5e-15

@@ -4,9 +4,9 @@ import subprocess
 import sys
 
 import pytest
-from support.without_packages import HEAVY, python
 
 from heyoka_bike.system.resources import data_folder
+from support.without_packages import HEAVY, python
 
 RESULTS = str(data_folder() / "peers" / "exudyn-h0.001.txt")
 

@@ -11,8 +11,8 @@ import sys
 from urllib.request import urlopen
 
 import pytest
-from generators.submissions import copied
 
+from generators.submissions import copied
 from heyoka_bike.registry import COMMANDS as REGISTERED
 from heyoka_bike.system.resources import data_folder
 

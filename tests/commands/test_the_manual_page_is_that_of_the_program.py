@@ -4,10 +4,10 @@ import re
 import shutil
 import subprocess
 
-import man_page
 import pytest
 
 import heyoka_bike
+import man_page
 from heyoka_bike.cli import ENVIRONMENT, main, parser
 from heyoka_bike.system.resources import data_folder
 

@@ -11,8 +11,9 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
-from corpus.benchmark import MANEUVERS, TABLE_1, Array, Columns, Run, changed
 from exudyn.utilities import RigidBodyInertia, SensorBody, SensorObject
+
+from corpus.benchmark import MANEUVERS, TABLE_1, Array, Columns, Run, changed
 
 _Output, _Solver = exu.OutputVariableType, exu.DynamicSolverType
 _AXLE = np.array([0.0, 1.0, 0.0])

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from corpus.files import files
 from corpus.writing import HERE, ORDER, File, Runs
 

@@ -10,10 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import expm
+
 from corpus import methods as by
 from corpus.benchmark import MANEUVERS, TABLE_1, Array, Columns, Run
 from corpus.methods import Lean, Method
-from scipy.linalg import expm
 
 
 @dataclass(frozen=True)

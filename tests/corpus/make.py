@@ -13,6 +13,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+
 from corpus import exudyn_runs, linear_runs, newton_runs, symbrim_runs
 from corpus.benchmark import COLUMNS, MANEUVERS, TIMES, Array, Run
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from corpus.benchmark import TIMES, Array
 from scipy.integrate import odeint, solve_ivp
+
+from corpus.benchmark import TIMES, Array
 
 Slope = Callable[[float, Array], Array]
 Lean = Callable[[Array], float]

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from corpus.benchmark import MANEUVERS, TABLE_1, Array, Columns
 from corpus.methods import Method
 

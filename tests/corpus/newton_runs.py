@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from corpus import methods as by
 from corpus.benchmark import TABLE_1, Run, changed
 from corpus.newton_model import B, F, H, Program, R

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import sympy as sm
 import sympy.physics.mechanics as me
-from corpus.benchmark import Array
 from symbrim.bicycle import (
     FlatGround,
     KnifeEdgeWheel,
@@ -23,6 +22,8 @@ from symbrim.bicycle import (
     RigidRearFrame,
     WhippleBicycle,
 )
+
+from corpus.benchmark import Array
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from corpus import methods as by
 from corpus.benchmark import MANEUVERS, TABLE_1, Array, Columns, Run, changed
 from corpus.methods import EXACT, Method

@@ -232,7 +232,6 @@ def result_files():
 def corpus_files(every=1):
     from corpus.files import files
     from corpus.writing import Runs, text
-
     from heyoka_bike.commands.result_files import read
 
     runs = Runs()

@@ -1,10 +1,10 @@
 """A run of any precision p keeps energy to 16 x 2^-p and the front wheel on the floor."""
 
 import pytest
-from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import evaluator
+from support.tiers import ONE_MANEUVER
 
 PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import evaluator, row_times
 from heyoka_bike.reference.proof.rows import exact_columns
+from support.tiers import ONE_MANEUVER
 
 ANCHORS = json.loads((Path(__file__).parents[1] / "anchors" / "benchmark.json").read_text())
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from generators.sign_flips import flips
-from oracles.derivative_rules import all_hold
-from oracles.random_field import RandomField
 
+from generators.sign_flips import flips
 from heyoka_bike.numbers import dual
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.dual import Duals, Traced, Traces
+from oracles.derivative_rules import all_hold
+from oracles.random_field import RandomField
 
 
 def duals(field: RandomField, values: Any) -> Any:

@@ -6,10 +6,10 @@ from typing import Any
 
 import flint
 import pytest
-from oracles.power_series import PowerSeries
 
 from heyoka_bike.numbers import analytic
 from heyoka_bike.numbers.analytic import Samples
+from oracles.power_series import PowerSeries
 
 BITS, LENGTH, RADIUS = 100, 20, 3
 

@@ -22,6 +22,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
 from oracles.multibody import (
     Body,
     Constraint,
@@ -47,9 +49,6 @@ from oracles.vectors import (
     rotation,
     zero,
 )
-
-from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.exact import Exact
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support import engines
-from support.engines import ENGINES, apart, need, printed
-from support.model_files import posed
 
 from heyoka_bike import check
 from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
@@ -15,6 +12,9 @@ from heyoka_bike.cli import main
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.exports.models import MODELS, refused, render
 from heyoka_bike.system.resources import find_input
+from support import engines
+from support.engines import ENGINES, apart, need, printed
+from support.model_files import posed
 
 pytestmark = [pytest.mark.peers, pytest.mark.timeout(600)]
 

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+
 from support.peers import apart, field, measured, on_path, problem
 
 FIELD, H1 = field.read_field(), problem.Problem.of("H1")

@@ -8,8 +8,8 @@ import sys
 import time
 
 import pytest
-from blocks import HangError, carry_out
 
+from blocks import HangError, carry_out
 from heyoka_bike.system.resources import data_folder
 
 SITE = data_folder().parent / "docs" / "_site"

@@ -10,9 +10,8 @@ import sys
 import tomllib
 
 import pytest
-from addresses import addresses
-from support.site import broken, served
 
+from addresses import addresses
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring import evidence
@@ -20,6 +19,7 @@ from heyoka_bike.scoring.diagnosis import found
 from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.system.resources import data_folder
+from support.site import broken, served
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"

@@ -6,9 +6,9 @@ Without Sphinx: what GitHub's readers follow. External addresses are not visited
 import re
 
 import pytest
-from redirects import moved
 
 from heyoka_bike.system.resources import data_folder
+from redirects import moved
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"

@@ -6,11 +6,11 @@ from functools import partial
 from textwrap import fill
 
 import pytest
+
 from field_page import BUDGET, FIGURES, PAGE, RUN, figures, pages, parts, shown
+from heyoka_bike.system.resources import data_folder
 from support.peers import field as runner
 from support.peers import measured, race
-
-from heyoka_bike.system.resources import data_folder
 
 
 @pytest.fixture(scope="module")

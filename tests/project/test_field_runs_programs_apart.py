@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.peers import PEERS, apart, field, measured, on_path, problem, race
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from support.peers import PEERS, apart, field, measured, on_path, problem, race
 
 FIELD, FIELD_TOML = PEERS / "field.py", field.read_field()
 

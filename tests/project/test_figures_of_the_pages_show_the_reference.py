@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from after_ten_seconds import committed
 from after_ten_seconds import number as first_number
 from generators.drawn_bicycles import OTHER_PARAMETERS
-
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.system.resources import benchmark_bicycle, data_folder
@@ -26,10 +26,9 @@ matplotlib = pytest.importorskip("matplotlib")
 
 import figures  # noqa: E402
 from figures import after, certified_bounds, definition_distances, dimensions, overview, true_errors  # noqa: E402
-from support.texts_apart import assert_texts_are_apart  # noqa: E402
-
 from heyoka_bike.reference.proof import enclose as proving  # noqa: E402
 from heyoka_bike.workbench.style import render  # noqa: E402
+from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
 HAS_HEYOKA = find_spec("heyoka") is not None
 NAMES = [

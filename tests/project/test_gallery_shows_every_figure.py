@@ -8,7 +8,6 @@ pytest.importorskip("PIL")
 
 import figures
 from gallery import IMAGES, PAGE, SHOTS, entries
-
 from heyoka_bike.workbench.figures import FIGURES
 
 _LARGEST = 200e3  # of a picture in the repository [bytes]

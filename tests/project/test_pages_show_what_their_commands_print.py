@@ -1,6 +1,7 @@
 """Outputs that stand in a page of the documentation are those of the commands above them."""
 
 import pytest
+
 from addresses import addresses
 from blocks import BLOCK, committed, options, without_outputs
 from outputs import DOCS, filled

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+
 from speed_page import (
     FIGURES,
     PAGE,

@@ -10,10 +10,10 @@ import subprocess
 import sys
 
 import pytest
-from build import FACTS, FIGURES, HERE, source
-from paper_fact import PLACE, filled, power, words_of
 
+from build import FACTS, FIGURES, HERE, source
 from heyoka_bike.system.resources import data_folder
+from paper_fact import PLACE, filled, power, words_of
 
 TEXT = (HERE / "paper.md").read_text(encoding="utf-8")
 CALLS = sorted(set(PLACE.findall(TEXT)))

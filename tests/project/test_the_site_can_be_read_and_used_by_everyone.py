@@ -4,10 +4,10 @@ import subprocess
 import sys
 
 import pytest
-from accessible import lacking, mended
-from support.browser import browser, wait_until
 
+from accessible import lacking, mended
 from heyoka_bike.system.resources import data_folder
+from support.browser import browser, wait_until
 
 SITE = data_folder().parent / "docs" / "_site"
 LONG = "x" * 400

@@ -10,15 +10,15 @@ from hashlib import sha256
 import jsonschema
 import pytest
 import yaml
+
 from beside_pages import CITED, EXAMPLE, write
 from certified_texts import DIGITS, rounded
-from support.browser import browser
-from support.pages import Page
-from support.site import broken, served
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
+from support.browser import browser
+from support.pages import Page
+from support.site import broken, served
 
 ROOT = data_folder().parent
 FOLDER = "some/where"

@@ -5,9 +5,9 @@ import stat
 import subprocess
 import sys
 
-import blocks
 import pytest
 
+import blocks
 from heyoka_bike.system.resources import data_folder
 
 SITE = data_folder().parent / "docs" / "_site"

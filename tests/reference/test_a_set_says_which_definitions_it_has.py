@@ -7,8 +7,8 @@ import sys
 import h5py
 import numpy as np
 import pytest
-from generators.made_sets import accept, accept_numbers, older
 
+from generators.made_sets import accept, accept_numbers, older
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, COMPARED, FOLLOWING
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError, InputError

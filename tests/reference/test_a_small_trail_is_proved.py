@@ -5,8 +5,8 @@ thousandths of a radian apart these cannot be told from nothing, for however sho
 """
 
 import pytest
-from generators.drawn_starts import bicycles, starts
 
+from generators.drawn_starts import bicycles, starts
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference import making

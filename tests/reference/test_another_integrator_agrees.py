@@ -17,7 +17,6 @@ from pathlib import Path
 
 import flint
 import pytest
-from oracles import taylor
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
@@ -27,6 +26,7 @@ from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.rows import exact_columns
+from oracles import taylor
 
 SHORT, WHOLE = 3, 10
 """Seconds of a maneuver."""

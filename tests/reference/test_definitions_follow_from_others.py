@@ -8,14 +8,14 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from oracles.newton_euler import move
-from oracles.vectors import Multiprecision, axes, rotation
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Doubles
 from heyoka_bike.reference.following import FOLLOWS
+from oracles.newton_euler import move
+from oracles.vectors import Multiprecision, axes, rotation
 
 NAMES = [c.name for c in FOLLOWING]
 STATE = ("roll_angle", "pitch", "steer_angle", "yaw", "roll_rate", "steer_rate", "forward_speed")

@@ -7,9 +7,9 @@ from fractions import Fraction
 import flint
 import numpy as np
 import pytest
-from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.motion.trajectory import evaluator
+from support.tiers import ONE_MANEUVER
 
 
 def times(maneuver, breaks):

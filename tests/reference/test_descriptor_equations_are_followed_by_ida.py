@@ -8,13 +8,13 @@ import re
 
 import numpy as np
 import pytest
-from support.equation_programs import STEM, export
-from support.export_programs import need, run
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.descriptor import Descriptor, to_reduced
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Multiprecision
+from support.equation_programs import STEM, export
+from support.export_programs import need, run
 
 pytestmark = pytest.mark.proof
 

@@ -5,8 +5,6 @@ A solver of the language follows maneuver 2 with them; a language that is not in
 
 import numpy as np
 import pytest
-from support import equation_programs
-from support.equation_programs import SOMEWHERE, export
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -14,6 +12,8 @@ from heyoka_bike.bicycle.equations.whole_motion import whole_rates
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.system.resources import collection, find_input
+from support import equation_programs
+from support.equation_programs import SOMEWHERE, export
 
 pytestmark = pytest.mark.proof
 

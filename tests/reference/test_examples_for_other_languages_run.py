@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from support.export_programs import STEM, export, need
 
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
+from support.export_programs import STEM, export, need
 
 ROOT = data_folder().parent
 EXAMPLES = ROOT / "docs" / "examples"

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from support.export_programs import c_values, export, fortran_values, octave_values
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from support.export_programs import c_values, export, fortran_values, octave_values
 
 EVERY_COLUMN = tuple(c.name for c in COLUMNS)
 

@@ -7,7 +7,6 @@ from fractions import Fraction
 import jsonschema
 import numpy as np
 import pytest
-from support.export_programs import STEM, c_values, export, need, run
 
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
@@ -16,6 +15,7 @@ from heyoka_bike.reference.exports.formats import choose
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.system.resources import data_folder
+from support.export_programs import STEM, c_values, export, need, run
 
 SCHEMA = data_folder().parent / "heyoka_bike" / "reference" / "exports" / "export-1.schema.json"
 

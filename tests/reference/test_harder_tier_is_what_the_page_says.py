@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+
 from harder_tier import (
     CODES,
     FOUND,
@@ -22,7 +23,6 @@ from harder_tier import (
     run,
     write,
 )
-
 from heyoka_bike.cli import main
 from heyoka_bike.errors import SingularMotionError
 from heyoka_bike.motion.integrate import integrate

@@ -16,13 +16,13 @@ from typing import Any
 
 import flint
 import pytest
-from oracles.newton_euler import Motion, move, solve_pitch
 
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.trajectory import Trajectory, evaluator
 from heyoka_bike.numbers.exact import Exact
+from oracles.newton_euler import Motion, move, solve_pitch
 
 pytestmark = pytest.mark.proof
 

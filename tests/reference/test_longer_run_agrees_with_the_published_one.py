@@ -2,10 +2,10 @@
 
 import flint
 import pytest
-from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.motion.trajectory import evaluator, row_times
+from support.tiers import ONE_MANEUVER
 
 BITS = 440  # well above both runs
 

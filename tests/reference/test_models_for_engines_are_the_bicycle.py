@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 import mpmath
 import numpy as np
 import pytest
-from support.model_files import matrix_of, model_of, numbers, posed
 
 from heyoka_bike.bicycle.parameters import read_bicycle, read_inputs, read_maneuvers
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.exports.models import MODELS, THINNEST, render
 from heyoka_bike.system.resources import collection, find_input
+from support.model_files import matrix_of, model_of, numbers, posed
 
 STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 ROUNDOFF = 1e-13

@@ -15,8 +15,8 @@ import flint
 import h5py
 import numpy as np
 import pytest
-from generators.drawn_starts import bicycles, starts
 
+from generators.drawn_starts import bicycles, starts
 from heyoka_bike.bicycle.columns import NORMS
 from heyoka_bike.bicycle.equations.initial import pitch_at_start
 from heyoka_bike.bicycle.equations.reduced import Equations

@@ -1,6 +1,7 @@
 """The sets of docs/reference/other-bicycles.md come out again: steps, bound, published numbers."""
 
 import pytest
+
 from bicycle_table import NAMES, committed, set_of
 
 

@@ -10,7 +10,6 @@ import flint
 import mpmath
 import numpy as np
 import pytest
-from support.without_packages import HEAVY, python
 
 from heyoka_bike.bicycle.columns import DENSE_COLUMNS, FOLLOWING, MOTION_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -19,6 +18,7 @@ from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.numbers.double import root
 from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver, load_motion
 from heyoka_bike.workbench.replay.motion_3d import motion_3d, reference_state
+from support.without_packages import HEAVY, python
 
 BITS = 256
 

@@ -10,8 +10,8 @@ from itertools import product
 import h5py
 import numpy as np
 import pytest
-from generators.made_sets import accept, manifest
 
+from generators.made_sets import accept, manifest
 from heyoka_bike.bicycle.columns import DENSE_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError

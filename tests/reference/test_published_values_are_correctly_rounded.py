@@ -11,13 +11,13 @@ from functools import reduce
 import mpmath
 import numpy as np
 import pytest
-from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.numbers.arithmetic import Multiprecision
+from support.tiers import ONE_MANEUVER
 
 DIGITS = 100
 

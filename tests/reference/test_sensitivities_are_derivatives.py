@@ -7,8 +7,8 @@ import flint
 import h5py
 import numpy as np
 import pytest
-from generators.mistaken_programs import correct, motion
 
+from generators.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
 from heyoka_bike.errors import DatasetError, InputError

@@ -7,9 +7,9 @@ import shutil
 
 import h5py
 import pytest
-from generators.made_sets import accept, older
 
 import heyoka_bike as hb
+from generators.made_sets import accept, older
 from heyoka_bike.bicycle.columns import QUANTITIES
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError

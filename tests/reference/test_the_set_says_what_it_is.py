@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import h5py
 import pytest
-from support.export_programs import need
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.reference import description as facts
@@ -27,6 +26,7 @@ from heyoka_bike.reference.manifest import (
     sha256,
 )
 from heyoka_bike.system.resources import reference_folder
+from support.export_programs import need
 
 FILES = [p.relative_to(reference_folder()).as_posix() for p in reference_folder().rglob("*.h5")]
 OF_THE_MAKER = {"id", "product_version", "creator_name", "creator_type", "license"}

@@ -9,8 +9,8 @@ import sys
 from fractions import Fraction
 
 import pytest
-from generators.made_sets import accept, make
 
+from generators.made_sets import accept, make
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.cli import main

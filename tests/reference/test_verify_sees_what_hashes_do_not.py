@@ -12,8 +12,8 @@ from functools import lru_cache
 import h5py
 import numpy as np
 import pytest
-from generators.made_sets import accept, accept_numbers, make, manifest
 
+from generators.made_sets import accept, accept_numbers, make, manifest
 from heyoka_bike.cli import main
 from heyoka_bike.reference.description import describe
 from heyoka_bike.reference.layout import CARD, CRATE, content_sha256

@@ -14,10 +14,6 @@ from typing import Any
 import flint
 import numpy as np
 import pytest
-from oracles.multibody import to_rim
-from oracles.vectors import Balls as OracleBalls
-from oracles.vectors import Matrix, Vector
-from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import unfold
@@ -28,6 +24,10 @@ from heyoka_bike.motion.trajectory import Certificate, Stretch, Trajectory, eval
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.dense import with_integrals
+from oracles.multibody import to_rim
+from oracles.vectors import Balls as OracleBalls
+from oracles.vectors import Matrix, Vector
+from support.tiers import ONE_MANEUVER
 
 BITS = 330
 STEP = Fraction(1, 10**25)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from generators.made_results import exact_columns, rows, smooth_error
 from generators.mistaken_programs import columns_of
-
 from heyoka_bike import score
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES

@@ -10,8 +10,8 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from generators.made_results import exact_columns, rows, smooth_error
 
+from generators.made_results import exact_columns, rows, smooth_error
 from heyoka_bike import InputError, diagnose, score
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis.budget import Budget

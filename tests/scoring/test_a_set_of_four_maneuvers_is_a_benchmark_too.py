@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from generators.made_sets import manifest
 
+from generators.made_sets import manifest
 from heyoka_bike import diagnose, load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.parameters import benchmark, read_maneuvers

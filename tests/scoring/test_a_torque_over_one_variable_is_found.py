@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from generators.made_results import made
 from generators.mistaken_programs import correct
-
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand

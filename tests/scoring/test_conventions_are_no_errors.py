@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 
 import pytest
-from generators.made_results import codes, column, made, smooth_error
 
+from generators.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from generators.made_results import codes, column, made, rows, smooth_error
 
+from generators.made_results import codes, column, made, rows, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator

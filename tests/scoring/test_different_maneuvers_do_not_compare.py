@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from generators.made_results import made
-
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.series import compare
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.numbered_columns import found, written
 
+from generators.numbered_columns import found, written
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score

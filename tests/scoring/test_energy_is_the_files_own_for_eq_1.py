@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.made_results import made
 
+from generators.made_results import made
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from corpus.writing import Runs
 
+from corpus.writing import Runs
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING
 from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, apply, initial_state

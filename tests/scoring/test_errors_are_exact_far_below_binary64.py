@@ -4,8 +4,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from generators.made_results import column, exact_columns, made, rows
 
+from generators.made_results import column, exact_columns, made, rows
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.measures import FEW

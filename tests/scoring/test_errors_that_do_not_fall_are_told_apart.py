@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from generators.made_results import codes, made, smooth_error
 
+from generators.made_results import codes, made, smooth_error
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results

@@ -9,11 +9,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+
 from generators.made_results import exact_columns, rows
 from generators.mistaken_programs import correct, motion, results, results_of
-from scipy.optimize import brentq
-from support.said import said_of
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
@@ -28,6 +27,7 @@ from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
+from support.said import said_of
 
 SHOW_NOTHING = "show no changed parameter, force or initial condition"
 RNG = np.random.default_rng(5)

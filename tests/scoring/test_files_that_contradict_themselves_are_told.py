@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.made_results import codes, made, smooth_error
 
+from generators.made_results import codes, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from corpus.newton_model import B, F, H, Program, R
 from scipy.optimize import brentq
 
+from corpus.newton_model import B, F, H, Program, R
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from generators.correct_programs import METHODS, adaptive
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
-
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.scoring.alignment import align

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.fixed_steps import Equations as Discretised
 
+from generators.fixed_steps import Equations as Discretised
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from generators.linear_programs import LATERAL, linear_run, run
-from support.said import said_of
 
+from generators.linear_programs import LATERAL, linear_run, run
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.score import score
+from support.said import said_of
 
 
 def said(results, reference, simulator):

@@ -10,11 +10,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 import scipy.io
-from support.without_packages import python
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.formats.matlab import matlab_variables
 from heyoka_bike.scoring.reading.source import read_results
+from support.without_packages import python
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])

@@ -5,15 +5,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+
 from generators.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
 from generators.fixed_steps import Equations
 from generators.linear_programs import linear_runs
 from generators.made_results import made, smooth_error
 from generators.mistaken_programs import columns_of, motion, numbers, results, results_of
 from generators.random_pairs import LEVEL, random_pairs
-from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
-from support.said import said_of
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.exact import ZERO
 from heyoka_bike.scoring.alignment import align
@@ -23,6 +21,8 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
+from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
+from support.said import said_of
 
 BY_CODE = {m.code: m for m in MISTAKES}
 # One of each kind; all by -m slow. That rows are late is told in `test_score_diagnoses`.

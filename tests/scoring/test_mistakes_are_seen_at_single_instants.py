@@ -2,8 +2,9 @@
 
 import re
 
-import checked_mistakes as made  # docs/_site
 import pytest
+
+import checked_mistakes as made  # docs/_site
 from marked_parts import split  # docs/_site
 
 SOME = ("sign_IBxz", "trail_normal", "centre_B_from_hub", "no_gyroscopic", "linearised_no_c1")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from generators.mistaken_programs import correct
 from scipy.spatial.transform import Rotation
 
+from generators.mistaken_programs import correct
 from heyoka_bike.scoring.diagnosis.mistakes.in_axes import AXES_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import apply
 

@@ -5,9 +5,9 @@ All 5,000 by ``python tests/games/play.py honest``, or by ``-m slow``.
 
 import numpy as np
 import pytest
+
 from games import play
 from games.files import references
-
 from heyoka_bike import load_motion, load_reference
 from heyoka_bike.scoring import definitions, score
 

@@ -6,9 +6,9 @@ All 20,000 by ``python tests/games/play.py wrong``, or by ``-m slow``.
 from dataclasses import replace
 
 import pytest
+
 from games import play
 from games.wrong_files import KINDS
-
 from heyoka_bike.scoring import grades, measures, score, verdict
 from heyoka_bike.scoring.judge import signs as judge_signs
 from heyoka_bike.scoring.report import Report

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from generators.fixed_steps import SPACING, Equations
 from generators.made_results import codes, made, smooth_error
-
 from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score

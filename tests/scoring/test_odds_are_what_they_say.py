@@ -8,10 +8,10 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+
 from games import play
 from generators.correct_programs import adaptive, fixed_step
 from generators.fixed_steps import Equations
-
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring import definitions
 from heyoka_bike.scoring.alignment import align

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.made_results import codes, column, exact_columns, made, rows
 
+from generators.made_results import codes, column, exact_columns, made, rows
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.results import Results

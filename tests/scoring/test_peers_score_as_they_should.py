@@ -7,8 +7,8 @@ plain differences from the published rows.
 
 import numpy as np
 import pytest
-from generators.made_results import codes, column
 
+from generators.made_results import codes, column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import load_motion
 from heyoka_bike.scoring.reading.source import read_results

@@ -5,9 +5,9 @@ import tomllib
 from dataclasses import dataclass
 
 import pytest
+
 from corpus.files import files
 from corpus.writing import HERE, File, Runs, text
-
 from heyoka_bike.commands.result_files import read
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from games.files import in_memory
 from games.wrong_files import KINDS, wrong_file
 from generators.made_results import made
-
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score

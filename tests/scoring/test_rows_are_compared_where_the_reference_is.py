@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.made_results import codes, exact_columns, made, rows
 
+from generators.made_results import codes, exact_columns, made, rows
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.score import score

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.made_results import codes, made, smooth_error
 
+from generators.made_results import codes, made, smooth_error
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results

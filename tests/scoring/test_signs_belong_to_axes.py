@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from games.files import MOTION
 from games.honest_files import signs
 from generators.made_results import made
-
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.judge.signs import CHOICES, contradictions, opposed

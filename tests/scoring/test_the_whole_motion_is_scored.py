@@ -5,9 +5,9 @@ import shutil
 
 import numpy as np
 import pytest
+
 from generators.made_results import codes, column
 from generators.made_sets import make, manifest
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.double import two_sum

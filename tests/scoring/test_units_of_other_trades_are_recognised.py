@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from generators.made_results import made
 
+from generators.made_results import made
 from heyoka_bike import score
 from heyoka_bike.scoring.reading.results import Quantum
 

@@ -4,8 +4,8 @@ import io
 
 import numpy as np
 import pytest
-from generators.numbered_columns import COUNT, found, written
 
+from generators.numbered_columns import COUNT, found, written
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.names.words import nearest

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from generators.correct_programs import fixed_step
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed

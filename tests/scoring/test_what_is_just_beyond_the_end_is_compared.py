@@ -5,8 +5,8 @@ A wrong last row at 10.0000001 s was left out, and the file was right.
 
 import numpy as np
 import pytest
-from generators.made_results import made
 
+from generators.made_results import made
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate

@@ -5,12 +5,12 @@ from math import inf
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from generators.correct_programs import adaptive, fixed_step
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
 from generators.mistaken_programs import correct, results_of
-from scipy.integrate import solve_ivp
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations

@@ -5,8 +5,8 @@ Neither is an error, and neither buys a word: such files are right only as far a
 
 import numpy as np
 import pytest
-from generators.made_results import codes, made
 
+from generators.made_results import codes, made
 from heyoka_bike import diagnose, score
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact

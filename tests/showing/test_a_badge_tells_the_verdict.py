@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from generators import sample_reports as sample
 
+from generators import sample_reports as sample
 from heyoka_bike.cli import main
 from heyoka_bike.showing.formats import badge
 from heyoka_bike.showing.wording import verdict

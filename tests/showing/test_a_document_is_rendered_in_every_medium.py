@@ -1,7 +1,6 @@
 """A document is declared once: text, pages and notebooks all say it, but what is for one alone."""
 
 import pytest
-from support.pages import Page
 
 from heyoka_bike.showing.document import (
     HTML,
@@ -21,6 +20,7 @@ from heyoka_bike.showing.document import (
     text,
 )
 from heyoka_bike.showing.wording import Grade
+from support.pages import Page
 
 TABLE = TableBlock(
     ["name", TableColumn("error", leave_out=1), TableColumn("said", is_prose=True)],

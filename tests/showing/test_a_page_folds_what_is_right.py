@@ -4,12 +4,12 @@ import re
 from itertools import chain
 
 import pytest
-from generators import sample_reports
-from support.browser import browser
 
+from generators import sample_reports
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.showing.formats.output import render
 from heyoka_bike.showing.wording import WORDS, label
+from support.browser import browser
 
 FOLDED = re.compile(r"<details><summary><h4>(.*?)</h4></summary>(.*?)</details>", re.S)
 

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from support.pages import Page
-from support.without_packages import python
 
 from heyoka_bike import display
 from heyoka_bike.motion.integrate import integrate
@@ -11,6 +9,8 @@ from heyoka_bike.reference.values import Values
 from heyoka_bike.showing.document import TableBlock, head
 from heyoka_bike.showing.document.html import piece
 from heyoka_bike.workbench.fast.simulate import simulate
+from support.pages import Page
+from support.without_packages import python
 
 COLUMNS = ["roll_angle", "steer_angle"]
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
-from generators import sample_reports
 
+from generators import sample_reports
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.showing.formats import csv as csv_renderer
 from heyoka_bike.showing.formats import junit

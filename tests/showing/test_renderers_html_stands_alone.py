@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from generators import sample_reports
-from support.pages import Page
 
+from generators import sample_reports
 from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.showing.wording import label
 from heyoka_bike.version import __version__
+from support.pages import Page
 
 UNKNOWN: list[tuple[str, str]] = []
 SAMPLES = (

@@ -8,9 +8,9 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from generators import sample_reports
 
 import heyoka_bike
+from generators import sample_reports
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.series import read_runs, score_files

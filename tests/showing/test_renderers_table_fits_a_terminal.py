@@ -4,8 +4,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from generators import sample_reports
 
+from generators import sample_reports
 from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 

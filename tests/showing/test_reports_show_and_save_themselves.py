@@ -5,14 +5,14 @@ import re
 from dataclasses import replace
 
 import pytest
-from generators import sample_reports
-from support.pages import Page
-from support.without_packages import python
 
+from generators import sample_reports
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.showing.formats import csv, output, summary
 from heyoka_bike.showing.formats import json as json_format
+from support.pages import Page
+from support.without_packages import python
 
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",

@@ -4,8 +4,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from generators import sample_reports
 
+from generators import sample_reports
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.showing.formats import summary
 

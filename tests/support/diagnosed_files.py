@@ -13,7 +13,6 @@ from tempfile import TemporaryDirectory
 
 from corpus.files import files
 from corpus.writing import HERE, Runs, text
-
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose

@@ -9,10 +9,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from oracles import vectors
-from oracles.newton_euler import Motion, move
-from oracles.vectors import Vector, axes, rotation
-
 from heyoka_bike.bicycle.equations.bodies import Bodies
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import posture, rear_rates, unfold
@@ -27,6 +23,9 @@ from heyoka_bike.bicycle.equations.whole_motion import (
 )
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic
+from oracles import vectors
+from oracles.newton_euler import Motion, move
+from oracles.vectors import Vector, axes, rotation
 
 Pairs = dict[str, tuple[Any, Any]]
 PLACE = (Fraction(12), Fraction(-5, 3))

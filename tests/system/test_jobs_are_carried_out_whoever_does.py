@@ -10,13 +10,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from support import jobs
-from support.clusters import HEARS, TESTS, wait_for
 
 from heyoka_bike.errors import InputError, WorkerLostError
 from heyoka_bike.system.jobs import Job, Outcome, ProcessExecutor, ProcessLimits, RemoteError
 from heyoka_bike.system.parallel import WAITING, carry_out, side_by_side, using
 from heyoka_bike.system.unfinished import KeptResult
+from support import jobs
+from support.clusters import HEARS, TESTS, wait_for
 
 MANY = [(i, 1) for i in range(7)]
 

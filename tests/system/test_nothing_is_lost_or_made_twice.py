@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.clusters import HEARS, started, wait_for
 
 import heyoka_bike
 from heyoka_bike.cli import main
@@ -22,6 +21,7 @@ from heyoka_bike.reference import making as module
 from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.parallel import carry_out, using
 from heyoka_bike.system.unfinished import SUFFIX, Unfinished, unfinished
+from support.clusters import HEARS, started, wait_for
 
 pytest.importorskip("heyoka")
 pytest.importorskip("distributed")

@@ -3,13 +3,13 @@
 import logging
 
 import pytest
-from support.jobs import add
 
 from heyoka_bike.cli import main
 from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.log import shown
 from heyoka_bike.system.parallel import all_of, using
 from heyoka_bike.system.resources import data_folder
+from support.jobs import add
 
 FILE = str(data_folder() / "peers" / "exudyn-h0.01.txt")
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from generators.plugin_projects import BARE, QUICK, project
 
+from generators.plugin_projects import BARE, QUICK, project
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading.source import read_results

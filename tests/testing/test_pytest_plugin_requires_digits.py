@@ -1,8 +1,8 @@
 """`bicycle_score(...)` and the marker fail exactly the tests whose results are too bad."""
 
 import pytest
-from generators.plugin_projects import QUICK, outcomes, project
 
+from generators.plugin_projects import QUICK, outcomes, project
 from heyoka_bike.errors import InputError
 from heyoka_bike.testing.regression import asked
 

@@ -8,8 +8,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
-from generators.plugin_projects import BARE, QUICK, outcomes, project
 
+from generators.plugin_projects import BARE, QUICK, outcomes, project
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.manifest import read_manifest
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.without_packages import python
 
 import heyoka_bike.testing.selfcheck as module
 from heyoka_bike.cli import main
 from heyoka_bike.reference.manifest import PUBLISHED_MANIFEST_SHA256, PUBLISHED_VERSION
+from support.without_packages import python
 
 ROOT = Path(__file__).resolve().parents[2]
 

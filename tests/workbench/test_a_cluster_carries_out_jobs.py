@@ -7,8 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from support import jobs
-from support.clusters import HEARS, TESTS, started, wait_for
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError
@@ -16,6 +14,8 @@ from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.machine import versions
 from heyoka_bike.system.parallel import carry_out, side_by_side, using
 from heyoka_bike.workbench.cluster import check_versions
+from support import jobs
+from support.clusters import HEARS, TESTS, started, wait_for
 
 pytest.importorskip("distributed")
 

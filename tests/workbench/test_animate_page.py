@@ -5,8 +5,6 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from support.browser import browser, widths
-from support.pages import Page, assert_runs_alone, data
 
 from heyoka_bike import score
 from heyoka_bike.scoring.reading.source import read_results
@@ -14,6 +12,8 @@ from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.replay.page import render
 from heyoka_bike.workbench.replay.scenes import replay
+from support.browser import browser, widths
+from support.pages import Page, assert_runs_alone, data
 
 RESULT = data_folder() / "peers" / "exudyn-h0.01.txt"
 PAGES = ["plain", "compared"]

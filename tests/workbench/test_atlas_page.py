@@ -6,13 +6,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from support.browser import browser, widths
-from support.pages import Page, assert_runs_alone, data
 
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Edge, GridAxis
 from heyoka_bike.workbench.atlas.page.page import Packed, render
+from support.browser import browser, widths
+from support.pages import Page, assert_runs_alone, data
 
 POSITIVE = ("fate_time", "lift_time", "largest_lean", "largest_steer", "condition")
 

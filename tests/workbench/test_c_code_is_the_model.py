@@ -5,7 +5,6 @@ import random
 import flint
 import numpy as np
 import pytest
-from speed_page import floor_seconds
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
@@ -23,6 +22,7 @@ from heyoka_bike.workbench.bench.compiled import (
     operations,
     slope_source,
 )
+from speed_page import floor_seconds
 
 pytestmark = pytest.mark.proof
 

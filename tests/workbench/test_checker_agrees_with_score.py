@@ -4,6 +4,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+
 from games.checker import (
     Checker,
     compare,
@@ -13,7 +14,6 @@ from games.checker import (
     judged_files,
     result_files,
 )
-
 from heyoka_bike import read_results
 from heyoka_bike.system.resources import data_folder
 

@@ -4,11 +4,11 @@ import subprocess
 
 import numpy as np
 import pytest
-from support.export_programs import need
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
+from support.export_programs import need
 
 EXAMPLES = data_folder().parent / "docs" / "examples" / "checker"
 LIBRARY = "cc -std=c99 -O1 -shared -fPIC library.c -o libbicycle.so -lm"

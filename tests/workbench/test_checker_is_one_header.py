@@ -7,12 +7,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from support.export_programs import STRICT, need, run
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
+from support.export_programs import STRICT, need, run
 
 HEADER = "uncontrolled_bicycle.h"
 ALL = """

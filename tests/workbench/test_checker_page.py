@@ -9,11 +9,9 @@ import zlib
 
 import numpy as np
 import pytest
+
 from checker_wasm import build, source_hash
 from generators.bad_links import CELL
-from support.browser import DROP, WIDTHS, browser, wait_until, widths
-from support.pages import Page
-
 from heyoka_bike import read_results, score
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError
@@ -21,6 +19,8 @@ from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.page import KEPT
 from heyoka_bike.workbench.replay.page import SCRIPT, STYLE
 from heyoka_bike.workbench.replay.scenes import replay
+from support.browser import DROP, WIDTHS, browser, wait_until, widths
+from support.pages import Page
 
 PEERS = data_folder() / "peers"
 EXUDYN = PEERS / "exudyn-h0.01.txt"

@@ -8,8 +8,8 @@ from functools import cache
 import flint
 import mpmath
 import pytest
-from bicycle_table import NAMES, committed, speeds
 
+from bicycle_table import NAMES, committed, speeds
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.cli import main

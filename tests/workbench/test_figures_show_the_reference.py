@@ -9,18 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from generators.drawn_bicycles import OTHER_PARAMETERS
 
+from generators.drawn_bicycles import OTHER_PARAMETERS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 from heyoka_bike.workbench.figures import FIGURES, plates
 
 matplotlib = pytest.importorskip("matplotlib")
 
-from support.texts_apart import assert_texts_are_apart  # noqa: E402
-
 from heyoka_bike.workbench.figures import eigenvalues, motions  # noqa: E402
 from heyoka_bike.workbench.style import render  # noqa: E402
+from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
 # A figure is laid out anew in each format, from where the one before left it: SVG comes first.
 FORMATS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}

@@ -7,8 +7,8 @@ import shutil
 from dataclasses import replace
 
 import pytest
-from generators.submissions import RESULTS, SCIPY, copied
 
+from generators.submissions import RESULTS, SCIPY, copied
 from heyoka_bike.__main__ import main
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.findings import Finding, Severity

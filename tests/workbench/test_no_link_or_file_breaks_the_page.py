@@ -9,11 +9,11 @@ import re
 
 import numpy as np
 import pytest
-from generators.bad_links import CELL, bad_files, bad_links, packed
-from support.browser import browser
 
+from generators.bad_links import CELL, bad_files, bad_links, packed
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
+from support.browser import browser
 
 pytestmark = pytest.mark.proof
 

@@ -6,8 +6,8 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from after_ten_seconds import TABLES, agreed, certified, committed, number
 
+from after_ten_seconds import TABLES, agreed, certified, committed, number
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.events import GREATEST_LEAN, REAR_LIFT, UPRIGHT, events, follow
 from heyoka_bike.motion.integrate import integrate

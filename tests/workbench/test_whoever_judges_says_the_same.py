@@ -7,8 +7,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from games.voices import NODE, PageJudge, by_score, compare, disagreements, texts
 
+from games.voices import NODE, PageJudge, by_score, compare, disagreements, texts
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.showing.wording import Grade, file_grade

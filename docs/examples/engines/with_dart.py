@@ -4,6 +4,7 @@ from pathlib import Path
 
 import dartpy as dart
 import numpy as np
+
 from bicycle import Body, State, main, parameter
 
 STEP = 0.001

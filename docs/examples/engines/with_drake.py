@@ -1,8 +1,9 @@
 """The bicycle of ``heyoka-bike export --model sdf`` in Drake, by its contact; see `bicycle`."""
 
 import numpy as np
-from bicycle import UP, Body, State, main, parameter
 from pydrake import all as drake
+
+from bicycle import UP, Body, State, main, parameter
 
 STEP = 0.001
 """Of the time [s]."""

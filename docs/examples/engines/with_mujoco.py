@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+
 from bicycle import Body, State, main, parameter, rotation
 
 STEP = 0.001

@@ -6,6 +6,7 @@ to the equations of its tree, and they are integrated by Runge-Kutta 4.
 
 import numpy as np
 import pinocchio as pin
+
 from bicycle import UP, Body, State, cross_matrix, lowest, main, parameter, rotation
 
 STEP = 0.005

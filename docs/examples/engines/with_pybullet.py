@@ -2,6 +2,7 @@
 
 import numpy as np
 import pybullet as bullet
+
 from bicycle import Body, State, cross_matrix, main, parameter, product, rotation
 
 STEP = 0.001

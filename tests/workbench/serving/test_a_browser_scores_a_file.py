@@ -7,9 +7,8 @@ import time
 
 import pytest
 import uvicorn
-from generators.submissions import copied
-from support.browser import DROP, wait_until
 
+from generators.submissions import copied
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.document.html import render
 from heyoka_bike.showing.wording import origin
@@ -17,6 +16,7 @@ from heyoka_bike.workbench.leaderboard.document import document
 from heyoka_bike.workbench.leaderboard.ranking import leaderboard
 from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
+from support.browser import DROP, wait_until
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
 WIDTHS = {"phone": 400, "tablet": 820, "desk": 1280}

@@ -5,9 +5,9 @@ import time
 from dataclasses import replace
 
 import pytest
-from support.clusters import wait_for
 
 from heyoka_bike.cli import main
+from support.clusters import wait_for
 
 BROWSER = {"accept": "text/html"}
 ROOT = "/science/bicycle"

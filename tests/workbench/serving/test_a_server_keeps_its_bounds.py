@@ -9,7 +9,6 @@ from threading import Thread
 from types import SimpleNamespace
 
 import pytest
-from support.clusters import wait_for
 
 from heyoka_bike.system.jobs import ProgressFuture
 from heyoka_bike.workbench.serving import store, tasks, uploads
@@ -17,6 +16,7 @@ from heyoka_bike.workbench.serving.app import _status
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, file_name
 from heyoka_bike.workbench.serving.tasks import Limits
+from support.clusters import wait_for
 
 BROWSER = {"accept": "text/html"}
 

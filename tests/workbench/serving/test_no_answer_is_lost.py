@@ -6,6 +6,7 @@ import socket
 import sys
 
 import pytest
+
 import serving_load
 
 pytestmark = pytest.mark.proof
