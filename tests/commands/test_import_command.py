@@ -2,12 +2,16 @@
 
 import random
 import re
+import tomllib
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
-from heyoka_bike.bicycle.foreign.imported import import_bicycle
+from heyoka_bike.bicycle.foreign.imported import Imported, import_bicycle
 from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
@@ -315,3 +319,15 @@ def test_the_file_is_not_overwritten(bicycle, tmp_path, capsys):
     code, _, err = run(path, "-o", path, capsys=capsys)
     assert (code, path.read_bytes()) == (1, before)
     assert err.count("\n") >= 1
+
+
+@given(st.text(), st.text())
+@example("tab\t, line\n, DEL \x7f, NUL \0", 'C:\\bikes\\new "one".urdf')
+@example("\u2028\x85", "half a surrogate \udcff")
+def test_any_name_is_written_as_toml(name, source):
+    bicycle = read_bicycle(find_input("bicycles", "benchmark"))
+    text = Imported(replace(bicycle, name=name), (), source).toml()
+    found = tomllib.loads(text)
+    assert (found["name"], found["source"]) == tuple(
+        x.encode("utf-8", "replace").decode() for x in (name, source)
+    )

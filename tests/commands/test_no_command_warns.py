@@ -1,7 +1,9 @@
 """Each command is carried out in a process in which every warning of Python is an error.
 
 A test that calls `main` sees the warnings of what it does; a process also sees those of imports,
-of files that are left open, and of how an interpreter ends.
+of files that are left open, and of how an interpreter ends. As on Windows, nothing is UTF-8 unless
+somebody says so: a text that is opened without an encoding is a warning, too, and what is printed
+has to go through code page 1252.
 """
 
 import os
@@ -30,6 +32,15 @@ spacing = "0.01"
 """
 GRID = ["--speed", "4:5:2", "--roll-rate", "0.3:0.5:2", "--longest", "20"]
 
+# The program, which opens no text without an encoding; what libraries open is theirs.
+PROGRAM = """\
+import sys, warnings
+warnings.filterwarnings("ignore", category=EncodingWarning)
+warnings.filterwarnings("error", category=EncodingWarning, module="heyoka_bike")
+from heyoka_bike.cli import main
+sys.exit(main())
+"""
+
 # Words of a command, and its exit code; NAME.x is made in a folder of its own.
 COMMANDS = {
     "generate": (["--maneuvers", "short.toml", "--out", "made"], 0),
@@ -54,8 +65,9 @@ COMMANDS = {
 def process(words, folder, **how):
     """A process of the program that runs in a folder."""
     # What matplotlib looks for in a home is none of ours.
-    environment = os.environ | {"MPLCONFIGDIR": str(folder / "matplotlib")}
-    command = [sys.executable, "-W", "error", "-m", "heyoka_bike", *words]
+    windows = {"PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252", "PYTHONWARNDEFAULTENCODING": "1"}
+    environment = os.environ | windows | {"MPLCONFIGDIR": str(folder / "matplotlib")}
+    command = [sys.executable, "-W", "error", "-c", PROGRAM, *words]
     return subprocess.Popen(
         command, cwd=folder, env=environment, text=True, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how,

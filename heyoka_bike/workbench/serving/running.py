@@ -188,7 +188,7 @@ def serve(
         held = _hold(folder)
         results = Path(folder) / "results"
         results.mkdir(mode=0o700)
-        (Path(folder) / _PROCESSES).write_text(Path(get_temp_dir()).name)
+        (Path(folder) / _PROCESSES).write_text(Path(get_temp_dir()).name, encoding="utf-8")
         server = Server(results, limits, names, board, _log, root)
         config = uvicorn.Config(
             server.app, log_config=None, access_log=False, http=Connection,
@@ -233,7 +233,7 @@ def sweep(place: Path, *, new: float = 60.0) -> None:
             # A new one is about to be held.
             if time() - folder.stat().st_mtime > new and (held := _hold(str(folder))) is not None:
                 with suppress(OSError, UnicodeDecodeError):
-                    name = (folder / _PROCESSES).read_text()
+                    name = (folder / _PROCESSES).read_text(encoding="utf-8")
                     if re.fullmatch(r"pymp-\w+", name) and os.fstat(held).st_uid == os.geteuid():
                         shutil.rmtree(place / name, ignore_errors=True)
                 shutil.rmtree(folder, ignore_errors=True)
