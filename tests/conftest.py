@@ -8,7 +8,6 @@ import pickle
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -34,26 +33,6 @@ from support.browser import chromium, opened, visited  # noqa: F401, fixtures of
 
 # A project of its own, which a test runs.
 collect_ignore = ["example_project"]
-if find_spec("heyoka") is None:
-    # These integrate in every test; scoring is tested without it.
-    collect_ignore += [
-        *(f"scoring/test_{name}.py" for name in (
-            "a_diagnosis_can_be_followed", "a_torque_over_one_variable_is_found",
-            "few_unknowns_explain_a_file", "integrators_are_named_with_their_step",
-            "integrators_are_run_and_compared", "mistakes_are_recognised",
-            "mistakes_in_tilted_axes", "numerical_causes", "odds_are_what_they_say",
-            "what_a_file_shows_is_said_first", "what_is_written_is_seen_first",
-            "what_remains_names_the_force",
-        )),
-        "commands/test_score_diagnoses.py",
-    ]  # fmt: skip
-if find_spec("uvicorn") is None:
-    collect_ignore += [
-        "workbench/test_serve_command.py", "workbench/serving",
-        "scoring/test_formats_follow_from_one_table.py",
-    ]  # fmt: skip
-if find_spec("yaml") is None:
-    collect_ignore += ["commands/test_the_program_says_how_to_cite_it.py"]
 
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 

@@ -7,6 +7,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.mistaken_programs import columns_of
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS

@@ -4,6 +4,9 @@ import re
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("yaml")
+
 import yaml
 
 from heyoka_bike.cli import main

@@ -24,11 +24,11 @@ from heyoka_bike.system.resources import benchmark_bicycle, data_folder
 
 matplotlib = pytest.importorskip("matplotlib")
 
-import figures  # noqa: E402
-from figures import after, certified_bounds, definition_distances, dimensions, overview, true_errors  # noqa: E402
-from heyoka_bike.reference.proof import enclose as proving  # noqa: E402
-from heyoka_bike.workbench.style import render  # noqa: E402
-from support.texts_apart import assert_texts_are_apart  # noqa: E402
+import figures
+from figures import after, certified_bounds, definition_distances, dimensions, overview, true_errors
+from heyoka_bike.reference.proof import enclose as proving
+from heyoka_bike.workbench.style import render
+from support.texts_apart import assert_texts_are_apart
 
 HAS_HEYOKA = find_spec("heyoka") is not None
 NAMES = [

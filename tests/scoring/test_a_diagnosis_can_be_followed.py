@@ -7,6 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.made_results import exact_columns, rows, smooth_error
 from generators.mistaken_programs import columns_of
 from heyoka_bike import score

@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.made_results import made
 from generators.mistaken_programs import correct
 from heyoka_bike.bicycle.equations.reduced import Equations

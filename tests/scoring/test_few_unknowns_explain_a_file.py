@@ -9,6 +9,9 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+
+pytest.importorskip("heyoka")
+
 from scipy.optimize import brentq
 
 from generators.made_results import exact_columns, rows

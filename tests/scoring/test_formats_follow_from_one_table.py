@@ -4,6 +4,9 @@ import re
 
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.scoring.reading import formats, source

@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.correct_programs import METHODS, adaptive
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.fixed_steps import Equations as Discretised
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle

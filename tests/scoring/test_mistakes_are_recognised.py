@@ -6,6 +6,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
 from generators.fixed_steps import Equations
 from generators.linear_programs import linear_runs

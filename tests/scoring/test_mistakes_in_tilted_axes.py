@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+
+pytest.importorskip("heyoka")
+
 from scipy.spatial.transform import Rotation
 
 from generators.mistaken_programs import correct

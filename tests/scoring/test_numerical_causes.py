@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.fixed_steps import SPACING, Equations
 from generators.made_results import codes, made, smooth_error
 from heyoka_bike.scoring.diagnosis.numerical import causes

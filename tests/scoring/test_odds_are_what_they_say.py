@@ -9,6 +9,9 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from games import play
 from generators.correct_programs import adaptive, fixed_step
 from generators.fixed_steps import Equations

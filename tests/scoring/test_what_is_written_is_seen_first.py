@@ -7,6 +7,9 @@ is diagnosed as of any file. Nothing is said of files whose columns are only a l
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose

@@ -5,6 +5,9 @@ from math import inf
 
 import numpy as np
 import pytest
+
+pytest.importorskip("heyoka")
+
 from scipy.integrate import solve_ivp
 
 from generators.correct_programs import adaptive, fixed_step

@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from generators.plugin_projects import BARE, QUICK, project
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES

@@ -17,9 +17,9 @@ from heyoka_bike.workbench.figures import FIGURES, plates
 
 matplotlib = pytest.importorskip("matplotlib")
 
-from heyoka_bike.workbench.figures import eigenvalues, motions  # noqa: E402
-from heyoka_bike.workbench.style import render  # noqa: E402
-from support.texts_apart import assert_texts_are_apart  # noqa: E402
+from heyoka_bike.workbench.figures import eigenvalues, motions
+from heyoka_bike.workbench.style import render
+from support.texts_apart import assert_texts_are_apart
 
 # A figure is laid out anew in each format, from where the one before left it: SVG comes first.
 FORMATS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}

@@ -13,8 +13,8 @@ from heyoka_bike.workbench.figures import FIGURES
 
 matplotlib = pytest.importorskip("matplotlib")
 
-from heyoka_bike.workbench.figures.motions import maneuver as draw  # noqa: E402
-from heyoka_bike.workbench.style import render  # noqa: E402
+from heyoka_bike.workbench.figures.motions import maneuver as draw
+from heyoka_bike.workbench.style import render
 
 LABELS = (
     "roll angle [rad]",

@@ -6,6 +6,9 @@ from importlib.util import find_spec
 
 import pytest
 
+pytest.importorskip("heyoka")
+
+
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 

@@ -13,6 +13,9 @@ from contextlib import contextmanager
 
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
 

@@ -6,6 +6,9 @@ import threading
 import time
 
 import pytest
+
+pytest.importorskip("uvicorn")
+
 import uvicorn
 
 from generators.submissions import copied

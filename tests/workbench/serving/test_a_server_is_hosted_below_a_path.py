@@ -6,6 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 from heyoka_bike.cli import main
 from support.clusters import wait_for
 

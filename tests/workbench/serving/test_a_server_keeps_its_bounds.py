@@ -10,6 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 from heyoka_bike.system.jobs import ProgressFuture
 from heyoka_bike.workbench.serving import store, tasks, uploads
 from heyoka_bike.workbench.serving.app import _status

@@ -3,6 +3,10 @@
 import asyncio
 import json
 
+import pytest
+
+pytest.importorskip("uvicorn")
+
 from heyoka_bike.workbench.serving.app import Guard
 
 

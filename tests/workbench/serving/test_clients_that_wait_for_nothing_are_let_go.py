@@ -7,6 +7,9 @@ from contextlib import suppress
 from types import SimpleNamespace
 
 import pytest
+
+pytest.importorskip("uvicorn")
+
 import uvicorn
 
 from heyoka_bike.workbench.serving.running import Connection, most_requests

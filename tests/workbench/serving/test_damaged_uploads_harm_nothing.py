@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 WRITTEN = Path(__file__).parents[2] / "scoring" / "written"
 # Larger ones take long and are no other cases.
 LARGEST = 400_000

@@ -10,6 +10,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 from heyoka_bike.workbench.serving.pages import description
 from heyoka_bike.workbench.serving.tasks import Limits
 

@@ -7,6 +7,9 @@ import sys
 
 import pytest
 
+pytest.importorskip("uvicorn")
+
+
 import serving_load
 
 pytestmark = pytest.mark.proof
