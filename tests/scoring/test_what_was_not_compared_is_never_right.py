@@ -5,6 +5,7 @@ Columns with a meaning of their own, beside one that is compared, hide nothing.
 """
 
 import csv
+import json
 from functools import cache
 from itertools import product
 
@@ -17,7 +18,7 @@ from hypothesis import strategies as st
 from heyoka_bike import load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
-from heyoka_bike.errors import BicycleError
+from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.scoring.reading.names.columns import recognise
 
 LONG = "(rear frame, measured about its x axis)"
@@ -318,3 +319,41 @@ def test_names_drawn_at_random(tmp_path_factory, key, around, others):
         return
     assert not report.is_right
     assert not report.passed
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".npz", ".json"])
+@pytest.mark.parametrize("shape", [(-1, 2), (2, -1, 1), (1, -1, 3)])
+def test_a_known_name_of_what_is_no_column(suffix, shape, tmp_path):
+    """An array of more than one axis, beside columns that are right."""
+    columns = {key: x for key, x in right().items() if key != "roll_angle"}
+    path = tmp_path / f"a{suffix}"
+    no_column = np.arange(len(columns["time"]) // 6 * 6.0).reshape(shape)
+    if suffix == ".h5":
+        with h5py.File(path, "w") as file:
+            file.update(columns | {"roll_angle": no_column})
+    elif suffix == ".npz":
+        np.savez(path, **columns, roll_angle=no_column)
+    else:
+        every = {key: x.tolist() for key, x in columns.items()}
+        path.write_text(json.dumps(every | {"roll_angle": no_column.tolist()}))
+    assert_not_whole(judged(path), "roll_angle")
+
+
+@pytest.mark.parametrize("found", [[0.1, [0.2]], [[], []], [None, {"x": 1}]])
+def test_a_list_of_json_that_is_no_column_is_refused(found, tmp_path):
+    every = {key: x.tolist() for key, x in right().items()}
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(every | {"roll_angle": found}))
+    with pytest.raises(InputError, match="roll_angle: found a list that is no column, expected"):
+        judged(path)
+
+
+@pytest.mark.parametrize("said", [None, [], 0.05, "see above", {}, True])
+def test_what_json_says_once_of_a_quantity_is_no_column(said, tmp_path):
+    """A start, a word, or nothing."""
+    every = {key: x.tolist() for key, x in right().items()}
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(every | {"roll_rate": said}))
+    report = judged(path)
+    assert report.is_right
+    assert "roll_rate" not in {c.key for m in report.maneuvers for c in m.columns}

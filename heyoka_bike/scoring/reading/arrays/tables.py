@@ -198,7 +198,7 @@ def _table(group: ArrayGroup) -> list[ReadTable]:
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
     known = _known_vectors(group)
     if request.names is None and are_names(known, request):
-        return [_named(group, known)]
+        return _with_known_beside([_named(group, known)], group, known)
     is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in request.widths and (request.names or is_all):
         return [_table_by_place(vectors, request, list(vectors) if is_all else None)]

@@ -94,7 +94,9 @@ def _shaped(x: Any, request: Request, depth: int = 0) -> Any:
     below = partial(_shaped, request=request, depth=depth + 1)
     if isinstance(x, dict):
         table = _of_pandas(x, request)
-        return _known(_member(*item, below) for item in x.items()) if table is None else table
+        return (
+            _known(_member(*item, below, request) for item in x.items()) if table is None else table
+        )
     if not isinstance(x, list) or not x:
         return None
     if _are_scalars(x):
@@ -129,15 +131,22 @@ def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
     return _known((f"maneuver_{n}", below(x)) for n, x in zip(told, items, strict=True))
 
 
-def _member(name: str, x: Any, below: Callable[[Any], Any]) -> tuple[str, Any]:
+def _member(name: str, x: Any, below: Callable[[Any], Any], request: Request) -> tuple[str, Any]:
     """Name and values of a member, which may be an object of its values and their unit."""
     if is_maneuver(name) and isinstance(x, str):
         return name, np.array(x, object)
     lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, dict) else []
     if len(lists) != 1 or not recognise(name):
-        return name, below(x)
-    unit = x.get("unit", x.get("units"))
-    return f"{name} [{unit}]" if isinstance(unit, str) else name, below(lists[0])
+        values, unit = x, None
+    else:
+        values, unit = lists[0], x.get("unit", x.get("units"))
+    found = below(values)
+    if found is None and isinstance(values, list) and values and recognise(name):
+        # Left out, it would be a column that nobody has seen.
+        raise request.error(
+            f"{name}: found a list that is no column, expected a number in each place"
+        )
+    return f"{name} [{unit}]" if isinstance(unit, str) else name, found
 
 
 def _known(members: Iterable[tuple[str, Any]]) -> dict[str, Any] | None:
