@@ -44,7 +44,9 @@ for name in (
     *("COLUMNS", "LINES", "PYTHONDONTWRITEBYTECODE"),
 ):
     os.environ.pop(name, None)
-
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # Of what is measured a process that a test starts is as users have it.
+    os.environ.pop("COVERAGE_PROCESS_START", None)
 
 # The same examples in every run: what a change breaks is that change's. New ones are looked for by
 # pytest --hypothesis-profile=search.
