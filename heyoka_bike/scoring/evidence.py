@@ -759,21 +759,41 @@ class RateOfDifferences(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherClock(Evidence):
-    """The rows of one maneuver are the right ones of other times.
+    """The rows of one maneuver, or all of them, are the right ones of other times.
 
     Attributes
     ----------
     maneuver
+        None of all.
     scale, shift
         Time meant = scale * time written + shift [s].
     rows
         The shift in distances of the rows; None if these are not even.
     """
 
-    maneuver: int
+    maneuver: int | None
     scale: float
     shift: float
     rows: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class TimesAddedUp(Evidence):
+    """The rows are the right ones of multiples of a step, from which the written times creep away.
+
+    Attributes
+    ----------
+    step
+        [s]
+    creep
+        What a time is off by, at most [s].
+    is_single
+        True if they are what adding up the step in single precision gives.
+    """
+
+    step: float
+    creep: float
+    is_single: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -795,6 +815,24 @@ class ColumnRatio(Evidence):
     factor: float
     offset: float
     unit: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class OtherColumn(Evidence):
+    """A column holds the right values of another one, in some maneuvers.
+
+    Attributes
+    ----------
+    key
+        What the column should be.
+    maneuvers : tuple of int
+    other
+        The key of what it holds.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    other: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -878,7 +916,15 @@ class TooFewRows(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class SmoothError(Evidence):
-    """An error as steps of an unknown method leave it, or another model."""
+    """An error that is smooth, as an integrator, another model or other times leave it.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Columns of the state that the file does not have: with them it would show more.
+    """
+
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,8 +151,8 @@ def _(e: seen.IntegratedBy) -> Finding:
 def _(e: seen.Direction) -> Finding:
     h = e.hypothesis
     said = (
-        f"Nearly explained by this: {_said(h.mistakes)}. What disagrees with the exact equations "
-        f"falls by a factor of {h.relief:.2g} with it"
+        f"What is wrong acts nearly like this: {_said(h.mistakes)}. What disagrees with the exact "
+        f"equations falls by a factor of {h.relief:.2g} with it"
     )
     return info("direction", said, mistakes=list(h.codes), relief=h.relief)
 
@@ -285,7 +285,10 @@ def _proof(e: seen.Explained) -> str:
             f"{_part(share)}; with this, {relief:.1g} times less"
         )
     if e.rest is None and e.left:
-        said += f". What is left, typically {_of_scale(e.left)}, can be the integrator's error"
+        said += (
+            f". What is left, typically {_of_scale(e.left)}, is the integrator's error, or what "
+            "this does not describe exactly"
+        )
     return said
 
 

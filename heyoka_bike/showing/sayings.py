@@ -709,12 +709,30 @@ def _(e: seen.OtherClock) -> Finding:
     else:
         more = f" and {e.shift:+.3g} s more" if e.shift else ""
         when = f"{e.scale:.7g} times those written{more}"
+    rows_of, times_of = "The rows", "the times"
+    if e.maneuver is not None:
+        rows_of, times_of = f"{rows_of} of maneuver {e.maneuver}", f"{times_of} of this maneuver"
     said = (
-        f"The rows of maneuver {e.maneuver} are the right ones of other times: {when}. Look at "
-        "how the times of this maneuver are written, and at when its rows are"
+        f"{rows_of} are the right ones of other times: {when}. Look at how {times_of} are written, "
+        "and at when the rows are"
     )
     numbers = {"scale": e.scale, "shift": e.shift, "rows": e.rows}
     return warning("other_clock", said, maneuver=e.maneuver, **numbers)
+
+
+@_finding.register
+def _(e: seen.TimesAddedUp) -> Finding:
+    how = (
+        "what adding up the step in single precision gives"
+        if e.is_single
+        else ("as times that are added up, or rounded, do")
+    )
+    said = (
+        f"The rows are the right ones of the multiples of {e.step:g} s. The times written creep "
+        f"away from these by up to {e.creep:.2g} s, {how}. Write the number of the row times the "
+        "step"
+    )
+    return warning("times_added_up", said, step=e.step, creep=e.creep, is_single=e.is_single)
 
 
 @_finding.register
@@ -729,6 +747,16 @@ def _(e: seen.ColumnRatio) -> Finding:
     numbers = {"factor": e.factor, "offset": e.offset, "unit": e.unit}
     where = {"column": e.key, "maneuvers": list(e.maneuvers)}
     return warning("column_ratio", said, **where, **numbers)
+
+
+@_finding.register
+def _(e: seen.OtherColumn) -> Finding:
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)} has the values of {e.other}. Check the order in "
+        "which columns are written there"
+    )
+    where = {"column": e.key, "maneuvers": list(e.maneuvers)}
+    return warning("other_column", said, **where, other=e.other)
 
 
 @_finding.register
@@ -842,15 +870,17 @@ def _(_: seen.TooFewRows) -> Finding:
 
 
 @_finding.register
-def _(_: seen.SmoothError) -> Finding:
+def _(e: seen.SmoothError) -> Finding:
     said = (
-        "The error is that of steps, even or chosen by a tolerance, of a method that is not known "
-        f"here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the tolerance by "
-        f"ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a method of "
-        "order p; that of another model stays the same curve; and noise of rounding or of "
+        "The error is smooth, as the steps of an integrator, another model, or columns or times "
+        f"that are written otherwise leave it. Halve the step ({_BOTH_STEPS}), or divide the "
+        f"tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a "
+        "method of order p; any other stays the same curve; and noise of rounding or of "
         "iterations stays as large, but is another curve"
     )
-    return info("smooth_error", said)
+    if e.missing:
+        said += f". With {named(e.missing)} in the file, what it leaves of the equations shows more"
+    return info("smooth_error", said, missing=list(e.missing))
 
 
 @_finding.register

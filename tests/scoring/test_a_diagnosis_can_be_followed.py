@@ -15,7 +15,7 @@ from generators.mistaken_programs import columns_of
 from heyoka_bike import score
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.search import SEARCH
+from heyoka_bike.scoring.diagnosis.search import OF_WHAT_IS_WRITTEN, SEARCH
 from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.reading.results import Results
 
@@ -30,11 +30,12 @@ def listed():
 
 def test_the_page_lists_every_step_with_its_question():
     pages = dict(listed())
-    for step in (*STEPS, *SEARCH):
+    every = (*STEPS, *OF_WHAT_IS_WRITTEN, *SEARCH)
+    for step in every:
         question = pages[step.name]
         assert question.lower() == step.question.lower()
     assert [name for name in pages if name not in ("motion", "method")] == [
-        step.name for step in (*STEPS, *SEARCH)
+        step.name for step in every
     ]
 
 
@@ -60,7 +61,7 @@ def test_what_ends_the_search_is_told_last(reference, caplog):
     steps = told(caplog, made(reference, exchange), reference)
     names = [name for name, _ in listed() if name in steps]
     assert [*steps] == names
-    last = steps["start and output"]
+    last = steps["output"]
     assert "likeliest columns_steer_angle_as_roll_angle" in last[3]
     assert float(re.search(r"leaves ([0-9.e-]+) of", last[3])[1]) < 1e-8
     assert "whole runs" not in steps

@@ -111,9 +111,9 @@ def test_every_format_says_it(file, reference, tmp_path):
 
 
 def wrong(tmp_path):
-    """A file whose steer angle is in the place of the roll angle."""
+    """A file whose roll and steer angles, in maneuver 1, are not those of any bicycle."""
     table = np.loadtxt(RIGHT)
-    table[:, [1, 7]] = table[:, [7, 1]]
+    table[:, [1, 7]] *= 1.0 + 0.3 * np.sin(table[:, :1])
     np.savetxt(tmp_path / "x.txt", table, "%.17g")
     return str(tmp_path / "x.txt")
 

@@ -12,11 +12,12 @@ pytest.importorskip("heyoka")
 
 from generators.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.scoring.diagnosis.as_meant import as_meant
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
-from heyoka_bike.scoring.diagnosis.written import STEPS, as_meant
+from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.score import score
 
 ROWS = slice(0, 1001, 2)
@@ -69,6 +70,43 @@ def test_the_clock_of_one_maneuver(scale, shift, reference):
     assert {f.code for f in rest} <= {"remainder"}
 
 
+def few(reference, keys, times):
+    """Some columns of all maneuvers, at other times than are written."""
+    return {
+        f"m{n}_{key}": reference[n].approximate(times, [key])[key]
+        for n in reference
+        for key in keys
+    }
+
+
+@pytest.mark.parametrize("keys", [("roll_angle",), KEYS])
+@pytest.mark.parametrize("is_single", [True, False])
+def test_times_that_are_added_up(keys, is_single, reference):
+    """The label of each row creeps away; the motion is that of the multiples."""
+    step = np.float32(0.01) if is_single else 0.01 + 3e-8
+    written = np.add.accumulate(np.full(1000, step)).astype(np.float64)
+    meant = 0.01 * np.arange(1, 1001)
+    made = {"time": np.insert(written, 0, 0.0)}
+    made |= few(reference, keys, np.insert(meant, 0, 0.0))
+    first, *rest = diagnose(made, reference).diagnosis
+    assert first.code == "times_added_up"
+    assert first.evidence["step"] == 0.01
+    assert first.evidence["is_single"] is is_single
+    assert first.evidence["creep"] == pytest.approx(float(np.max(np.abs(written - meant))))
+    assert {f.code for f in rest} <= {"remainder"}
+
+
+@pytest.mark.parametrize("keys", [("roll_angle", "steer_angle"), ("forward_speed",)])
+@pytest.mark.parametrize("scale", [0.99, 1.0001])
+def test_the_clock_of_a_file_of_few_columns(keys, scale, reference):
+    time = 0.0098 * np.arange(1001)
+    made = {"time": time} | few(reference, keys, scale * time)
+    first, *rest = diagnose(made, reference).diagnosis
+    assert (first.code, first.evidence["maneuver"]) == ("other_clock", None)
+    assert first.evidence["scale"] == pytest.approx(scale, abs=1e-7)
+    assert {f.code for f in rest} <= {"remainder"}
+
+
 @pytest.mark.parametrize("count", [3, 11, 25])
 def test_a_moving_average(count, reference):
     held = columns(reference)
@@ -110,6 +148,33 @@ def test_a_ratio_of_two_columns_alone(reference):
         held[n]["roll_angle"] *= 1.0005
     found = said(reference, held)
     assert [f.code for f in found if f.severity == "warning"] == ["column_ratio"]
+
+
+@pytest.mark.parametrize(("numbers", "pair"), [
+    ((2,), ("potential_energy", "kinetic_energy")), ((1, 3), ("roll_angle", "steer_angle")),
+    ((1,), ("roll_rate", "steer_rate")),
+])  # fmt: skip
+def test_columns_exchanged_in_some_maneuvers(numbers, pair, reference):
+    """The parts of a constant sum are functions of each other, and yet are the other one."""
+    held = columns(reference)
+    for n in numbers:
+        held[n] |= {key: held[n][other] for key, other in (pair, pair[::-1])}
+    found = [
+        f for f in said(reference, held) if f.severity == "warning" and f.code != "another_start"
+    ]
+    assert {f.code for f in found} == {"other_column"}
+    assert {(f.evidence["column"], f.evidence["other"]) for f in found} == {pair, pair[::-1]}
+    assert all(f.evidence["maneuvers"] == list(numbers) for f in found)
+
+
+def test_energies_exchanged_in_all_maneuvers(reference):
+    held = columns(reference)
+    for n in held:
+        potential, kinetic = held[n]["potential_energy"], held[n]["kinetic_energy"]
+        held[n] |= {"potential_energy": kinetic, "kinetic_energy": potential}
+    first = said(reference, held)[0]
+    assert first.code == "mistake"
+    assert "The kinetic energy is in the place of the potential energy" in first.message
 
 
 def test_a_clipped_column(reference):

@@ -118,7 +118,7 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
     found = [(h, m) for h in hypotheses for m in h.mistakes if isinstance(m, NumericalMethod)]
     if not found or found[0][0] is not hypotheses[0]:
         return None
-    return IntegratedBy(hypotheses[0], tuple(m for _, m in found), left_over(hypotheses[0]))
+    return IntegratedBy(hypotheses[0], tuple(m for _, m in found), left_over(hypotheses[0], None))
 
 
 def _integrator(causes: Residual | None) -> Integrator | None:
@@ -154,7 +154,7 @@ def _explained(
     return Explained(
         rank,
         hypotheses,
-        left_over(first),
+        left_over(first, causes),
         _acceleration(first, causes),
         tuple(key for key in as_given if key),
         max(above_digits(first).values(), default=0.0),

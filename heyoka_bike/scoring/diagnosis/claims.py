@@ -53,12 +53,12 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
     }
 
 
-def left_over(h: Hypothesis) -> Place | None:
+def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
     Much is left in a column that the cause does not touch; or much is left and little of it is
-    explained; or far more than in the motion, whose errors an integrator makes. None if there is
-    no such column: the cause is all that is wrong.
+    explained; or far more than in the motion, whose errors an integrator makes; or the equations
+    leave what no integrator does. None if there is no such column: the cause is all that is wrong.
     """
     w, above = WEIGHTS, above_digits(h)
     if not above:
@@ -68,6 +68,10 @@ def left_over(h: Hypothesis) -> Place | None:
     if untouched:
         return max(untouched, key=untouched.__getitem__)
     if above[worst] > w.little and h.relief < w.mostly:
+        return worst
+    # A force is known to first order, and what it leaves may be of the next one.
+    is_exact = not any(x.name in FORCES for x in h.found)
+    if is_exact and shows_equations(residual) and residual and residual.leaves_more(h.mistakes):
         return worst
     of_motion = max((x for (_, key), x in h.after.items() if key in LATERAL), default=above[worst])
     return worst if above[worst] > w.of_motion * max(of_motion, w.nothing) else None

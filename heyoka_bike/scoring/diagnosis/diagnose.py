@@ -13,6 +13,7 @@ from heyoka_bike.numbers.double import two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, as_meant, worst
 from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
@@ -24,8 +25,8 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingToDiagnose,
     NothingWrong,
 )
-from heyoka_bike.scoring.diagnosis.plain import beside
-from heyoka_bike.scoring.diagnosis.written import STEPS, AsMeant, Look, as_meant, worst
+from heyoka_bike.scoring.diagnosis.plain import beside, columns_apart
+from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.evidence import (
     DefinitionUnknown,
     Evidence,
@@ -236,10 +237,13 @@ def _of_columns(
     parts = [m.part for m in maneuvers]
     if not any(part.has_values() for part in parts):
         return Answer(report, (NothingToDiagnose(),))
-    if is_right(replace(report, maneuvers=maneuvers)):
+    asked = replace(report, maneuvers=maneuvers)
+    if is_right(asked):
         return Answer(report, (NothingWrong(),))
+    # Beside columns that show the right motion, what is wrong is how others are written.
+    only_output = only_output or columns_apart(asked) is not None
     found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
-    seen = answers(found, replace(report, maneuvers=maneuvers))
+    seen = answers(found, asked)
     # Nothing is said of a search that was stopped before it found anything.
     first = next(iter(seen), None)
     cause = first if found.curves and isinstance(first, _SHOWN) else None

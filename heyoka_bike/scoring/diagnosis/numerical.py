@@ -7,6 +7,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
     BlownUp,
     EnergyTrend,
@@ -100,7 +101,9 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
         return (TooFewRows(),)
-    found = (*_energy(report, worst), *_rough(report)) or (SmoothError(),)
+    there = report.by_column()
+    missing = tuple(key for key in STATE if key not in there)
+    found = (*_energy(report, worst), *_rough(report)) or (SmoothError(missing),)
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
 

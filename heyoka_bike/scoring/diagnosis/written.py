@@ -13,16 +13,16 @@ what it leaves is told beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import Alignment, Part
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.diagnosis.as_meant import FEWEST_ROWS, AsMeant, Look, is_right, places
+from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
@@ -32,13 +32,12 @@ from heyoka_bike.scoring.evidence import (
     CoarseGrid,
     ColumnRatio,
     Evidence,
-    OtherClock,
+    OtherColumn,
     RateOfDifferences,
-    Remainder,
     SmoothedColumns,
 )
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -47,75 +46,17 @@ from heyoka_bike.scoring.units import UNITS, factor
 # A grid has so many levels, and is so many times coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS, _TIMES_COARSER = 5, 100.0
-_FEWEST_ROWS = 20
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
-# Columns that tell the times of a maneuver.
-_COLUMNS_OF_CLOCK = 3
-_ROUNDS_OF_NEWTON = 8
-# The simpler clock is meant if it leaves less than so many times what the other one does.
+# The simpler of two is meant if it leaves less than so many times what the other one does.
 _AS_GOOD = 2.0
 # Steps of the rows that differ by less than this part are even.
 _EVEN = 0.01
 
 
-@dataclass(frozen=True, slots=True)
-class AsMeant:
-    """What is seen in the rows, and the rows without it.
-
-    Attributes
-    ----------
-    seen : tuple of Evidence
-    parts : tuple of Part
-    steps : tuple of Look
-        Those that are left to try on these rows: each is taken once.
-    """
-
-    seen: tuple[Evidence, ...]
-    parts: tuple[Part, ...]
-    steps: tuple[Look, ...] = ()
-
-    def alignment(self, report: Report) -> Alignment:
-        """The rows as they were meant, laid beside the reference as those of the file."""
-        return Alignment(report.file, self.parts, ())
-
-
-def worst(report: Report) -> Remainder:
-    """The largest error of a column, in its scale, and where it is."""
-    errors = (
-        (c.as_understood.measures.max_rel_error or 0.0, f"{m.maneuver}.{c.key}")
-        for m, c in _places(report)
-    )
-    return Remainder(*max(errors, default=(0.0, "")))
-
-
-@dataclass(frozen=True, slots=True)
-class Look(followed.Step):
-    """A step that looks at the rows.
-
-    Attributes
-    ----------
-    look : callable
-        What it sees in a report; None if it sees nothing.
-    """
-
-    look: Callable[[Report], AsMeant | None]
-
-
-def as_meant(report: Report, steps: Sequence[Look]) -> AsMeant | None:
-    """What the first of some steps sees that sees something; None if none does."""
-    for i, step in enumerate(steps, 1):
-        with followed.taken(step) as told:
-            found = step.look(report)
-            if found is not None:
-                told.found = partial("; ".join, map(str, found.seen))
-                return replace(found, steps=tuple(steps[i:]))
-    return None
-
-
 def _coarse_grids(report: Report) -> AsMeant | None:
     """Columns whose values are all multiples of a step that is far coarser than their digits."""
-    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in _places(report)}
+    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
     found = {place: _step_of(*x) for place, x in levels.items()}
     steps = {key: step for (_, key), step in found.items() if step is not None}
     # Few levels show no step, but are of one that other maneuvers show.
@@ -198,7 +139,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     if key not in m or ANGLE_OF[key] not in m:
         return set()
     rate, angle = m[key], m[ANGLE_OF[key]]
-    if rate.values < _FEWEST_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
+    if rate.values < FEWEST_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
         return set()
     time, x = rate.trace.time, angle.trace.value
     if not np.all(np.diff(time) > 0.0):
@@ -218,7 +159,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
         # Where the digits tell such a difference from the slope of the angle.
         telling = np.abs(slope - smooth[rows]) > WEIGHTS.beside * least
-        if np.sum(telling) >= _FEWEST_ROWS and all(
+        if np.sum(telling) >= FEWEST_ROWS and all(
             np.mean(part) > _PART_OF_ROWS for part in (is_difference, is_difference[telling])
         ):
             found.add(how)
@@ -231,88 +172,6 @@ _DEGREE_OF_SLOPES = 4
 _PART_OF_ROWS = 0.98
 
 
-def _other_clocks(report: Report) -> AsMeant | None:
-    """Rows that are the right ones of other times, in some of the maneuvers but not in all.
-
-    Where all have one clock, whole programs that make this mistake are compared.
-    """
-    clocks = {m.maneuver: found for m in report.maneuvers if (found := _clock(m)) is not None}
-    same = {_rounded(clock) for clock in clocks.values()}
-    if not clocks or (len(clocks) == len(report.maneuvers) and len(same) == 1):
-        return None
-    seen, parts = [], []
-    for m in report.maneuvers:
-        part = m.part
-        if m.maneuver in clocks:
-            scale, shift = clocks[m.maneuver]
-            rows = shift / m.step if m.step else None
-            seen.append(OtherClock(m.maneuver, scale, shift, rows))
-            part = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
-            inside = (part.time >= 0.0) & (part.time <= float(part.reference.duration))
-            part = part.at(inside)
-        parts.append(part)
-    return AsMeant(tuple(seen), tuple(parts))
-
-
-def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
-    scale, shift = clock
-    return round(scale - 1, 6), float(f"{shift:.2g}")
-
-
-def _clock(m: ManeuverScore) -> tuple[float, float] | None:
-    """Scale and shift of the times that make all columns of a maneuver right."""
-    columns = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
-    columns = [c for c in columns if c.key in BENCHMARK_COLUMNS]
-    wrong = [c for c in columns if not _is_right(c)]
-    if len(wrong) < _COLUMNS_OF_CLOCK or m.rows < _FEWEST_ROWS:
-        return None
-    time = wrong[0].trace.time
-    end = float(m.part.reference.duration)
-    names = [next(c2.name for c2 in m.part.reference.definitions[c.key]
-                  if c2.definition == c.definition) for c in wrong]  # fmt: skip
-    values = np.array([c.trace.value / c.scale for c in wrong])
-
-    def off(clock: Array) -> tuple[Array, Array]:
-        """Errors in scales with such a clock, and the rows that are then within the run."""
-        meant = time * (1.0 + clock[0]) + clock[1]
-        rows = (meant >= 0.0) & (meant <= end)
-        right = m.part.reference.approximate(np.clip(meant, 0.0, end), names)
-        each = np.array([right[n] / c.scale for n, c in zip(names, wrong, strict=True)])
-        return values - each, rows
-
-    def fitted(of: Sequence[int]) -> tuple[Array, Array]:
-        """Newton's method with some of scale and shift; what it leaves of each column."""
-        clock, small = np.zeros(2), np.array([1e-7, 1e-6])
-        for _ in range(_ROUNDS_OF_NEWTON):
-            here, rows = off(clock)
-            slopes = []
-            for i in of:
-                there = clock.copy()
-                there[i] += small[i]
-                slopes.append(((off(there)[0] - here) / small[i])[:, rows].ravel())
-            change = np.linalg.lstsq(np.array(slopes).T, -here[:, rows].ravel(), rcond=None)[0]
-            clock[list(of)] += change
-            if abs(clock[0]) > _MOST_SCALED or abs(clock[1]) > _PART_SHIFTED * end:
-                return clock, np.full(len(wrong), np.inf)
-        left, rows = off(clock)
-        return clock, np.array([rms(x[rows]) for x in left])
-
-    before = np.array([rms(x) for x in off(np.zeros(2))[0]])
-    floors = np.array([WEIGHTS.at_floor * (c.floor or 0.0) / c.scale for c in wrong])
-    found = [fitted(of) for of in ((1,), (0,), (0, 1))]
-    least = found[-1][1]
-    for clock, left in found:
-        is_as_good = np.all(left <= np.maximum(_AS_GOOD * least, floors))
-        explains = np.all((left * WEIGHTS.mostly < before) | (left <= floors))
-        if is_as_good and explains and np.max(left) < WEIGHTS.little:
-            return 1.0 + float(clock[0]), float(clock[1])
-    return None
-
-
-# A larger scale or shift is seen when the file is read, or looks like another motion.
-_MOST_SCALED, _PART_SHIFTED = 0.2, 0.1
-
-
 @dataclass(frozen=True, slots=True)
 class _Deviation:
     """What a column has more than the right one, if something simple was done to it [SI].
@@ -320,16 +179,19 @@ class _Deviation:
     Attributes
     ----------
     how
-        ``ratio``, ``clipped`` or ``averaged``.
+        ``another``, ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
         NaN in rows of which it tells nothing.
     about
         Factor and offset, bounds, or a width.
+    other
+        The key of the column that is there.
     """
 
     how: str
     values: Array
     about: tuple[float, ...]
+    other: str = ""
 
 
 _Deviations = Mapping[tuple[int, str], _Deviation]
@@ -337,17 +199,18 @@ _Deviations = Mapping[tuple[int, str], _Deviation]
 
 
 def _deviating_columns(report: Report) -> AsMeant | None:
-    """Columns that are times a constant, clipped or smoothed: what explains each best."""
+    """Columns that are another one, times a constant, clipped or smoothed: what explains best."""
     found: dict[tuple[int, str], _Deviation] = {}
     # These are no function of the right column.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
-    for m, c in _places(report):
+    for m, c in places(report):
+        is_told = c.values >= FEWEST_ROWS and c.scale
         # One number in every row is no function of the right column.
-        is_told = c.values >= _FEWEST_ROWS and c.scale and np.ptp(c.trace.value)
-        if _is_right(c) or not is_told or (m.maneuver, c.key) in others:
+        ways = (_another, _ratio, _clipped, _averaged) if np.ptp(c.trace.value) else (_another,)
+        if is_right(c) or not is_told or (m.maneuver, c.key) in others:
             continue
         before, best = rms(c.trace.error), WEIGHTS.mostly
-        for describe in (_ratio, _clipped, _averaged):
+        for describe in ways:
             if (deviation := describe(m, c)) is None:
                 continue
             told = np.isfinite(deviation.values)
@@ -356,6 +219,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
             # Of two the simpler one, which is tried first, unless the other explains more.
             if relief > best and left < WEIGHTS.little * c.scale:
                 found[m.maneuver, c.key], best = deviation, _AS_GOOD * relief
+    found = _without_exchanged_everywhere(report, found)
     if not found or not _is_beside_right(report, found):
         return None
     parts = []
@@ -368,6 +232,20 @@ def _deviating_columns(report: Report) -> AsMeant | None:
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
     return AsMeant(tuple(_told(report, found)), tuple(parts))
+
+
+def _without_exchanged_everywhere(
+    report: Report, found: _Deviations
+) -> dict[tuple[int, str], _Deviation]:
+    """What was found, but for a column in the place of another one in every maneuver.
+
+    There whole programs that make this mistake are compared.
+    """
+    every = {
+        key for key, places in report.by_column().items()
+        if all((m.maneuver, key) in found and found[m.maneuver, key].other for m, _ in places)
+    }  # fmt: skip
+    return {place: d for place, d in found.items() if place[1] not in every}
 
 
 def _is_beside_right(report: Report, found: _Deviations) -> bool:
@@ -388,6 +266,22 @@ def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Arra
     meant = np.array(written)
     meant[np.isfinite(written)] -= deviation.values / per_unit
     return meant
+
+
+def _another(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+    """The right values of another column of the same unit, by its default definition.
+
+    Where a sum is constant, each part is a function of the other, too.
+    """
+    keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS if key != c.key}
+    names = [name for name, key in keys.items() if COMPARED[key][0].unit == c.unit]
+    value = c.trace.value + c.as_understood.offset
+    right = m.part.reference.approximate(c.trace.time, names)
+    nearest = min(names, key=lambda name: rms(value - right[name]), default=None)
+    if nearest is None:
+        return None
+    deviation = right[nearest] - c.as_understood.offset - c.trace.reference
+    return _Deviation("another", deviation, (), keys[nearest])
 
 
 def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
@@ -445,17 +339,20 @@ _PART_AVERAGED = 16
 def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Evidence of the columns, those of one kind and size together."""
     averaged = grouped((d.about[0], place) for place, d in found.items() if d.how == "averaged")
-    for count, places in averaged.items():
-        yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in places), int(count))
+    for count, where in averaged.items():
+        yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in where), int(count))
     by_key = grouped((key, n) for n, key in found)
     for key, numbers in by_key.items():
         ways = grouped(
-            ((found[n, key].how, *(float(f"{x:.5g}") for x in found[n, key].about)), n)
+            ((d.how, d.other, *(float(f"{x:.5g}") for x in d.about)), n)
             for n in numbers
+            for d in (found[n, key],)
         )
-        for (how, *_), of in ways.items():
+        for (how, other, *_), of in ways.items():
             about = found[of[0], key].about
-            if how == "ratio":
+            if how == "another":
+                yield OtherColumn(key, tuple(of), str(other))
+            elif how == "ratio":
                 by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
             elif how == "clipped":
@@ -473,31 +370,20 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
     return next((u for u in units if abs(taken / factor(u)[0] / by - 1.0) < WEIGHTS.little), None)
 
 
-def _is_right(c: ColumnScore) -> bool:
-    """True if a column is as right as its digits, or binary64 arithmetic, can be."""
-    error = c.as_understood.measures.max_rel_error
-    return c.is_at_floor(WEIGHTS.at_floor) or (error is not None and error < ROUNDING)
-
-
 def _column(report: Report, key: str) -> ColumnScore:
     return report.by_column()[key][0][1]
-
-
-def _places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:
-    """Columns of the benchmark with values."""
-    for m in report.maneuvers:
-        for c in m.columns:
-            if c.key in BENCHMARK_COLUMNS and c.values:
-                yield m, c
 
 
 STEPS = (
     Look("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
     Look("differences", "is a rate the difference of its own angle?", _own_differences),
-    Look("clock", "are the rows of a maneuver the right ones of other times?", _other_clocks),
+    Look("counted", "are the rows right at multiples of a step?", counted_rows),
+    Look("one clock", "are the rows right at times on another scale?", one_clock),
+    Look("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
     Look(
         "columns",
-        "is a column the right one times a ratio, with another zero, bounded or averaged?",
+        "is a column another one, or the right one times a ratio, with another zero, bounded or "
+        "averaged?",
         _deviating_columns,
     ),
 )

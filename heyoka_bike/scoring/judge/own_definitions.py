@@ -29,7 +29,6 @@ thing."""
 RIGHT_MOTION = 1e-3
 """Of the scale: the other columns must be this good to say that the motion is right."""
 
-_FEWEST_OTHERS = 2
 _FLOORS_OF_ROUNDING = 4.0
 
 
@@ -65,7 +64,7 @@ def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], 
         worse = ranked[:count]
         others = [c for c in columns if c not in worse]
         limit = _largest(others)
-        is_shown = len(others) >= _FEWEST_OTHERS and any(c.key in LATERAL for c in others)
+        is_shown = any(c.key in LATERAL for c in others)
         if is_shown and limit < RIGHT_MOTION and all(is_far(c, limit) for c in worse):
             return frozenset(c.key for c in worse), limit
     return frozenset(), _largest(columns)

@@ -1,0 +1,206 @@
+"""Clocks: whether the rows of a file are the right ones of other times than are written.
+
+Three looks, each with no more unknowns than the columns can tell: rows that are counted have none,
+one scale for the whole file has one, and a scale and a shift of each maneuver have two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.diagnosis.as_meant import FEWEST_ROWS, AsMeant, is_right
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+# Columns that tell the two unknowns of a maneuver's own clock, and the one of the whole file.
+_COLUMNS_OF_OWN, _COLUMNS_OF_ONE = 3, 2
+_ROUNDS_OF_NEWTON = 8
+# The simpler clock is meant if it leaves less than so many times what the other one does.
+_AS_GOOD = 2.0
+# A larger scale or shift is seen when the file is read, or looks like another motion.
+_MOST_SCALED, _PART_SHIFTED = 0.2, 0.1
+# Digits of a step that somebody chose.
+_DIGITS_OF_STEP = 3
+
+
+class _Wrong:
+    """The wrong columns of a maneuver, held against the reference at any times."""
+
+    def __init__(self, m: ManeuverScore) -> None:
+        whole = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
+        whole = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right(c)]
+        self.columns: list[ColumnScore] = whole if m.rows >= FEWEST_ROWS else []
+        self.time = m.part.time
+        self.end = float(m.part.reference.duration)
+        self._reference = m.part.reference
+        self._names = [
+            next(d.name for d in self._reference.definitions[c.key] if d.definition == c.definition)
+            for c in self.columns
+        ]
+        self._values = np.array([c.trace.value / c.scale for c in self.columns])
+
+    def off(self, meant: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Errors at these times, in scales, and the rows that are then within the run."""
+        rows = (meant >= 0.0) & (meant <= self.end)
+        right = self._reference.approximate(np.clip(meant, 0.0, self.end), self._names)
+        each = [right[n] / c.scale for n, c in zip(self._names, self.columns, strict=True)]
+        return self._values - np.array(each), rows
+
+    def left(self, meant: Array) -> Array:
+        """What these times leave of each column."""
+        errors, rows = self.off(meant)
+        return np.array([rms(x[rows]) for x in errors])
+
+    def floors(self) -> Array:
+        """What the digits can tell of each column."""
+        return np.array([WEIGHTS.at_floor * (c.floor or 0.0) / c.scale for c in self.columns])
+
+    def are_right(self, left: Array) -> bool:
+        """True if so little is left, and so much less than there was, that the times are meant."""
+        before = self.left(self.time)
+        falls = (left * WEIGHTS.mostly < before) | (left <= self.floors())
+        return bool(np.all(falls) and np.max(left, initial=0.0) < WEIGHTS.little)
+
+
+def counted_rows(report: Report) -> AsMeant | None:
+    """Rows that are the right ones of multiples of a step, from which the written times creep away.
+
+    Times that are added up do so, above all in single precision.
+    """
+    every = [_Wrong(m) for m in report.maneuvers]
+    if not any(wrong.columns for wrong in every):
+        return None
+    steps, creeps, singles, parts = [], [], [], []
+    for m, wrong in zip(report.maneuvers, every, strict=True):
+        counted = _counted(wrong.time)
+        if counted is None:
+            return None
+        step, meant = counted
+        if wrong.columns and not wrong.are_right(wrong.left(meant)):
+            return None
+        steps.append(step)
+        creeps.append(float(np.max(np.abs(wrong.time - meant))))
+        singles.append(_is_single_sum(wrong.time, step))
+        inside = (meant >= 0.0) & (meant <= wrong.end)
+        parts.append(replace(m.part, time=meant, time_lo=np.zeros_like(meant)).at(inside))
+    if len(set(steps)) > 1:
+        return None
+    return AsMeant((TimesAddedUp(steps[0], max(creeps), all(singles)),), tuple(parts))
+
+
+def _counted(time: Array) -> tuple[float, Array] | None:
+    """A decimal step and its multiples, one for each row, that are not the times written."""
+    step = float(f"{(time[-1] - time[0]) / max(len(time) - 1, 1):.{_DIGITS_OF_STEP}g}")
+    if not step > 0.0:
+        return None
+    count = np.rint((time - time[0]) / step)
+    meant = time[0] + step * count
+    is_written = np.max(np.abs(time - meant)) <= np.finfo(np.float64).eps * time[-1]
+    return None if is_written or np.any(np.diff(count) != 1.0) else (step, meant)
+
+
+def _is_single_sum(time: Array, step: float) -> bool:
+    """True if times are what adding up a step in single precision gives."""
+    steps = np.full(len(time), np.float32(step))
+    steps[0] = np.float32(time[0])
+    return bool(np.array_equal(np.add.accumulate(steps).astype(np.float64), time))
+
+
+def one_clock(report: Report) -> AsMeant | None:
+    """Rows that are the right ones of times on one scale, where no maneuver tells its own clock."""
+    every = [_Wrong(m) for m in report.maneuvers]
+    counts = [len(wrong.columns) for wrong in every]
+    if sum(counts) < _COLUMNS_OF_ONE or max(counts) >= _COLUMNS_OF_OWN or not all(counts):
+        return None
+    clock = _fitted(every, (0,))
+    if clock is None or not all(x.are_right(x.left(_meant(x.time, clock))) for x in every):
+        return None
+    scale = 1.0 + float(clock[0])
+    parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
+    return AsMeant((OtherClock(None, scale, 0.0, None),), parts)
+
+
+def other_clocks(report: Report) -> AsMeant | None:
+    """Rows that are the right ones of other times, in some of the maneuvers but not in all.
+
+    Where all have one clock, whole programs that make this mistake are compared.
+    """
+    clocks = {m.maneuver: found for m in report.maneuvers if (found := _own_clock(m)) is not None}
+    same = {_rounded(clock) for clock in clocks.values()}
+    if not clocks or (len(clocks) == len(report.maneuvers) and len(same) == 1):
+        return None
+    seen, parts = [], []
+    for m in report.maneuvers:
+        part = m.part
+        if m.maneuver in clocks:
+            scale, shift = clocks[m.maneuver]
+            rows = shift / m.step if m.step else None
+            seen.append(OtherClock(m.maneuver, scale, shift, rows))
+            part = _on_clock(part, scale, shift)
+        parts.append(part)
+    return AsMeant(tuple(seen), tuple(parts))
+
+
+def _on_clock(part: Part, scale: float, shift: float) -> Part:
+    """The rows at the times that are meant, of those that are then within the run."""
+    part = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
+    return part.at((part.time >= 0.0) & (part.time <= float(part.reference.duration)))
+
+
+def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
+    scale, shift = clock
+    return round(scale - 1, 6), float(f"{shift:.2g}")
+
+
+def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
+    """Scale and shift of the times that make all columns of a maneuver right."""
+    wrong = _Wrong(m)
+    if len(wrong.columns) < _COLUMNS_OF_OWN:
+        return None
+    clocks = [_fitted([wrong], of) for of in ((1,), (0,), (0, 1))]
+    found = [(c, wrong.left(_meant(wrong.time, c))) for c in clocks if c is not None]
+    if clocks[-1] is None:
+        return None
+    least = found[-1][1]
+    for clock, left in found:
+        is_as_good = np.all(left <= np.maximum(_AS_GOOD * least, wrong.floors()))
+        if is_as_good and wrong.are_right(left):
+            return 1.0 + float(clock[0]), float(clock[1])
+    return None
+
+
+def _meant(time: Array, clock: Array) -> Array:
+    return time * (1.0 + float(clock[0])) + float(clock[1])
+
+
+def _fitted(every: Sequence[_Wrong], of: Sequence[int]) -> Array | None:
+    """Less one, the scale, and the shift [s], by Newton's method with some of both; None if far."""
+    clock, small = np.zeros(2), np.array([1e-7, 1e-6])
+    end = max(wrong.end for wrong in every)
+    for _ in range(_ROUNDS_OF_NEWTON):
+        errors, slopes = [], []
+        for wrong in every:
+            here, rows = wrong.off(_meant(wrong.time, clock))
+            errors.append(here[:, rows].ravel())
+            each = []
+            for i in of:
+                there = clock.copy()
+                there[i] += small[i]
+                moved = wrong.off(_meant(wrong.time, there))[0]
+                each.append(((moved - here) / small[i])[:, rows].ravel())
+            slopes.append(np.array(each))
+        matrix, goal = np.concatenate(slopes, axis=1).T, -np.concatenate(errors)
+        clock[list(of)] += np.linalg.lstsq(matrix, goal, rcond=None)[0]
+        if abs(clock[0]) > _MOST_SCALED or abs(clock[1]) > _PART_SHIFTED * end:
+            return None
+    return clock
