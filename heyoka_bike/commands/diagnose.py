@@ -5,7 +5,8 @@ gravity, the start, rates by differences, ...), alone and two together, and name
 the file; else the one, two or three parameters whose other values do; else what the error looks
 like: a step size and its order, damping, noise, interpolation. Files are read as by 'score'. Takes
 1 to 5 seconds of processor time, and at most 30 (--budget): a search that is not over then says
-what it found, and that it stopped early. heyoka is not needed. The same is part of 'score
+what it found, and that it stopped early. Where a force is left that nothing explains, two
+mistakes at once are tried with --thorough only. heyoka is not needed. The same is part of 'score
 --diagnose', with a figure in its HTML. The first lines say which conventions the file follows
 (axes, units, zero of the energy, definitions), which are no errors. -v tells of each step what it
 tried, what that left and how long it took.
@@ -50,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
-    budget = budget_told(args.budget)
+    budget = budget_told(args.budget, args.thorough)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.file), reference)
     files = [

@@ -98,7 +98,8 @@ COLUMNS = {
 }
 BUDGET = {
     "--budget S": "processor time that the diagnosis may take [s]; then what was found until then "
-    "is said, with exit code 4 (default: 30)"
+    "is said, with exit code 4 (default: 30)",
+    "--thorough": "try two mistakes at once also where a force is left that nothing explains",
 }
 REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
 """Arguments that several commands have."""

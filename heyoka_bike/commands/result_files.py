@@ -49,8 +49,8 @@ def bytes_told(text: str) -> int:
     return int(text)
 
 
-def budget_told(text: str | None) -> Budget:
-    """The processor time of ``--budget``.
+def budget_told(text: str | None, is_thorough: bool) -> Budget:
+    """The processor time of ``--budget``, and whether ``--thorough`` is asked for.
 
     Raises
     ------
@@ -58,14 +58,14 @@ def budget_told(text: str | None) -> Budget:
         It is no number above zero.
     """
     from heyoka_bike.numbers.exact import positive_numbers
-    from heyoka_bike.scoring.diagnosis.budget import USUAL, Budget
+    from heyoka_bike.scoring.diagnosis.budget import Budget
 
     if text is None:
-        return USUAL
+        return Budget(is_thorough=is_thorough)
     seconds, *more = positive_numbers("--budget", text)
     if more:
         raise InputError(f"--budget: found {quoted(text)}, expected one number")
-    return Budget(seconds)
+    return Budget(seconds, is_thorough=is_thorough)
 
 
 def _waiting(file: str) -> AbstractContextManager[Any]:

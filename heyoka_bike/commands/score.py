@@ -132,9 +132,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _budget(args: argparse.Namespace) -> Budget:
-    if args.budget is not None and not args.diagnose:
-        raise InputError("--budget: expected beside --diagnose")
-    return budget_told(args.budget)
+    for name in ("budget", "thorough"):
+        if getattr(args, name) and not args.diagnose:
+            raise InputError(f"--{name}: expected beside --diagnose")
+    return budget_told(args.budget, args.thorough)
 
 
 def _diagnosed(scored: Report | Series, reference: Reference, budget: Budget) -> Report:

@@ -173,6 +173,8 @@ def _(e: seen.ForceUnexplained) -> Finding:
         f"generalised force it acts most in the equation of {e.acts_in}: look there first, and at "
         "what acts beside gravity"
     )
+    if e.is_end:
+        said += ". Two mistakes at once were not tried: --thorough, in Python thorough=True, does"
     shares = dict(e.shares)
     return warning("term_unexplained", said, shares=shares, acts_in=e.acts_in, above=e.above)
 

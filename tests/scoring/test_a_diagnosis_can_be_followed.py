@@ -13,6 +13,7 @@ pytest.importorskip("heyoka")
 from generators.made_results import exact_columns, rows, smooth_error
 from generators.mistaken_programs import columns_of
 from heyoka_bike import score
+from heyoka_bike.scoring.diagnosis.budget import USUAL, Budget
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.search import OF_WHAT_IS_WRITTEN, SEARCH
@@ -39,9 +40,9 @@ def test_the_page_lists_every_step_with_its_question():
     ]
 
 
-def told(caplog, report, reference):
+def told(caplog, report, reference, budget=USUAL):
     with caplog.at_level(logging.INFO, "heyoka_bike.scoring.diagnosis"):
-        diagnosed(report, reference)
+        diagnosed(report, reference, budget=budget)
     lines = [r.getMessage() for r in caplog.records if r.name.endswith("followed")]
     return {m[1]: m for line in lines if (m := LINE.fullmatch(line))}
 
@@ -76,6 +77,32 @@ def test_every_step_of_a_file_that_nothing_explains_is_told(reference, caplog):
     steps = told(caplog, made(reference, disturb), reference)
     assert {"grid", "clock", "motion", "start and output", "together"} <= steps.keys()
     assert "likeliest" not in steps["together"][3]
+
+
+@pytest.mark.proof
+def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
+    """A lean that no force of the collection leads to, and its rate."""
+
+    def push(columns):
+        time, turn = reference[2].time, 1.7
+        waves, slopes = np.sin(turn * time) ** 3, 3 * turn * np.sin(turn * time) ** 2
+        for angle, rate, size in (
+            ("roll_angle", "roll_rate", 0.003), ("steer_angle", "steer_rate", 0.002),
+        ):  # fmt: skip
+            columns[angle] = columns[angle] + size * waves
+            columns[rate] = columns[rate] + size * slopes * np.cos(turn * time)
+        columns["forward_speed"] = columns["forward_speed"] + 0.001 * waves
+        for key in [key for key in columns if key.endswith("energy")]:
+            del columns[key]
+
+    report = made(reference, push)
+    assert "together" not in told(caplog, report, reference)
+    hint = "Two mistakes at once were not tried: --thorough"
+    assert hint in diagnosed(report, reference).diagnosis[0].message
+    thorough = Budget(is_thorough=True)
+    caplog.clear()
+    assert "together" in told(caplog, report, reference, thorough)
+    assert hint not in diagnosed(report, reference, budget=thorough).diagnosis[0].message
 
 
 @pytest.mark.proof

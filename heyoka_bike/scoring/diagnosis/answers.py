@@ -88,7 +88,7 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
     nothing = _no_cause(diagnosis, columns)
     if whole is not None:
         return (*first, whole, nothing)
-    forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis.causes))
+    forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis))
     if falls:
         return (*forces, *first)
     shape = numerical.causes(report)
@@ -134,15 +134,16 @@ def _direction(causes: Residual | None) -> Iterator[Direction]:
         yield Direction(best)
 
 
-def _unexplained(causes: Residual | None) -> Iterator[TorqueLaw | ForceUnexplained]:
+def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]:
     """A force or a term which nothing explains, alone or beside the best: by its law, if seen."""
+    causes = diagnosis.causes
     if causes is None or not causes.is_open or causes.visibility is Visibility.NOTHING:
         return
     if causes.best is None and causes.law is not None:
         yield TorqueLaw(causes.law)
         return
-    is_beside = causes.best is not None
-    yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside)
+    is_beside, is_end = causes.best is not None, diagnosis.ends_at_a_force
+    yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside, is_end)
 
 
 def _explained(

@@ -1,4 +1,4 @@
-"""The processor time that a diagnosis may take, and what ends it when that is spent.
+"""The processor time that a diagnosis may take, how far it goes, and what ends it.
 
 Time is that of the process which diagnoses, in all its threads; it starts no other process. It is
 asked for before each step that takes long: a fifth of a second of the motions that are simulated
@@ -31,10 +31,13 @@ class Deadline:
         On the clock [s].
     clock : callable
         The processor time of this process [s].
+    is_thorough
+        As of `Budget`.
     """
 
     end: float = inf
     clock: Callable[[], float] = time.process_time
+    is_thorough: bool = False
 
     def check(self) -> None:
         """Go on only if time is left.
@@ -61,6 +64,8 @@ class Budget:
         More than zero; `math.inf` for as much as it takes [s].
     clock : callable
         As of `Deadline`.
+    is_thorough
+        True to look on where the equations leave a force that no cause explains.
 
     Raises
     ------
@@ -70,6 +75,7 @@ class Budget:
 
     seconds: float = SECONDS
     clock: Callable[[], float] = time.process_time
+    is_thorough: bool = False
 
     def __post_init__(self) -> None:
         given: object = self.seconds
@@ -79,7 +85,7 @@ class Budget:
 
     def begun(self) -> Deadline:
         """The end of a diagnosis that begins now."""
-        return Deadline(self.clock() + self.seconds, self.clock)
+        return Deadline(self.clock() + self.seconds, self.clock, self.is_thorough)
 
 
 USUAL = Budget()

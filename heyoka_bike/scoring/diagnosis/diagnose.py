@@ -78,6 +78,7 @@ def diagnose(
     maneuver: int | None = None,
     columns: str | Sequence[str] | None = None,
     budget: float = SECONDS,
+    thorough: bool = False,
     **named: Any,
 ) -> Report:
     """Compare results with the reference, and say why they differ.
@@ -93,6 +94,9 @@ def diagnose(
     budget
         Processor time that looking for causes may take, in all threads of this process [s]. When it
         is spent the report has what was found until then, and `is_stopped_early`.
+    thorough
+        True to try two mistakes at once, and other starts, also where the equations of motion leave
+        a force of which no cause explains anything.
     named
         As in `score`.
 
@@ -112,7 +116,7 @@ def diagnose(
     NothingScoredError
         Nothing can be compared.
     """
-    given = Budget(budget)
+    given = Budget(budget, is_thorough=thorough)
     known = load_reference(reference)
     found = score(results, known, maneuver=maneuver, columns=columns, **named)
     return diagnosed(found, known, progress, given)

@@ -61,6 +61,9 @@ class Diagnosis:
         False if the time was spent before all was tried.
     likeliest : Hypothesis or None
         Where `classes` are empty only for that, the best until then.
+    ends_at_a_force
+        True if two mistakes at once, and other starts, were not tried: the equations leave a force
+        of which no cause explains anything.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -70,6 +73,7 @@ class Diagnosis:
     units: Mapping[str, str] = field(default_factory=dict)
     is_whole: bool = True
     likeliest: Hypothesis | None = None
+    ends_at_a_force: bool = False
 
 
 def explain(
@@ -95,7 +99,8 @@ def explain(
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)
-    search, residual, is_whole = Search(file), file.residual, True
+    search = Search(file, is_thorough=deadline.is_thorough)
+    residual, is_whole = file.residual, True
     steps = OF_WHAT_IS_WRITTEN if only_output else SEARCH
     try:
         rest = 1.0 - _SHARE_OF_EQUATIONS
@@ -107,7 +112,8 @@ def explain(
     classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
-        return Diagnosis((), tried, residual, is_whole=is_whole)
+        ended = is_whole and not only_output and search.ends_at_a_force
+        return Diagnosis((), tried, residual, is_whole=is_whole, ends_at_a_force=ended)
     best, usual = classes[0][0], file.right.understood
     if not (is_whole or ends_search(best, residual)):
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)

@@ -135,12 +135,15 @@ class ForceUnexplained(Evidence):
         So many times more than an integrator would leave.
     is_beside
         True if a cause explains nearly all.
+    is_end
+        True if the search ended with it: two mistakes at once were not tried.
     """
 
     shares: Mapping[str, float]
     acts_in: str
     above: float
     is_beside: bool
+    is_end: bool
 
 
 @dataclass(frozen=True, slots=True)

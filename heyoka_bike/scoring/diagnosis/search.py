@@ -78,11 +78,14 @@ class Search:
         Single causes and pairs of them, in the order in which they were tried.
     starts : list of Hypothesis
         Other starts: these leave nothing in the equations, and are compared with the others last.
+    is_thorough
+        True to look on where the equations leave a force that no cause explains.
     """
 
     file: SeenFile
     found: list[Hypothesis] = field(default_factory=list)
     starts: list[Hypothesis] = field(default_factory=list)
+    is_thorough: bool = False
 
     @property
     def residual(self) -> Residual | None:
@@ -104,6 +107,13 @@ class Search:
         """The likeliest cause until now; None if none is likelier than none."""
         likely = [h for h in (*self.found, *self.starts) if h.is_possible and h.log_odds > 0.0]
         return max(likely, key=lambda h: h.log_odds, default=None)
+
+    @property
+    def ends_at_a_force(self) -> bool:
+        """True if the equations leave a force, nothing explains any of it, and that is said."""
+        seen = self.residual
+        is_left = seen is not None and shows_equations(seen) and seen.is_open
+        return is_left and self.best is None and not self.is_thorough
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Try the causes of each step that is asked.
@@ -200,7 +210,7 @@ def _shows_another_start(search: Search) -> bool:
 def _may_be_another_start(search: Search) -> bool:
     """True if nothing explains most, and no method of integration explains what remains."""
     seen = search.residual
-    if seen is None or seen.methods or search.starts:
+    if seen is None or seen.methods or search.starts or search.ends_at_a_force:
         return False
     best = ranked(search.file, search.found)[:1]
     return not any(explains_mostly(c[0], seen) for c in best)
@@ -417,7 +427,7 @@ SEARCH = (
     Trial(
         "together",
         "which two explain more than each of them?",
-        lambda _: True,
+        lambda search: not search.ends_at_a_force,
         lambda search: search.file.judged(_pairs(search.file, search.found)),
     ),
     Trial(
