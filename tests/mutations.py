@@ -137,7 +137,7 @@ def _others(node: ast.expr | ast.stmt) -> Iterator[str]:
         case ast.Constant(value=int(x)):
             yield repr(x + 1)
         case ast.Constant(value=float(x)):
-            yield repr(2 * x)
+            yield repr(2 * x or 1.0)
         case ast.Call(func=ast.Name(id=name)) if name in _CALLS:
             yield ast.unparse(ast.Call(ast.Name(_CALLS[name]), node.args, node.keywords))
         case ast.IfExp():

@@ -45,6 +45,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL, RATE_OF, Column
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.units import UNITS, factor, tried
 
@@ -58,8 +59,6 @@ _LOG_ODDS_CLAIMED = float(np.log(20.0))
 # The first row, or a whole maneuver, may have been written otherwise than the rest, once in so many
 # files.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
-# Fewer rows than this show nothing but by meeting the floor of the digits written.
-_FEWEST_TELLING_ROWS = 10
 # One row of so many is left out of the typical error.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
@@ -80,7 +79,6 @@ _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 # `data/results` and `data/peers` that are right to a hundredth it is at most 5.4 times, in parts of
 # what each varies by.
 _TIMES_WORST_COLUMN = 10.0
-_FLOORS_OF_ROUNDING = 4.0
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
@@ -399,7 +397,7 @@ def _choose(
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
-    if max(len(s.values[key]) for s in samples) >= _FEWEST_TELLING_ROWS:
+    if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
         return True
     floors = [sum(s.floor[key]) for s in samples]
     return all(t <= _TIMES_CLEARLY_LESS * f for t, f in zip(typical, floors, strict=True))
@@ -452,7 +450,7 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
             continue
         off_by = accuracy(s, found, size=s.moves)
         allowed = max(
-            _TIMES_WORST_COLUMN * off_by * s.moves(key), _FLOORS_OF_ROUNDING * s.smallest(key, u)
+            _TIMES_WORST_COLUMN * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u)
         )
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))

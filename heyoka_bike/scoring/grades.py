@@ -19,6 +19,13 @@ RIGHT_DIGITS = 6.0
 TOLERANCE = 1e-3
 """Of the column's scale: the error that `time_to_tolerance` waits for; it is seen in a plot."""
 
+FLOORS_OF_ROUNDING = 4.0
+"""An error of up to so many resolution limits is rounding: a correct file's is one, and sums and
+conversions make it a few."""
+
+FEWEST_TELLING_ROWS = 10
+"""Fewer rows show no shape of an error, and no definition but by meeting the digits written."""
+
 CLOSE_DIGITS = -log10(TOLERANCE)
 """Correct digits of what is not wrong."""
 

@@ -57,6 +57,7 @@ from heyoka_bike.scoring.evidence import (
     Staying,
     StepsUnknown,
 )
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.reading.given import results_of, several
@@ -98,8 +99,6 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
     return files, told
 
 
-# An error of up to this many floors is rounding, not the integrator's.
-_FLOORS_OF_ROUNDING = 4.0
 # Observed orders of one column that differ by more than this are not those of one power law yet.
 _ORDERS_APART = 0.3
 # Errors that fall by less than this power of the step or tolerance do not fall.
@@ -168,7 +167,7 @@ def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
     before, after = coarse.max_abs_error, fine.max_abs_error
     if coarse.definition != fine.definition or not before or not after:
         return None
-    if coarse.is_at_floor(_FLOORS_OF_ROUNDING) or fine.is_at_floor(_FLOORS_OF_ROUNDING):
+    if coarse.is_at_floor(FLOORS_OF_ROUNDING) or fine.is_at_floor(FLOORS_OF_ROUNDING):
         return None
     return log(before / after) / log(step / next_step)
 

@@ -36,11 +36,10 @@ from heyoka_bike.scoring.evidence import (
     RowsRepeated,
     SmoothError,
 )
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# A correct file's error is its floor; sums and conversions make it a few times that.
-_FLOORS_OF_ROUNDING = 4.0
 # What is seen at once and is the whole cause.
 _EXPLAIN = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
 # In which columns a start is written, and the part of a change by which a first row may miss what
@@ -61,7 +60,7 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     departs = {x.maneuver for x in first if isinstance(x, Departs)}
     if departs and departs >= {
-        m.maneuver for m, c in columns if not c.is_at_floor(_FLOORS_OF_ROUNDING)
+        m.maneuver for m, c in columns if not c.is_at_floor(FLOORS_OF_ROUNDING)
     }:
         # What is wrong in the model or at the start is wrong from the start.
         return first
@@ -100,7 +99,7 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
 def is_right(report: Report) -> bool:
     """True if every column is as right as its digits can tell."""
     return all(
-        c.is_at_floor(_FLOORS_OF_ROUNDING) for m in report.maneuvers for c in m.columns if c.values
+        c.is_at_floor(FLOORS_OF_ROUNDING) for m in report.maneuvers for c in m.columns if c.values
     )
 
 

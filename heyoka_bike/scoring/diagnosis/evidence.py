@@ -27,6 +27,7 @@ from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.double import Array
@@ -143,7 +144,7 @@ class Weights:
     nearly: float = 30.0
     strange: float = 0.25
     nothing: float = 1e-8
-    at_floor: float = 4.0
+    at_floor: float = FLOORS_OF_ROUNDING
     beside: float = 10.0
     resolved: float = 1e-11
     most_said: int = 3

@@ -21,6 +21,7 @@ from heyoka_bike.scoring.evidence import (
     TooFar,
     TooFewRows,
 )
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
@@ -28,8 +29,6 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # A correct file's error is its floor; sums and conversions may double it.
 _FLOORS_OF_DRIFT = 2.0
-# Fewer rows show no shape.
-_FEW_ROWS = 10
 # Tenths of the run may go the other way by this part of the whole change of the energy.
 _PART_THAT_GOES_BACK = 0.02
 # An energy that changes by less than this part of the largest error is not what makes it: the
@@ -99,7 +98,7 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     single = next(single_precision(report), None)
     if single is not None and worst < _OF_SINGLE:
         return (single,)
-    if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
+    if max(m.rows for m in report.maneuvers) < FEWEST_TELLING_ROWS:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)

@@ -26,18 +26,18 @@ from heyoka_bike.scoring.evidence import (
     RowsRepeated,
     Scaled,
 )
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.judge.own_definitions import RIGHT_MOTION, far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-_FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.
 _PART_OF_EQUAL_ROWS = 0.9
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # What a start may be off by, in parts of itself, and in what the digits tell.
-_PART_OF_RIGHT_START, _FLOORS_OF_ROUNDING = 1e-6, 4.0
+_PART_OF_RIGHT_START = 1e-6
 # Worse at all than others, and explained to a thirtieth, or a hundredth, by one number or two.
 _WORSE, _NEARLY, _TIMES_WORSE_THAN_BEFORE = 10.0, 30.0, 100.0
 # Of the rows, between which times are told, and times that are the same.
@@ -95,7 +95,7 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - _last_step(c) for c in whole}
-        others = [c for c in whole if still[c.key] < _FEW_ROWS]
+        others = [c for c in whole if still[c.key] < FEWEST_TELLING_ROWS]
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
         if not held or any(_worst(c) > RIGHT_MOTION for c in others):
@@ -132,7 +132,7 @@ def _flat(c: ColumnScore, order: int) -> float:
 
     Until the last step, after which all stands still.
     """
-    tiny = _FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
+    tiny = FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
     rows = slice(_last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
@@ -143,7 +143,7 @@ def _flat(c: ColumnScore, order: int) -> float:
         )
     moves = right > _WORSE * tiny
     # Between others it goes on by steps of any size; few digits make many of the same.
-    if len(moves) < _FEW_ROWS or 2 * moves.sum() <= len(moves):
+    if len(moves) < FEWEST_TELLING_ROWS or 2 * moves.sum() <= len(moves):
         return 0.0
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
@@ -163,12 +163,12 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
         off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
         before = np.maximum.accumulate(off)[:-1]
         jumps = np.flatnonzero(off[1:] > _TIMES_WORSE_THAN_BEFORE * before)
-        row = next((int(i) + 1 for i in jumps if i >= _FEW_ROWS), 0)
+        row = next((int(i) + 1 for i in jumps if i >= FEWEST_TELLING_ROWS), 0)
         if not row or before[row - 1] > RIGHT_MOTION:
             continue
         right, time = before[row - 1], columns[0].trace.time
         end = int(np.flatnonzero(off > _TIMES_WORSE_THAN_BEFORE * right)[-1]) + 1
-        is_back = m.rows - end >= _FEW_ROWS
+        is_back = m.rows - end >= FEWEST_TELLING_ROWS
         ahead, relief = _ahead(columns, slice(row, None))
         yield Departs(
             m.maneuver,
@@ -186,7 +186,7 @@ def other_times(report: Report) -> OtherTimes | None:
     found, relief = {}, []
     for m in report.maneuvers:
         columns = _whole(m)
-        if len(columns) < _OTHERS or m.rows <= _FEW_ROWS:
+        if len(columns) < _OTHERS or m.rows <= FEWEST_TELLING_ROWS:
             return None
         ahead, left = _ahead(columns, slice(None), axis=0)
         relief.append(left)
@@ -241,7 +241,11 @@ def of_other_maneuvers(
 def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
     a, b = one.trace, other.trace
     n = min(len(a.value), len(b.value))
-    if n < _FEW_ROWS or not np.ptp(a.value) or not np.ptp(a.reference[:n] - b.reference[:n]):
+    if (
+        n < FEWEST_TELLING_ROWS
+        or not np.ptp(a.value)
+        or not np.ptp(a.reference[:n] - b.reference[:n])
+    ):
         return False
     return float(np.mean(a.value[:n] == b.value[:n])) > _PART_OF_EQUAL_ROWS
 
@@ -258,7 +262,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
                 continue
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
-            if off > max(_PART_OF_RIGHT_START * abs(given), _FLOORS_OF_ROUNDING * (c.floor or 0.0)):
+            if off > max(_PART_OF_RIGHT_START * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
                 yield AnotherStart(m.maneuver, c.key, here, given, c.unit)
 
 
@@ -296,9 +300,7 @@ def beside(
     found: list[ColumnBeside | NotDiagnosed] = []
     others = []
     for key, places in report.by_column().items():
-        wrong = [
-            (m, c) for m, c in places if not (c.is_right or c.is_at_floor(_FLOORS_OF_ROUNDING))
-        ]
+        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_at_floor(FLOORS_OF_ROUNDING))]
         if key in BENCHMARK_COLUMNS or not wrong:
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):

@@ -17,6 +17,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.evidence import DefinitionUnknown
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -28,8 +29,6 @@ thing."""
 
 RIGHT_MOTION = 1e-3
 """Of the scale: the other columns must be this good to say that the motion is right."""
-
-_FLOORS_OF_ROUNDING = 4.0
 
 
 def unknown_definitions(report: Report) -> Iterator[DefinitionUnknown]:
@@ -72,7 +71,7 @@ def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], 
 
 def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE) -> bool:
     """True if a column is so many times worse than a limit, and than its digits allow."""
-    return _typical(c) > times * limit and not c.is_at_floor(_FLOORS_OF_ROUNDING)
+    return _typical(c) > times * limit and not c.is_at_floor(FLOORS_OF_ROUNDING)
 
 
 def _largest(columns: Sequence[ColumnScore]) -> float:

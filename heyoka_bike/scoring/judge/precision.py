@@ -11,6 +11,7 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence import FewDigits, SinglePrecision
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.reading.digits import are_single
 from heyoka_bike.scoring.report import Report
@@ -26,8 +27,6 @@ _NOISE_OF_SINGLE = (1.2e-8, 3e-7)
 # Root mean square of third over second differences: 1.83 for white noise, far less for a smooth
 # error. With a thousand rows it scatters by 0.03.
 _RATIO_OF_WHITE_NOISE = (1.6, 2.0)
-# Times the floor: what few digits leave of a right value.
-_FLOORS_OF_ROUNDING = 4.0
 # The noise is said of a file if that many of its columns have it.
 _PART_OF_COLUMNS = 2 / 3
 
@@ -60,7 +59,7 @@ def _has_its_noise(c: ColumnScore) -> bool:
 
     Where so few digits are written that their rounding is as large, it says nothing.
     """
-    if c.as_understood.measures.max_abs_error in (None, 0.0) or c.is_at_floor(_FLOORS_OF_ROUNDING):
+    if c.as_understood.measures.max_abs_error in (None, 0.0) or c.is_at_floor(FLOORS_OF_ROUNDING):
         return False
     error: Array = c.trace.error[:_ROWS_LOOKED_AT]
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])

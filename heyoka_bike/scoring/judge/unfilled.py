@@ -12,9 +12,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence import NeverFilled, Unfilled
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS
 
-FEWEST_ROWS = 10
-"""Fewer rows may be alike by chance."""
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
 # linear equations have, a constant angle what a motion has that stands still.
 _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
@@ -49,7 +48,7 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 def _unfilled(part: Part) -> dict[str, float]:
     """The columns that were never filled in, with the number that they hold."""
     empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
-    if len(part.time) < FEWEST_ROWS or _runs_straight(part):
+    if len(part.time) < FEWEST_TELLING_ROWS or _runs_straight(part):
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
     constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
