@@ -1,13 +1,17 @@
 """``--require``: the worst over what is not named, and nothing that was not compared passes."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 
 from generators.made_results import codes, made, smooth_error
 from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.outcomes import NothingCompared
 from heyoka_bike.scoring.reading.results import Results, Rows
-from heyoka_bike.scoring.requirements import parse
+from heyoka_bike.scoring.requirements import check, parse
 from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.scores import Measures
 
 # Largest errors by maneuver and column; every other column is exact.
 SIZES = {(1, "roll_angle"): 1e-6, (2, "roll_angle"): 1e-5, (2, "steer_rate"): 1e-4}
@@ -186,3 +190,23 @@ def test_what_is_no_requirement_is_refused_at_once():
     # The time must not grow with the square of the digits: a server reads them from strangers.
     with pytest.raises(InputError, match="require: found 'scd>=1111"):
         parse("scd>=" + "1" * 200_000 + "x")
+
+
+@pytest.mark.parametrize("metric", ["max_abs_error", "scd", "max_rel_error"])
+def test_a_column_of_which_nothing_was_compared_fails(reference, results, metric):
+    report = score(results, reference)
+    nothing = Measures(*[None] * len(fields(Measures)))
+    maneuver = report[2]
+    columns = [
+        replace(c, as_understood=replace(c.as_understood, measures=nothing), values=0)
+        if c.key == "roll_angle"
+        else c
+        for c in maneuver.columns
+    ]
+    other = replace(maneuver, columns=tuple(columns))
+    scored = replace(report, maneuvers=(report[1], other, report[3]))
+    for bound in ("< 1e9", "> -1"):
+        found = check(f"2.roll_angle.{metric} {bound}", scored)
+        assert not found.met
+        assert isinstance(found.outcome, NothingCompared)
+        assert "roll_angle" in found.message

@@ -22,6 +22,18 @@ def test_a_right_file_is_right_and_a_wrong_one_is_not(reference):
     assert ": wrong, " in wrong.verdict
 
 
+def test_one_value_that_is_missing_keeps_a_file_from_being_whole(reference):
+    def gap(key, values, number):
+        if (number, key) == (3, "kinetic_energy"):
+            values[500] = np.nan
+        return values
+
+    assert score(made(reference), reference).is_whole
+    report = score(made(reference, gap), reference)
+    assert not report.is_whole
+    assert not report.is_right
+
+
 def test_six_digits_are_right_and_five_are_close(reference):
     def off(digits):
         def change(key, values, number):
