@@ -137,3 +137,11 @@ def test_a_bicycle_that_stays_upright_is_no_empty_file(reference):
     results = made(reference, lambda key, values, _: np.full_like(
         values, 0.0 if key in lateral else values[0]))  # fmt: skip
     assert "never_filled" not in codes(score(results, reference))
+
+
+def test_angles_of_zeros_alone_are_no_bicycle_that_stays_upright(reference):
+    """There is no speed beside them that shows a run."""
+    keys = ("roll_angle", "steer_angle")
+    report = score(without(reference, keys, maneuvers=(3,), names=keys), reference)
+    assert "never_filled" in codes(report)
+    assert [m.maneuver for m in report.maneuvers] == [1, 2]

@@ -1,10 +1,13 @@
 """Eq. (1) is met by an energy that is the file's own or the true one, in digits that show it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from generators.made_results import made
 from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.verdict import claim, meets_limit
 from heyoka_bike.showing.formats.output import render
 
 ENERGY = "mechanical_energy"
@@ -64,3 +67,17 @@ def test_its_digits_have_to_show_it(reference, tmp_path):
     few = of("%.3g")
     assert not few.requirements[0].met
     assert few[2].meets_limit is False
+
+
+def test_a_limit_that_is_reached_is_not_met(reference):
+    """Eq. (1) asks for less."""
+
+    def drifting(key, values, number):
+        drift = 1e-5 * reference[number][ENERGY][0] * np.linspace(0.0, 1.0, len(values))
+        return values + drift if key in (ENERGY, "kinetic_energy") else values
+
+    maneuver = score(made(reference, drifting), reference)[2]
+    reached = claim(maneuver, np.inf).value
+    assert meets_limit(replace(maneuver, performance_limit=reached)) is False
+    more = float(np.nextafter(reached, np.inf))
+    assert meets_limit(replace(maneuver, performance_limit=more)) is True

@@ -110,3 +110,37 @@ def test_an_integrators_error_is_no_contradiction(reference):
     series = [read_results(data_folder() / "peers" / f"exudyn-h{h}.txt") for h in (0.01, 0.001)]
     for results in series:
         assert "rate_is_not_the_derivative" not in codes(score(results, reference))
+
+
+@pytest.mark.parametrize(("part", "is_told"), [(0.5, False), (5.0, True)])
+def test_a_rate_is_to_blame_where_the_error_of_its_angle_is_not_the_reason(
+    reference, part, is_told
+):
+    """The rate of an angle that is wrong, and so much of that beside it."""
+
+    def change(key, values, number):
+        t, size = reference[number].time, 1e-3 * np.max(np.abs(reference[number]["steer_rate"]))
+        error = {
+            "steer_angle": size / 2 * np.sin(2 * t),
+            "steer_rate": size * (np.cos(2 * t) + part * np.cos(5 * t)),
+        }
+        return values + error.get(key, 0.0)
+
+    report = score(made(reference, change), reference)
+    told = [m.maneuver for m in report.maneuvers if "steer_rate" in m.consistency.contradicted]
+    assert told == ([1, 2, 3] if is_told else [])
+
+
+@pytest.mark.parametrize(("times", "is_told"), [(0.1, False), (1.0, True), (30.0, False)])
+def test_noise_of_rounding_to_24_bits_on_the_way_is_told_by_its_size(reference, times, is_told):
+    """Half a last bit either way, in each value; not a tenth of that, nor far more."""
+    random = np.random.default_rng(24)
+
+    def change(key, values, number):
+        # What a value that is rounded to 24 bits is off by, in parts of itself, at most.
+        noise = random.uniform(-1.0, 1.0, len(values)) * 2.0**-24
+        return values + times * noise * np.sqrt(np.mean(values**2))
+
+    found = [f for f in score(made(reference, change), reference).findings
+             if f.code == "single_precision"]  # fmt: skip
+    assert bool(found) is is_told
