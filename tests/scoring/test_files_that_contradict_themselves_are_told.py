@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from generators.made_results import codes, made, smooth_error
+from generators.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -144,3 +144,20 @@ def test_noise_of_rounding_to_24_bits_on_the_way_is_told_by_its_size(reference, 
     found = [f for f in score(made(reference, change), reference).findings
              if f.code == "single_precision"]  # fmt: skip
     assert bool(found) is is_told
+
+
+@pytest.mark.parametrize(("times", "is_told"), [(1.6, False), (6.0, True)])
+def test_a_rate_that_may_be_of_another_definition_is_not_blamed(reference, times, is_told):
+    """What it is off by, in what the definitions are apart that it may have."""
+
+    def change(key, values, number):
+        if key != "roll_rate":
+            return values
+        apart = np.sqrt(np.mean((values - reference[number]["roll_rate_body_x"]) ** 2))
+        t = reference[number].time
+        return values + times * apart * np.sqrt(2) * np.sin(5 * t + number)
+
+    report = score(made(reference, change), reference)
+    assert "body_x" in column(report, 2, "roll_rate").indistinguishable or is_told
+    told = [m.maneuver for m in report.maneuvers if "roll_rate" in m.consistency.contradicted]
+    assert told == ([1, 2, 3] if is_told else [])
