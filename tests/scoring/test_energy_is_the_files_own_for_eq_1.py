@@ -7,7 +7,7 @@ import pytest
 
 from generators.made_results import made
 from heyoka_bike.scoring.score import score
-from heyoka_bike.scoring.verdict import claim, meets_limit
+from heyoka_bike.scoring.verdict import DoesNotCount, claim, meets_limit, performance
 from heyoka_bike.showing.formats.output import render
 
 ENERGY = "mechanical_energy"
@@ -81,3 +81,30 @@ def test_a_limit_that_is_reached_is_not_met(reference):
     assert meets_limit(replace(maneuver, performance_limit=reached)) is False
     more = float(np.nextafter(reached, np.inf))
     assert meets_limit(replace(maneuver, performance_limit=more)) is True
+
+
+BEST = {"resolution": 0.0, "sum_error": 0.0, "true_error": 0.0, "start": 1.0}
+
+
+@pytest.mark.parametrize(("change", "more", "value", "reason"), [
+    (None, {}, np.inf, DoesNotCount.NO_ENERGY),
+    (0.5, {}, 0.5, None),
+    (3.0, {}, 3.0, None),
+    (0.5, {"sum_error": 1e-9}, np.inf, DoesNotCount.NOT_ITS_SUM),
+    # Where nothing shows that it is its own, it has to be the true one.
+    (0.5, {"sum_error": None, "true_error": 2.0}, 2.0, DoesNotCount.NOT_TRUE),
+    (0.5, {"sum_error": None, "true_error": 1.0}, 1.0, DoesNotCount.NOT_TRUE),
+    (0.5, {"sum_error": None, "true_error": 0.9}, 0.5, None),
+    (3.0, {"sum_error": None, "true_error": 5.0}, 3.0, None),
+    # Of another start a change is measured in the energy that is given.
+    (0.5, {"start": 3.0}, 1.5, DoesNotCount.ANOTHER_START),
+    (0.5, {"start": 2.0}, 1.0, DoesNotCount.ANOTHER_START),
+    (0.2, {"start": 3.0}, 0.2, None),
+    (0.5, {"start": 0.1}, 0.5, None),
+    (0.5, {"resolution": 1.5}, 1.5, DoesNotCount.FEW_DIGITS),
+    (0.5, {"resolution": 0.9}, 0.5, None),
+])  # fmt: skip
+def test_what_counts_of_a_change(change, more, value, reason):
+    """Held against a limit of 1, in percent as all of these."""
+    claimed = performance(change, 1.0, **BEST | more)
+    assert (claimed.value, claimed.reason) == (value, reason)

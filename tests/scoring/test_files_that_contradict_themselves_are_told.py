@@ -5,6 +5,7 @@ import pytest
 
 from generators.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.evidence import SinglePrecision
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
@@ -141,9 +142,9 @@ def test_noise_of_rounding_to_24_bits_on_the_way_is_told_by_its_size(reference, 
         noise = random.uniform(-1.0, 1.0, len(values)) * 2.0**-24
         return values + times * noise * np.sqrt(np.mean(values**2))
 
-    found = [f for f in score(made(reference, change), reference).findings
-             if f.code == "single_precision"]  # fmt: skip
-    assert bool(found) is is_told
+    report = score(made(reference, change), reference)
+    found = [x for x in report.seen if isinstance(x, SinglePrecision)]
+    assert [x.is_written for x in found] == ([False] if is_told else [])
 
 
 @pytest.mark.parametrize(("times", "is_told"), [(1.6, False), (6.0, True)])
@@ -161,3 +162,15 @@ def test_a_rate_that_may_be_of_another_definition_is_not_blamed(reference, times
     assert "body_x" in column(report, 2, "roll_rate").indistinguishable or is_told
     told = [m.maneuver for m in report.maneuvers if "roll_rate" in m.consistency.contradicted]
     assert told == ([1, 2, 3] if is_told else [])
+
+
+@pytest.mark.parametrize(("count", "is_told"), [(3, False), (4, True), (8, True)])
+def test_half_of_the_columns_in_single_precision_make_a_file_of_it(reference, count, is_told):
+    single = BENCHMARK_COLUMNS[:count]
+
+    def change(key, values, number):
+        return values.astype(np.float32).astype(float) if key in single else values
+
+    report = score(made(reference, change), reference)
+    found = [x for x in report.seen if isinstance(x, SinglePrecision) and x.is_written]
+    assert [x.are_all for x in found] == ([count == 8] if is_told else [])
