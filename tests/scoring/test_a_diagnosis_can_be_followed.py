@@ -79,9 +79,8 @@ def test_every_step_of_a_file_that_nothing_explains_is_told(reference, caplog):
     assert "likeliest" not in steps["together"][3]
 
 
-@pytest.mark.proof
-def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
-    """A lean that no force of the collection leads to, and its rate."""
+def pushed(reference, times):
+    """Angles that no force of the collection leads to, and their rates."""
 
     def push(columns):
         time, turn = reference[2].time, 1.7
@@ -89,13 +88,29 @@ def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
         for angle, rate, size in (
             ("roll_angle", "roll_rate", 0.003), ("steer_angle", "steer_rate", 0.002),
         ):  # fmt: skip
-            columns[angle] = columns[angle] + size * waves
-            columns[rate] = columns[rate] + size * slopes * np.cos(turn * time)
-        columns["forward_speed"] = columns["forward_speed"] + 0.001 * waves
+            columns[angle] = columns[angle] + times * size * waves
+            columns[rate] = columns[rate] + times * size * slopes * np.cos(turn * time)
+        columns["forward_speed"] = columns["forward_speed"] + times * 0.001 * waves
         for key in [key for key in columns if key.endswith("energy")]:
             del columns[key]
 
-    report = made(reference, push)
+    return push
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(("times", "code"), [
+    (1.0, "term_unexplained"), (1e-5, "left_of_equations"), (1e-8, None),
+])  # fmt: skip
+def test_what_the_equations_leave_is_called_a_force_where_it_is_enough(reference, times, code):
+    """Little is told by its equation and size; and nothing of what the digits may be."""
+    report = diagnosed(made(reference, pushed(reference, times)), reference)
+    found = {f.code for f in report.diagnosis} & {"term_unexplained", "left_of_equations"}
+    assert found == ({code} if code else set())
+
+
+@pytest.mark.proof
+def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
+    report = made(reference, pushed(reference, 1.0))
     assert "together" not in told(caplog, report, reference)
     hint = "Two mistakes at once were not tried: --thorough"
     assert hint in diagnosed(report, reference).diagnosis[0].message

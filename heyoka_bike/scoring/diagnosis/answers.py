@@ -14,6 +14,7 @@ from heyoka_bike.scoring.diagnosis.found import (
     ForceUnexplained,
     IntegratedBy,
     Integrator,
+    LeftOfEquations,
     LikeliestUntilThen,
     LinearMotion,
     MostlyZeros,
@@ -93,7 +94,8 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
     shape = numerical.causes(report)
     if forces:
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    return (*forces, *first, nothing, *shape)
+    described = () if forces else _described(diagnosis.causes)
+    return (*forces, *described, *first, nothing, *shape)
 
 
 def is_right(report: Report) -> bool:
@@ -143,6 +145,12 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
         return
     is_beside, is_end = causes.best is not None, diagnosis.ends_at_a_force
     yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside, is_end)
+
+
+def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:
+    """What the equations leave, where it is too little to be called a force."""
+    if causes is not None and causes.is_described:
+        yield LeftOfEquations(causes.shares, causes.acts_in, causes.above)
 
 
 def _explained(

@@ -147,6 +147,25 @@ class ForceUnexplained(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class LeftOfEquations(Evidence):
+    """What the equations leave: more than digits do, and less than shows that there is a force.
+
+    Attributes
+    ----------
+    shares : mapping of str to float
+        By what part of themselves accelerations are off, by the names of the equations.
+    acts_in
+        The equation in which it acts most, as a generalised force.
+    above
+        So many times more than the rates are off from the slopes of the angles.
+    """
+
+    shares: Mapping[str, float]
+    acts_in: str
+    above: float
+
+
+@dataclass(frozen=True, slots=True)
 class TorqueLaw(Evidence):
     """A torque that no cause known here explains, as a function of one angle or rate."""
 
