@@ -722,15 +722,11 @@ def _(e: seen.OtherClock) -> Finding:
 
 @_finding.register
 def _(e: seen.TimesAddedUp) -> Finding:
-    how = (
-        "what adding up the step in single precision gives"
-        if e.is_single
-        else ("as times that are added up, or rounded, do")
-    )
+    how = "that are added up in single precision" if e.is_single else "that are added up or rounded"
     said = (
         f"The rows are the right ones of the multiples of {e.step:g} s. The times written creep "
-        f"away from these by up to {e.creep:.2g} s, {how}. Write the number of the row times the "
-        "step"
+        f"away from these by up to {e.creep:.2g} s, as times {how} do. Write the number of the row "
+        "times the step"
     )
     return warning("times_added_up", said, step=e.step, creep=e.creep, is_single=e.is_single)
 
