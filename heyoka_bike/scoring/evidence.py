@@ -1089,6 +1089,8 @@ class AnotherStart(Evidence):
     found, given
         In the unit of the column.
     unit
+    told
+        The unit in which this would be what is given; None without one.
     """
 
     maneuver: int
@@ -1096,6 +1098,7 @@ class AnotherStart(Evidence):
     found: float
     given: float
     unit: str
+    told: str | None
 
 
 @dataclass(frozen=True, slots=True)

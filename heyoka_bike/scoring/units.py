@@ -45,6 +45,21 @@ def factor(unit: str) -> tuple[float, float]:
     return hi, float(exact - Fraction(hi))
 
 
+def unit_told_by(ratio: float, si: str, taken: str, within: float) -> str | None:
+    """The unit of numbers that are so many times what they are in the unit `taken`; None without.
+
+    Parameters
+    ----------
+    ratio, within
+        The ratio, and the part of itself by which it may be another one.
+    si, taken
+        The SI unit of the quantity, and that by which the numbers were read.
+    """
+    found = (u for u in UNITS[si] if u != taken)
+    times = factor(taken)[0]
+    return next((u for u in found if abs(times / factor(u)[0] / ratio - 1.0) < within), None)
+
+
 def to_si(values: Double, unit: str) -> Double:
     """Values in a unit as SI values, to 32 digits."""
     hi, lo = factor(unit)

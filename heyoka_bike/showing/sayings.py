@@ -1034,9 +1034,10 @@ def _(e: seen.AnotherStart) -> Finding:
         f"Maneuver {e.maneuver} begins with a {e.key.replace('_', ' ')} of {e.found:.9g} "
         f"{e.unit.replace(' s-1', '/s')} in its first row, where {e.given:.9g} is given"
     )
-    return warning(
-        "another_start", said, maneuver=e.maneuver, column=e.key, found=e.found, given=e.given
-    )
+    if e.told:
+        said += f": that is {e.found / e.given:.6g} times as much, as in {e.told}"
+    numbers = {"found": e.found, "given": e.given, "unit": e.told}
+    return warning("another_start", said, maneuver=e.maneuver, column=e.key, **numbers)
 
 
 @_finding.register

@@ -195,6 +195,16 @@ def test_another_start_is_named(reference):
     assert found.code == "another_start"
     assert found.evidence["maneuver"] == 2
     assert found.evidence["found"] == pytest.approx(4.7)
+    assert found.evidence["unit"] is None
+
+
+def test_a_unit_is_told_by_the_start_of_one_maneuver(reference):
+    def fast(key, values, m):
+        return 3.6 * values if (m, key) == (3, "forward_speed") else values
+
+    (found,) = [f for f in shown(report_of(reference, fast)) if f.code == "another_start"]
+    assert (found.evidence["maneuver"], found.evidence["unit"]) == (3, "km h-1")
+    assert found.message.endswith("that is 3.6 times as much, as in km h-1")
 
 
 @pytest.mark.parametrize("rest", [0.0, 1e-7])

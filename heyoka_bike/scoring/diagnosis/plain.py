@@ -31,6 +31,7 @@ from heyoka_bike.scoring.judge.own_definitions import RIGHT_MOTION, far_worse, i
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.units import unit_told_by
 
 # Of the rows of two maneuvers, so many hold the same numbers.
 _PART_OF_EQUAL_ROWS = 0.9
@@ -263,7 +264,9 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
             if off > max(_PART_OF_RIGHT_START * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
-                yield AnotherStart(m.maneuver, c.key, here, given, c.unit)
+                taken = c.as_understood.unit
+                told = given and unit_told_by(here / given, c.unit, taken, _PART_OF_RIGHT_START)
+                yield AnotherStart(m.maneuver, c.key, here, given, c.unit, told or None)
 
 
 def columns_apart(report: Report) -> ColumnsApart | None:

@@ -41,7 +41,7 @@ from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.scoring.units import UNITS, factor
+from heyoka_bike.scoring.units import factor, unit_told_by
 
 # A grid has so many levels, and is so many times coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
@@ -365,9 +365,7 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
     if more:
         return None
     c = _column(report, key)
-    taken = factor(c.as_understood.unit)[0]
-    units = (u for u in UNITS[c.unit] if u != c.as_understood.unit)
-    return next((u for u in units if abs(taken / factor(u)[0] / by - 1.0) < WEIGHTS.little), None)
+    return unit_told_by(by, c.unit, c.as_understood.unit, WEIGHTS.little)
 
 
 def _column(report: Report, key: str) -> ColumnScore:
