@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from heyoka_bike.scoring.evidence import FewDigits
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.reading.text import rows as text_rows
+from heyoka_bike.scoring.score import score
 
 RNG = np.random.default_rng(1)
 COUNT = 300
@@ -174,3 +176,16 @@ def test_all_rows_count_in_a_small_file(tmp_path):
     values[39] = VALUES[39]
     (rows,) = read_results(written(tmp_path, "{!r}", values)).maneuvers
     assert {rows.quantum[key].digits for key in KEY} <= {16, 53}
+
+
+def test_digits_limit_a_column_only_if_they_do_in_every_maneuver(reference, tmp_path):
+    """A column that is wrong in one maneuver is not wrong by its digits."""
+    columns = {"time": reference[1].time}
+    for n in reference:
+        columns |= {f"m{n}_{key}": reference[n][key].copy() for key in ("roll_angle", "roll_rate")}
+    columns["m2_roll_angle"] *= 1.001
+    path = tmp_path / "r.csv"
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, fmt="%.9e", delimiter=",", header=",".join(columns), comments="")
+    (found,) = [x for x in score(path, reference).seen if isinstance(x, FewDigits)]
+    assert found.keys == ("roll_rate",)

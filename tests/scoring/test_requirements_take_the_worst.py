@@ -7,6 +7,7 @@ import pytest
 
 from generators.made_results import codes, made, smooth_error
 from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.evidence import CoveredInPart
 from heyoka_bike.scoring.outcomes import NothingCompared
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.requirements import check, parse
@@ -210,3 +211,29 @@ def test_a_column_of_which_nothing_was_compared_fails(reference, results, metric
         assert not found.met
         assert isinstance(found.outcome, NothingCompared)
         assert "roll_angle" in found.message
+
+
+@pytest.mark.parametrize(("key", "text", "met"), [
+    ("roll_angle", "2.performance < 1e-3", True), ("kinetic_energy", "2.performance < 1e-3", False),
+    ("roll_angle", "2.coverage >= 0.5", False), ("kinetic_energy", "1.coverage >= 0.5", True),
+])  # fmt: skip
+def test_a_missing_value_fails_what_speaks_of_its_column(reference, key, text, met):
+    def gap(k, values, number):
+        values = values.copy()
+        if (number, k) == (2, key):
+            values[500] = np.nan
+        return values
+
+    assert score(made(reference, gap), reference, [text]).requirements[0].met is met
+
+
+@pytest.mark.parametrize(("name", "kept", "has_holes"), [
+    ("half", lambda t: t <= 5.0, False), ("later half", lambda t: t >= 5.0, False),
+    ("hole", lambda t: (t <= 3.0) | (t >= 7.0), True),
+    ("hole in a half", lambda t: (t <= 1.0) | ((t >= 4.0) & (t <= 5.0)), True),
+])  # fmt: skip
+def test_a_hole_is_told_from_an_end(reference, name, kept, has_holes):
+    rows = np.flatnonzero(kept(reference[2].time))
+    report = score(made(reference, keep=rows), reference)
+    (found,) = [x for x in report.seen if isinstance(x, CoveredInPart)]
+    assert (found.maneuvers, found.has_holes) == ((1, 2, 3), has_holes)
