@@ -1,9 +1,9 @@
 """What is written of a motion, seen on the rows themselves; no program is simulated.
 
 The question: is a column a simple function of the right one, or of another column of the file? It
-may be on a coarse grid, clipped, times a constant ratio, smoothed, the difference of its own angle;
-the rows of a maneuver may be those of other times. Each is seen on the numbers alone, and takes
-milliseconds, so these come before all that is simulated.
+may be on a coarse grid, clipped, times a constant ratio, smoothed, the difference of its own angle,
+another column; the rows may be those of other times (`clocks`). Each is seen on the numbers alone,
+and takes milliseconds, so these come before all that is simulated.
 
 Each step returns what it saw as evidence, and the rows *as they were meant*: with the deviation
 taken back, a column that says nothing put aside, or a grid in the place of digits. What is left of
