@@ -36,6 +36,7 @@ from heyoka_bike.scoring.evidence import (
     RowsBetween,
     RowsRepeated,
     SmoothError,
+    TooFar,
 )
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.report import Report
@@ -94,7 +95,9 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
     shape = numerical.causes(report)
     if forces:
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    described = () if forces else _described(diagnosis.causes)
+    # Where nothing is left of the motion, its equations say nothing either.
+    is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
+    described = _described(diagnosis.causes) if is_told else ()
     return (*forces, *described, *first, nothing, *shape)
 
 
