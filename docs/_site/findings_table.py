@@ -27,12 +27,38 @@ class Code(NamedTuple):
     keys: tuple[str, ...]
 
 
-def _codes(function: ast.FunctionDef) -> Iterator[Code]:
+def _codes(function: ast.FunctionDef, module: ast.Module) -> Iterator[Code]:
     """The findings that a function makes."""
     for call in ast.walk(function):
         if isinstance(call, ast.Call) and getattr(call.func, "id", "") in _SEVERITIES:
-            keys = tuple(keyword.arg for keyword in call.keywords if keyword.arg)
-            yield Code(ast.literal_eval(call.args[0]), call.func.id, keys)
+            keys = dict.fromkeys(x for k in call.keywords for x in _keys(k, function, module))
+            yield Code(ast.literal_eval(call.args[0]), call.func.id, tuple(keys))
+
+
+def _keys(passed: ast.keyword, function: ast.FunctionDef, module: ast.Module) -> Iterator[str]:
+    """The key that is passed, or those of a dictionary: by its name there, or by who makes it."""
+    if passed.arg:
+        yield passed.arg
+    elif isinstance(passed.value, ast.Name):
+        for x in ast.walk(function):
+            if isinstance(x, ast.Assign | ast.AnnAssign):
+                targets = x.targets if isinstance(x, ast.Assign) else [x.target]
+                if passed.value.id in map(ast.unparse, targets):
+                    yield from _literal_keys(x.value)
+    elif isinstance(passed.value, ast.Call):
+        maker = next(x for x in module.body if getattr(x, "name", "") == passed.value.func.id)
+        for x in ast.walk(maker):
+            if isinstance(x, ast.Return):
+                yield from _literal_keys(x.value)
+
+
+def _literal_keys(made: ast.expr | None) -> Iterator[str]:
+    """The keys of a dictionary that is written there, or of several joined."""
+    if isinstance(made, ast.BinOp):
+        yield from _literal_keys(made.left)
+        yield from _literal_keys(made.right)
+    elif isinstance(made, ast.Dict):
+        yield from (key.value for key in made.keys if isinstance(key, ast.Constant))
 
 
 def findings() -> dict[str, list[Code]]:
@@ -40,8 +66,11 @@ def findings() -> dict[str, list[Code]]:
     every = {}
     for said, classes in ((sayings, evidence), (causes, found)):
         codes_of = {}
-        for function in ast.parse(inspect.getsource(said)).body:
-            if isinstance(function, ast.FunctionDef) and (codes := dict.fromkeys(_codes(function))):
+        module = ast.parse(inspect.getsource(said))
+        for function in module.body:
+            if not isinstance(function, ast.FunctionDef):
+                continue
+            if codes := dict.fromkeys(_codes(function, module)):
                 seen = ast.unparse(function.args.args[0].annotation).removeprefix("seen.")
                 codes_of[seen] = [*codes]
         every |= {name: codes_of[name] for name in vars(classes) if name in codes_of}
