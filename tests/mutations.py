@@ -207,10 +207,10 @@ def add_trace(into: Path, folder: str, times: Path) -> None:
     )
 
 
-def drawn(count: int, seed: int, subjects: tuple[str, ...] = SUBJECTS) -> list[Slip]:
+def drawn(count: int, seed: int) -> list[Slip]:
     """`count` slips of the subjects, each as likely as any other."""
     paths: list[Path] = []
-    for subject in subjects:
+    for subject in SUBJECTS:
         path = ROOT / PACKAGE / subject
         paths += sorted(path.rglob("*.py")) if path.is_dir() else [path]
     return random.Random(seed).sample([s for p in paths for s in slips_of(p)], count)
@@ -222,14 +222,13 @@ def left(table: Path) -> list[Slip]:
     return [Slip(**x["slip"]) for x in found if x["became"] != "noticed"]
 
 
-def tried(slip: Slip, known: dict[str, dict[str, dict[str, list[str]]]]) -> Outcome:
+def tried(slip: Slip, lines: dict[str, dict[str, list[str]]], seconds: dict[str, float]) -> Outcome:
     """Make a slip in a copy, and run the tests of its line there until one fails."""
-    of_module = known["lines"].get(slip.module, {})
+    of_module = lines.get(slip.module, {})
     # A constant is run when the module is imported, for all that use any of it.
     tests = of_module.get(str(slip.line)) or sorted(set().union(*of_module.values()))
     if not tests:
         return Outcome(slip, "not run")
-    seconds: dict[str, float] = known["seconds"]  # type: ignore[assignment]
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "copy")
         for name in (PACKAGE, "tests", "docs", "data", ".ci", ".github"):
@@ -241,22 +240,10 @@ def tried(slip: Slip, known: dict[str, dict[str, dict[str, list[str]]]]) -> Outc
         text = (copy / slip.module).read_bytes()
         changed = text[: slip.start] + slip.after.encode() + text[slip.end :]
         (copy / slip.module).write_bytes(changed)
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-x",
-            "-q",
-            "-n0",
-            "-m",
-            "",
-            "-p",
-            "no:cacheprovider",
-        ]
         ordered = sorted(tests, key=lambda t: seconds.get(t, 0.0))
         try:
             run = subprocess.run(
-                [*command, *ordered],
+                [*PYTEST, "-x", "-n0", "-m", "", "-p", "no:cacheprovider", *ordered],
                 cwd=copy,
                 env=os.environ | {"PYTHONPATH": str(copy)},
                 capture_output=True,
@@ -296,7 +283,7 @@ def main() -> None:
     slips = left(chosen.left) if chosen.left else drawn(chosen.count, chosen.seed)
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(chosen.processes) as pool:
-        for outcome in pool.map(partial(tried, known=known), slips):
+        for outcome in pool.map(partial(tried, **known), slips):
             outcomes.append(outcome)
             slip = outcome.slip
             change = f"{slip.module}:{slip.line}: {slip.before!r} -> {slip.after!r}"

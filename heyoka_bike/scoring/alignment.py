@@ -113,6 +113,10 @@ class Part(Rows):
         """True if there is a finite number in any column."""
         return any(np.isfinite(v).any() for v in self.values.values())
 
+    def within_run(self) -> Part:
+        """The rows whose times, another clock's perhaps, are within the run of the reference."""
+        return self.at((self.time >= 0.0) & (self.time <= float(self.reference.duration)))
+
     def sample(self) -> NDArray[np.intp]:
         """Indices of at most `MOST_SAMPLED` rows, evenly spread."""
         return spread(len(self.time), MOST_SAMPLED)

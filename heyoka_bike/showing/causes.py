@@ -159,6 +159,7 @@ def _(e: seen.Direction) -> Finding:
 
 @register
 def _(e: seen.ForceUnexplained) -> Finding:
+    shares = e.left.shares
     what = (
         "What is left is more than an integrator's error: a higher order of this, or another cause "
         "beside it"
@@ -168,15 +169,14 @@ def _(e: seen.ForceUnexplained) -> Finding:
     )
     said = (
         f"{what}. The file's own roll acceleration is off from the exact equations by "
-        f"{_part(e.shares['roll'])}, its steer acceleration by {_part(e.shares['steer'])}. An "
-        f"integrator would leave {e.above:.2g} times less, by the slopes of the angles. As a "
-        f"generalised force it acts most in the equation of {e.acts_in}: look there first, and at "
-        "what acts beside gravity"
+        f"{_part(shares['roll'])}, its steer acceleration by {_part(shares['steer'])}. An "
+        f"integrator would leave {e.left.above:.2g} times less, by the slopes of the angles. As a "
+        f"generalised force it acts most in the equation of {e.left.acts_in}: look there first, "
+        "and at what acts beside gravity"
     )
     if e.is_end:
         said += ". Two mistakes at once were not tried: --thorough, in Python thorough=True, does"
-    shares = dict(e.shares)
-    return warning("term_unexplained", said, shares=shares, acts_in=e.acts_in, above=e.above)
+    return warning("term_unexplained", said, **_numbers_left(e.left))
 
 
 @register
@@ -189,8 +189,11 @@ def _(e: seen.LeftOfEquations) -> Finding:
         "were seen to leave up to 3 times that, others up to 150 times: the more it is, the "
         "likelier it is a term of the model"
     )
-    shares = dict(e.shares)
-    return info("left_of_equations", said, shares=shares, acts_in=e.acts_in, above=e.above)
+    return info("left_of_equations", said, **_numbers_left(e))
+
+
+def _numbers_left(e: seen.LeftOfEquations) -> dict[str, object]:
+    return {"shares": dict(e.shares), "acts_in": e.acts_in, "above": e.above}
 
 
 @register

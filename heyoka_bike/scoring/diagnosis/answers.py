@@ -147,13 +147,17 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
         yield TorqueLaw(causes.law)
         return
     is_beside, is_end = causes.best is not None, diagnosis.ends_at_a_force
-    yield ForceUnexplained(causes.shares, causes.acts_in, causes.above, is_beside, is_end)
+    yield ForceUnexplained(_left(causes), is_beside, is_end)
 
 
 def _described(causes: Residual | None) -> Iterator[LeftOfEquations]:
     """What the equations leave, where it is too little to be called a force."""
     if causes is not None and causes.is_described:
-        yield LeftOfEquations(causes.shares, causes.acts_in, causes.above)
+        yield _left(causes)
+
+
+def _left(causes: Residual) -> LeftOfEquations:
+    return LeftOfEquations(causes.shares, causes.acts_in, causes.above)
 
 
 def _explained(

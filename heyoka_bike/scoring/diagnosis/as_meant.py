@@ -73,7 +73,7 @@ def as_meant(report: Report, steps: Sequence[Look]) -> AsMeant | None:
     return None
 
 
-def is_right(c: ColumnScore) -> bool:
+def is_right_column(c: ColumnScore) -> bool:
     """True if a column is as right as its digits, or binary64 arithmetic, can be."""
     error = c.as_understood.measures.max_rel_error
     return c.is_at_floor(WEIGHTS.at_floor) or (error is not None and error < ROUNDING)

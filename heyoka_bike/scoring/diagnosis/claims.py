@@ -71,7 +71,7 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
         return worst
     # A force is known to first order, and what it leaves may be of the next one.
     is_exact = not any(x.name in FORCES for x in h.found)
-    if is_exact and shows_equations(residual) and residual and residual.leaves_more(h.mistakes):
+    if is_exact and residual is not None and residual.leaves_more(h.mistakes):
         return worst
     of_motion = max((x for (_, key), x in h.after.items() if key in LATERAL), default=above[worst])
     return worst if above[worst] > w.of_motion * max(of_motion, w.nothing) else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,13 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import FEWEST_ROWS, AsMeant, is_right
+from heyoka_bike.scoring.diagnosis.as_meant import FEWEST_ROWS, AsMeant, is_right_column
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.scores import ManeuverScore
 
 # Columns that tell the two unknowns of a maneuver's own clock, and the one of the whole file.
 _COLUMNS_OF_OWN, _COLUMNS_OF_ONE = 3, 2
@@ -37,9 +39,8 @@ class _Wrong:
     """The wrong columns of a maneuver, held against the reference at any times."""
 
     def __init__(self, m: ManeuverScore) -> None:
-        whole = [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
-        whole = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right(c)]
-        self.columns: list[ColumnScore] = whole if m.rows >= FEWEST_ROWS else []
+        whole = whole_columns(m) if m.rows >= FEWEST_ROWS else []
+        self.columns = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
         self.time = m.part.time
         self.end = float(m.part.reference.duration)
         self._reference = m.part.reference
@@ -61,14 +62,19 @@ class _Wrong:
         errors, rows = self.off(meant)
         return np.array([rms(x[rows]) for x in errors])
 
+    @cached_property
+    def before(self) -> Array:
+        """What the times written leave."""
+        return self.left(self.time)
+
+    @cached_property
     def floors(self) -> Array:
         """What the digits can tell of each column."""
         return np.array([WEIGHTS.at_floor * (c.floor or 0.0) / c.scale for c in self.columns])
 
     def are_right(self, left: Array) -> bool:
         """True if so little is left, and so much less than there was, that the times are meant."""
-        before = self.left(self.time)
-        falls = (left * WEIGHTS.mostly < before) | (left <= self.floors())
+        falls = (left * WEIGHTS.mostly < self.before) | (left <= self.floors)
         return bool(np.all(falls) and np.max(left, initial=0.0) < WEIGHTS.little)
 
 
@@ -91,8 +97,7 @@ def counted_rows(report: Report) -> AsMeant | None:
         steps.append(step)
         creeps.append(float(np.max(np.abs(wrong.time - meant))))
         singles.append(_is_single_sum(wrong.time, step))
-        inside = (meant >= 0.0) & (meant <= wrong.end)
-        parts.append(replace(m.part, time=meant, time_lo=np.zeros_like(meant)).at(inside))
+        parts.append(replace(m.part, time=meant, time_lo=np.zeros_like(meant)).within_run())
     if len(set(steps)) > 1:
         return None
     return AsMeant((TimesAddedUp(steps[0], max(creeps), all(singles)),), tuple(parts))
@@ -153,8 +158,8 @@ def other_clocks(report: Report) -> AsMeant | None:
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:
     """The rows at the times that are meant, of those that are then within the run."""
-    part = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
-    return part.at((part.time >= 0.0) & (part.time <= float(part.reference.duration)))
+    moved = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
+    return moved.within_run()
 
 
 def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
@@ -169,11 +174,10 @@ def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
         return None
     clocks = [_fitted([wrong], of) for of in ((1,), (0,), (0, 1))]
     found = [(c, wrong.left(_meant(wrong.time, c))) for c in clocks if c is not None]
-    if clocks[-1] is None:
-        return None
-    least = found[-1][1]
+    # Where both together lead too far, nothing is held against one of them.
+    least = found[-1][1] if clocks[-1] is not None else np.inf
     for clock, left in found:
-        is_as_good = np.all(left <= np.maximum(_AS_GOOD * least, wrong.floors()))
+        is_as_good = np.all(left <= np.maximum(_AS_GOOD * least, wrong.floors))
         if is_as_good and wrong.are_right(left):
             return 1.0 + float(clock[0]), float(clock[1])
     return None

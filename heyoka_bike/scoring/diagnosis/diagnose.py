@@ -259,6 +259,5 @@ def _shifted(report: Report, reference: Reference, shift: float) -> Report:
     parts = []
     for part in (m.part for m in report.maneuvers):
         time, rest = two_sum(part.time, np.full_like(part.time, -shift))
-        rows = (time >= 0.0) & (time <= float(part.reference.duration))
-        parts.append(replace(part, time=time, time_lo=rest + part.time_lo).at(rows))
+        parts.append(replace(part, time=time, time_lo=rest + part.time_lo).within_run())
     return scored(Alignment(report.file, tuple(parts), ()), reference)

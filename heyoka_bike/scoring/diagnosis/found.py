@@ -122,33 +122,8 @@ class Direction(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
-class ForceUnexplained(Evidence):
-    """A force or a term that no cause explains, alone or beside the best.
-
-    Attributes
-    ----------
-    shares : mapping of str to float
-        By what part of themselves accelerations are off, by the names of the equations.
-    acts_in
-        The equation in which it acts most, as a generalised force.
-    above
-        So many times more than an integrator would leave.
-    is_beside
-        True if a cause explains nearly all.
-    is_end
-        True if the search ended with it: two mistakes at once were not tried.
-    """
-
-    shares: Mapping[str, float]
-    acts_in: str
-    above: float
-    is_beside: bool
-    is_end: bool
-
-
-@dataclass(frozen=True, slots=True)
 class LeftOfEquations(Evidence):
-    """What the equations leave: more than digits do, and less than shows that there is a force.
+    """What the equations leave, beyond digits; by itself it is too little to be called a force.
 
     Attributes
     ----------
@@ -163,6 +138,25 @@ class LeftOfEquations(Evidence):
     shares: Mapping[str, float]
     acts_in: str
     above: float
+
+
+@dataclass(frozen=True, slots=True)
+class ForceUnexplained(Evidence):
+    """A force or a term that no cause explains, alone or beside the best.
+
+    Attributes
+    ----------
+    left : LeftOfEquations
+        More than an integrator would leave.
+    is_beside
+        True if a cause explains nearly all.
+    is_end
+        True if the search ended with it: two mistakes at once were not tried.
+    """
+
+    left: LeftOfEquations
+    is_beside: bool
+    is_end: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -157,7 +157,7 @@ def _flat(c: ColumnScore, order: int) -> float:
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
     """A row from which on all is a hundred times farther off than in every row before."""
     for m in maneuvers:
-        columns = _whole(m)
+        columns = whole_columns(m)
         if not columns:
             continue
         error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
@@ -186,7 +186,7 @@ def other_times(report: Report) -> OtherTimes | None:
     """Rows that are the right motion at other times than those that are written."""
     found, relief = {}, []
     for m in report.maneuvers:
-        columns = _whole(m)
+        columns = whole_columns(m)
         if len(columns) < _OTHERS or m.rows <= FEWEST_TELLING_ROWS:
             return None
         ahead, left = _ahead(columns, slice(None), axis=0)
@@ -200,7 +200,7 @@ def other_times(report: Report) -> OtherTimes | None:
     return OtherTimes(found, tuple(relief), bool(is_one))
 
 
-def _whole(m: ManeuverScore) -> list[ColumnScore]:
+def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
     """Columns with a value in every row, whose definition is known."""
     return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
 
@@ -264,9 +264,11 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
             if off > max(_PART_OF_RIGHT_START * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
-                taken = c.as_understood.unit
-                told = given and unit_told_by(here / given, c.unit, taken, _PART_OF_RIGHT_START)
-                yield AnotherStart(m.maneuver, c.key, here, given, c.unit, told or None)
+                told = None
+                if given:
+                    ratio, taken = here / given, c.as_understood.unit
+                    told = unit_told_by(ratio, c.unit, taken, _PART_OF_RIGHT_START)
+                yield AnotherStart(m.maneuver, c.key, here, given, c.unit, told)
 
 
 def columns_apart(report: Report) -> ColumnsApart | None:

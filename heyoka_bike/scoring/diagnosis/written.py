@@ -21,7 +21,13 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import FEWEST_ROWS, AsMeant, Look, is_right, places
+from heyoka_bike.scoring.diagnosis.as_meant import (
+    FEWEST_ROWS,
+    AsMeant,
+    Look,
+    is_right_column,
+    places,
+)
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
@@ -207,7 +213,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
         is_told = c.values >= FEWEST_ROWS and c.scale
         # One number in every row is no function of the right column.
         ways = (_another, _ratio, _clipped, _averaged) if np.ptp(c.trace.value) else (_another,)
-        if is_right(c) or not is_told or (m.maneuver, c.key) in others:
+        if is_right_column(c) or not is_told or (m.maneuver, c.key) in others:
             continue
         before, best = rms(c.trace.error), WEIGHTS.mostly
         for describe in ways:

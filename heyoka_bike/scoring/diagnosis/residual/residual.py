@@ -331,13 +331,15 @@ class Residual:
         return self._relief(self.of(apply(self.program, mistakes)))
 
     def leaves_more(self, mistakes: Sequence[Cause]) -> bool:
-        """True if some mistakes leave far more than the digits do, and than an integrator does.
+        """True if some mistakes leave, as is seen, far more than digits and an integrator do.
 
         An integrator's error is also in the rates, which are then not the slopes of the angles.
         """
-        enough, _ = WEIGHTS.shows
-        left = self._left(self.of(apply(self.program, mistakes))) * self._sizes / self._floors
-        return bool(np.max(left) > enough and self.above > enough * self.relief(mistakes))
+        if self.visibility is not Visibility.EQUATIONS:
+            return False
+        accelerations, (enough, _) = self.of(apply(self.program, mistakes)), WEIGHTS.shows
+        left = self._left(accelerations) * self._sizes / self._floors
+        return bool(np.max(left) > enough and self.above > enough * self._relief(accelerations))
 
     def _judged(self, *mistakes: Cause) -> Hypothesis:
         return self._compared(mistakes, self.of(apply(self.program, mistakes)))
