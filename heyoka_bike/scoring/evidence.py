@@ -86,6 +86,7 @@ class Reason(Enum):
     SET_ASIDE = "its name is known, and its number is not that of a maneuver"
     CONTRADICTS = "another column of this quantity is compared, and its values are others"
     BESIDE_A_TABLE = "its name is known, and a table beside it has all columns"
+    NO_COLUMN = "its name is known, and it has not one value for each time"
     NO_SUCH_MANEUVER = "the reference has no such maneuver"
     NOT_UNDERSTOOD = "its name holds that of a quantity that no other column gives"
 

@@ -95,6 +95,11 @@ register = _finding.register
 
 # How a file was read.
 
+_WHY_LEFT_OUT = {
+    seen.Reason.BESIDE_A_TABLE: "A table beside them has all columns.",
+    seen.Reason.NO_COLUMN: "They have more than one axis: write one value for each time.",
+}
+
 
 @_finding.register
 def _(e: seen.NotCompared) -> Finding:
@@ -115,11 +120,11 @@ def _(e: seen.NotCompared) -> Finding:
             "compared. Write each quantity once, or name the column by what else it is.",
             **evidence,
         )
-    if e.reason == seen.Reason.BESIDE_A_TABLE:
+    if e.reason in _WHY_LEFT_OUT:
         return warning(
             "known_columns_left_out",
-            f"Columns that are known by name are left out: {listed(names)}. A table beside them "
-            "has all columns.",
+            f"Columns that are known by name are left out: {listed(names)}. "
+            f"{_WHY_LEFT_OUT[e.reason]}",
             **evidence,
         )
     if e.reason == seen.Reason.NOT_UNDERSTOOD:

@@ -336,7 +336,10 @@ def test_a_known_name_of_what_is_no_column(suffix, shape, tmp_path):
     else:
         every = {key: x.tolist() for key, x in columns.items()}
         path.write_text(json.dumps(every | {"roll_angle": no_column.tolist()}))
-    assert_not_whole(judged(path), "roll_angle")
+    report = judged(path)
+    assert_not_whole(report, "roll_angle")
+    (found,) = [f for f in report.findings if f.code == "known_columns_left_out"]
+    assert found.message.endswith("more than one axis: write one value for each time.")
 
 
 @pytest.mark.parametrize("found", [[0.1, [0.2]], [[], []], [None, {"x": 1}]])

@@ -143,7 +143,10 @@ def _with_times(members: Mapping[str, Any], group: ArrayGroup) -> ArrayGroup:
 
 
 def _with_known_beside(
-    found: list[ReadTable], group: ArrayGroup, used: Sequence[str | None] = ()
+    found: list[ReadTable],
+    group: ArrayGroup,
+    used: Sequence[str | None] = (),
+    reason: Reason = Reason.BESIDE_A_TABLE,
 ) -> list[ReadTable]:
     """The tables, the first with the evidence that arrays of known names stand beside them."""
     # A single number is a parameter.
@@ -151,7 +154,7 @@ def _with_known_beside(
     known = [name for name in rows if _is_known_column(name)]
     if not known:
         return found
-    return _with_evidence(found, set_aside(known, group.request, Reason.BESIDE_A_TABLE))
+    return _with_evidence(found, set_aside(known, group.request, reason))
 
 
 def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
@@ -198,7 +201,7 @@ def _table(group: ArrayGroup) -> list[ReadTable]:
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
     known = _known_vectors(group)
     if request.names is None and are_names(known, request):
-        return _with_known_beside([_named(group, known)], group, known)
+        return _with_known_beside([_named(group, known)], group, known, Reason.NO_COLUMN)
     is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in request.widths and (request.names or is_all):
         return [_table_by_place(vectors, request, list(vectors) if is_all else None)]
