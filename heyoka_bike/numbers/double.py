@@ -24,6 +24,17 @@ Array = NDArray[np.float64]
 Double = tuple[Array, Array]
 """hi and lo, of the same shape."""
 
+SMALL_STEP = 2.0**-26
+"""Of a quantity of size one, for a slope by a difference: the square root of binary64's roundoff,
+so that the curvature and the roundoff are off by as much."""
+
+STEP_OF_SECOND = 2.0**-13
+"""The same for second differences, and central ones beside them: its fourth root."""
+
+ROUNDS_OF_NEWTON = 5
+"""Newton's method with such slopes: three rounds make one right digit all of binary64, and two are
+for a start that is farther away."""
+
 _SPLITTER = 2.0**27 + 1.0
 # The argument is halved so often, and the series of what is left ends below 1e-33.
 _HALVINGS_OF_ARGUMENT = 4

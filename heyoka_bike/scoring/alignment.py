@@ -39,6 +39,10 @@ from heyoka_bike.scoring.units import factor, tried
 SUMMED = 1e-10
 """Of the duration: how late a million steps summed in binary64 may be."""
 
+ROWS_COMPARED = 251
+"""Rows of a maneuver that tell one motion from another: the fastest mode of the benchmark decays in
+0.05 s, and a run takes 10 s."""
+
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
 
@@ -61,8 +65,6 @@ _LONG_AGO = 1e5
 _TODAY = (1e9, 4e9)
 _UNITS_OF_CLOCKS = ("s", "ms", "us", "ns")
 _PART_OF_RUN = 0.1
-# Rows that tell columns in another order.
-_ROWS_THAT_TELL_ORDER = 200
 # A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
 _TIMES_NEARER = 8.0
 
@@ -438,7 +440,7 @@ def _another_order(part: Part) -> dict[str, str]:
     All rows tell it, or of a motion that is wrong later the first row: that of the columns whose
     given values are not zero.
     """
-    few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), _ROWS_THAT_TELL_ORDER))
+    few = part.only(BENCHMARK_COLUMNS).at(spread(len(part.time), ROWS_COMPARED))
     keys = list(few.values)
     if order := _permuted(few, keys, _FAR_FROM_MANEUVER):
         return order

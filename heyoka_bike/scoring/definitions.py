@@ -47,27 +47,22 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
+from heyoka_bike.scoring.ratios import CLEARLY, ODDS_CLAIMED
 from heyoka_bike.scoring.units import UNITS, factor, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
 # participation ratio of their spectra); with three, odds claimed against the truth are rarer than
 # they say, from a quarter of a second to ten, see docs/measures.md.
 _INDEPENDENT_VALUES = 3
-# Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one claim
-# in twenty may be wrong at the most.
-_LOG_ODDS_CLAIMED = float(np.log(20.0))
+_LOG_ODDS_CLAIMED = float(np.log(ODDS_CLAIMED))
 # The first row, or a whole maneuver, may have been written otherwise than the rest, once in so many
 # files.
 _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
 # One row of so many is left out of the typical error.
 _ROWS_FOR_ONE_LEFT_OUT = 100
-# Taking a constant from an error that grows does not lower it this much: a line keeps half.
-_TIMES_CLEARLY_LESS = 10.0
 _LN_10 = float(np.log(10.0))
 # Of the rows.
 _PART_OF_ROWS = 0.9
-# Of the scale.
-_PART_OF_FAR_ZERO = 0.1
 # Of what hardly varies, such as a speed, units that are not tried, ft/s or a wheel's rad/s, come
 # within a tenth of one that is.
 _PART_OF_STEADY_COLUMN = 0.02
@@ -75,10 +70,6 @@ _PART_OF_STEADY_COLUMN = 0.02
 _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 # One file in so many has a column of a definition that is not known here.
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
-# So many times the worst of the columns of one meaning a column may be off by. In the maneuvers of
-# `data/results` and `data/peers` that are right to a hundredth it is at most 5.4 times, in parts of
-# what each varies by.
-_TIMES_WORST_COLUMN = 10.0
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
@@ -400,7 +391,7 @@ def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
         return True
     floors = [sum(s.floor[key]) for s in samples]
-    return all(t <= _TIMES_CLEARLY_LESS * f for t, f in zip(typical, floors, strict=True))
+    return all(t <= CLEARLY * f for t, f in zip(typical, floors, strict=True))
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
@@ -449,9 +440,7 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
             # A motion that is wrong itself tells nothing.
             continue
         off_by = accuracy(s, found, size=s.moves)
-        allowed = max(
-            _TIMES_WORST_COLUMN * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u)
-        )
+        allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))
         error = max(float(errors[int(_PART_OF_ROWS * (len(errors) - 1))]), allowed)
@@ -525,16 +514,14 @@ def _with_offset(
     left = _typical(key, moved[key], having)
     off_by = max(accuracy(s, before, ZEROED) for s in having)
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
-    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(
-        _TIMES_CLEARLY_LESS * off_by, _PART_OF_FAR_ZERO
-    )
+    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
     is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
     # The typical error falls by that much in each maneuver.
     fits = all(
-        a / b >= _TIMES_CLEARLY_LESS
+        a / b >= CLEARLY
         for k, v in moved.items()
         for a, b in zip(_typical(k, before[k], samples), _typical(k, v, samples), strict=True)
     )

@@ -14,6 +14,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import grades
 from heyoka_bike.scoring.evidence import Odds
 from heyoka_bike.scoring.grades import Grade
+from heyoka_bike.scoring.ratios import ODDS_CLAIMED
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.alignment import Part
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 SUREST = 6
 """Decimal logarithm of the odds above which they are not told apart: nobody has tried more files
 than a million."""
-
-_ODDS_CLAIMED = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +206,7 @@ class ColumnScore:
 
         If they are not, the one that the column is compared with is the nearest.
         """
-        return self.none_odds is None or self.none_odds >= log10(_ODDS_CLAIMED)
+        return self.none_odds is None or self.none_odds >= log10(ODDS_CLAIMED)
 
     @property
     def definition(self) -> str:

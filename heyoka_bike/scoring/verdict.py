@@ -18,16 +18,13 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from heyoka_bike.scoring.evidence import Evidence, LostColumn
-from heyoka_bike.scoring.grades import Grade
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, Grade
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.scores import ManeuverScore
 
 WHOLE = 0.99
 """Of the duration: a run without its first row is whole enough to be judged."""
-
-SUM_ROUNDING = 4.0
-"""Rounding of written values explains up to this many times its bound: sums are rounded, too."""
 
 ARITHMETIC = 1e-12
 """Of an energy: what thousands of operations in binary64 may leave, with more digits, too."""
@@ -86,7 +83,7 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     scale = m.part.reference.scale("mechanical_energy")
     apart, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
     rounding = inf if floor is None else floor
-    explained = SUM_ROUNDING * rounding + ARITHMETIC * scale
+    explained = FLOORS_OF_ROUNDING * rounding + ARITHMETIC * scale
     if total is None:
         apart = 0.0
     elif apart is not None and apart <= explained:

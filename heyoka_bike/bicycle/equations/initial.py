@@ -16,6 +16,7 @@ from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.parameters import START, Maneuver
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Number, value_of
+from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP
 from heyoka_bike.numbers.dual import Dual, Duals
 
 if TYPE_CHECKING:
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
 
 _CONTINUATION_STEPS = 24
 _LARGEST_GAP = 1e-12  # [m], some thousand roundoffs of a height
-# Rounds and difference of Newton's iteration for the pitch.
-_ROUNDS_OF_NEWTON = 4
-_SHIFT_OF_SLOPE = 1e-6
 
 
 def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
@@ -156,8 +154,8 @@ def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:
     Pitch is a few hundredths: Newton's iteration is there from zero after a few rounds.
     """
     a = Arrays()
-    for _ in range(_ROUNDS_OF_NEWTON):
+    for _ in range(ROUNDS_OF_NEWTON):
         gap = front_contact_height(k, a, roll, pitch, steer)
-        slope = front_contact_height(k, a, roll, pitch + _SHIFT_OF_SLOPE, steer) - gap
-        pitch = pitch - gap * _SHIFT_OF_SLOPE / slope
+        slope = front_contact_height(k, a, roll, pitch + SMALL_STEP, steer) - gap
+        pitch = pitch - gap * SMALL_STEP / slope
     return pitch

@@ -39,15 +39,14 @@ from heyoka_bike.scoring.evidence import (
     TooFar,
 )
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # What is seen at once and is the whole cause.
 _EXPLAIN = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
-# In which columns a start is written, and the part of a change by which a first row may miss what
-# is given and still have it.
+# In which columns a start is written.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
-_AS_GIVEN = 0.1
 
 
 def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
@@ -128,7 +127,7 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
 def _integrator(causes: Residual | None) -> Integrator | None:
     """The integrator that makes the error."""
     methods = tuple(m for m in causes.methods if m.says != CLOCK) if causes else ()
-    return Integrator(methods, methods[0].relief > WEIGHTS.beside) if methods else None
+    return Integrator(methods, methods[0].relief > CLEARLY) if methods else None
 
 
 def _direction(causes: Residual | None) -> Iterator[Direction]:
@@ -189,7 +188,7 @@ def _written_as_given(x: Found, report: Report) -> str:
     """Name the column whose first row has the start that is given, not the one that is fitted."""
     key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):
-        is_small = abs(float(c.trace.error[0])) < _AS_GIVEN * abs(x.value - x.right)
+        is_small = CLEARLY * abs(float(c.trace.error[0])) < abs(x.value - x.right)
         if m.maneuver == x.maneuver and c.trace.time[0] == 0.0 and is_small:
             return f"{key} of maneuver {x.maneuver}"
     return ""

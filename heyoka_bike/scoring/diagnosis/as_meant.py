@@ -9,13 +9,13 @@ from functools import partial
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.diagnosis import followed
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.evidence import Evidence, Remainder
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-FEWEST_ROWS = 20
+FEWEST_TELLING_ROWS = 20
 """Fewer rows of a column tell nothing of this kind."""
 
 
@@ -76,7 +76,7 @@ def as_meant(report: Report, steps: Sequence[Look]) -> AsMeant | None:
 def is_right_column(c: ColumnScore) -> bool:
     """True if a column is as right as its digits, or binary64 arithmetic, can be."""
     error = c.as_understood.measures.max_rel_error
-    return c.is_at_floor(WEIGHTS.at_floor) or (error is not None and error < ROUNDING)
+    return c.is_at_floor(FLOORS_OF_ROUNDING) or (error is not None and error < ROUNDING)
 
 
 def places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:

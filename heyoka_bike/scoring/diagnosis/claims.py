@@ -6,6 +6,8 @@ from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 """Codes of programs of the linear equations."""
@@ -16,7 +18,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
     is_hidden = is_mistake and not shows_equations(residual)
     # Each of several explains something where the equations do not show it.
-    least = WEIGHTS.mostly**h.count if is_hidden else WEIGHTS.explains
+    least = BY_FAR**h.count if is_hidden else WEIGHTS.explains
     if h.unexplained is not None or h.relief < least:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
@@ -30,8 +32,8 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
 
 def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
     """True if a further cause can only be beside this one, and small beside one of the output."""
-    is_small = max(h.after.values(), default=1.0) < WEIGHTS.little
-    is_large = h.is_possible and h.relief > WEIGHTS.mostly and explains(h, residual)
+    is_small = max(h.after.values(), default=1.0) < TOLERANCE
+    is_large = h.is_possible and h.relief > BY_FAR and explains(h, residual)
     return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))
 
 
@@ -42,13 +44,12 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
     """What a cause leaves beyond digits: typical errors in scales, where they are more."""
-    w = WEIGHTS
     # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
     has_energy = not any(x.name in FORCES for x in h.found)
     return {
         k: x
         for k, x in h.after.items()
-        if x > max(w.nothing, w.at_floor * h.floors.get(k, 0.0))
+        if x > max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * h.floors.get(k, 0.0))
         and (has_energy or not k[1].endswith("_energy"))
     }
 
@@ -60,18 +61,18 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     explained; or far more than in the motion, whose errors an integrator makes; or the equations
     leave what no integrator does. None if there is no such column: the cause is all that is wrong.
     """
-    w, above = WEIGHTS, above_digits(h)
+    above = above_digits(h)
     if not above:
         return None
     worst = max(above, key=above.__getitem__)
-    untouched = {k: x for k, x in above.items() if k not in h.changed and x > w.little}
+    untouched = {k: x for k, x in above.items() if k not in h.changed and x > TOLERANCE}
     if untouched:
         return max(untouched, key=untouched.__getitem__)
-    if above[worst] > w.little and h.relief < w.mostly:
+    if above[worst] > TOLERANCE and h.relief < BY_FAR:
         return worst
     # A force is known to first order, and what it leaves may be of the next one.
     is_exact = not any(x.name in FORCES for x in h.found)
     if is_exact and residual is not None and residual.leaves_more(h.mistakes):
         return worst
     of_motion = max((x for (_, key), x in h.after.items() if key in LATERAL), default=above[worst])
-    return worst if above[worst] > w.of_motion * max(of_motion, w.nothing) else None
+    return worst if above[worst] > CLEARLY * max(of_motion, WEIGHTS.nothing) else None

@@ -14,21 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import FEWEST_ROWS, AsMeant, is_right_column
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
 from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
 
 # Columns that tell the two unknowns of a maneuver's own clock, and the one of the whole file.
 _COLUMNS_OF_OWN, _COLUMNS_OF_ONE = 3, 2
-_ROUNDS_OF_NEWTON = 8
-# The simpler clock is meant if it leaves less than so many times what the other one does.
-_AS_GOOD = 2.0
 # A larger scale or shift is seen when the file is read, or looks like another motion.
 _MOST_SCALED, _PART_SHIFTED = 0.2, 0.1
 # Digits of a step that somebody chose.
@@ -39,7 +37,7 @@ class _Wrong:
     """The wrong columns of a maneuver, held against the reference at any times."""
 
     def __init__(self, m: ManeuverScore) -> None:
-        whole = whole_columns(m) if m.rows >= FEWEST_ROWS else []
+        whole = whole_columns(m) if m.rows >= FEWEST_TELLING_ROWS else []
         self.columns = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
         self.time = m.part.time
         self.end = float(m.part.reference.duration)
@@ -70,12 +68,12 @@ class _Wrong:
     @cached_property
     def floors(self) -> Array:
         """What the digits can tell of each column."""
-        return np.array([WEIGHTS.at_floor * (c.floor or 0.0) / c.scale for c in self.columns])
+        return np.array([FLOORS_OF_ROUNDING * (c.floor or 0.0) / c.scale for c in self.columns])
 
     def are_right(self, left: Array) -> bool:
         """True if so little is left, and so much less than there was, that the times are meant."""
-        falls = (left * WEIGHTS.mostly < self.before) | (left <= self.floors)
-        return bool(np.all(falls) and np.max(left, initial=0.0) < WEIGHTS.little)
+        falls = (left * BY_FAR < self.before) | (left <= self.floors)
+        return bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
 def counted_rows(report: Report) -> AsMeant | None:
@@ -177,7 +175,7 @@ def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
     # Where both together lead too far, nothing is held against one of them.
     least = found[-1][1] if clocks[-1] is not None else np.inf
     for clock, left in found:
-        is_as_good = np.all(left <= np.maximum(_AS_GOOD * least, wrong.floors))
+        is_as_good = np.all(left <= np.maximum(AS_GOOD * least, wrong.floors))
         if is_as_good and wrong.are_right(left):
             return 1.0 + float(clock[0]), float(clock[1])
     return None
@@ -189,9 +187,9 @@ def _meant(time: Array, clock: Array) -> Array:
 
 def _fitted(every: Sequence[_Wrong], of: Sequence[int]) -> Array | None:
     """Less one, the scale, and the shift [s], by Newton's method with some of both; None if far."""
-    clock, small = np.zeros(2), np.array([1e-7, 1e-6])
+    clock = np.zeros(2)
     end = max(wrong.end for wrong in every)
-    for _ in range(_ROUNDS_OF_NEWTON):
+    for _ in range(ROUNDS_OF_NEWTON):
         errors, slopes = [], []
         for wrong in every:
             here, rows = wrong.off(_meant(wrong.time, clock))
@@ -199,9 +197,9 @@ def _fitted(every: Sequence[_Wrong], of: Sequence[int]) -> Array | None:
             each = []
             for i in of:
                 there = clock.copy()
-                there[i] += small[i]
+                there[i] += SMALL_STEP
                 moved = wrong.off(_meant(wrong.time, there))[0]
-                each.append(((moved - here) / small[i])[:, rows].ravel())
+                each.append(((moved - here) / SMALL_STEP)[:, rows].ravel())
             slopes.append(np.array(each))
         matrix, goal = np.concatenate(slopes, axis=1).T, -np.concatenate(errors)
         clock[list(of)] += np.linalg.lstsq(matrix, goal, rcond=None)[0]

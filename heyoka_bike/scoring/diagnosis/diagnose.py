@@ -15,7 +15,6 @@ from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, as_meant, worst
 from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.found import (
     Explained,
@@ -35,6 +34,8 @@ from heyoka_bike.scoring.evidence import (
     TimeShift,
 )
 from heyoka_bike.scoring.explanation import Curve, Explanation
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
@@ -201,7 +202,7 @@ def _beside(
     """
     rest = scored(meant.alignment(report), reference)
     before, left = worst(report), worst(rest)
-    if left.max_rel_error < min(WEIGHTS.little, before.max_rel_error / WEIGHTS.mostly):
+    if left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR):
         remainder = () if is_right(rest) else (left,)
         return Answer(report, (*meant.seen, *remainder))
     inner = _answer(rest, reference, progress, deadline, meant.steps)

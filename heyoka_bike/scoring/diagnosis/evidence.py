@@ -27,7 +27,9 @@ from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.measures import ROUNDING
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.double import Array
@@ -62,27 +64,14 @@ class Weights:
         ... and from which one is not even said to be less likely.
     explains
         By so much the error must fall: what leaves more is a direction, no explanation.
-    worse
-        A cause that is there leaves no column so much farther off.
-    of_motion, mostly
-        What is written wrongly is explained if no more is left than so many times the error of the
-        other columns, or if it falls by so much; and so are whole runs by values which the
-        equations do not show: two columns of a correct program resembled one by up to 47.
-    little
-        Of the scales: the motion is right to three digits.
     nearly
         By so much it must fall for a direction to be named: of a fork 1 cm to the side the term to
         first order leaves a hundredth; of tyres 2 cm wide, which no force explains, the best one
         leaves an eighth.
     strange
         What leaves more than this part of the columns off by half their scale explains no file.
-    nothing, at_floor
-        What is left below this part, or so many times what the digits tell, needs no other cause.
-    beside
-        A further value must leave so many times less: one value explains errors of correct programs
-        by up to 9.
-    resolved
-        The simulation's relative roundoff, at most.
+    nothing
+        What is left below this part needs no other cause.
     most_said
         Causes, or classes of them that cannot be told apart, that are worth a sentence.
     simulated, pairs, refined
@@ -90,9 +79,8 @@ class Weights:
         two together, are simulated, and so many fitted values are found by whole runs.
     rivals
         Causes that are tried together: of each one with each of the library in the equations, and
-        of the very best by whole runs where the file does not show its motion.
-    kept
-        What leaves this part less of the equations is simulated where they tell little.
+        of the very best by whole runs where the file does not show its motion; and sets of unknowns
+        that are tried with one more.
     leaders
         Single causes that are tried with others by whole runs.
     starts
@@ -104,11 +92,8 @@ class Weights:
     promise
         To first order a large change explains little: this power of its relief is hoped for, of
         accelerations, and of whole runs, whose first quarter counts by itself.
-    enough
-        What explains this part of all that the digits show needs no further value.
-    subsets, further_subsets
-        Of one, two and three unknowns, how many subsets are refined; and how many are tried with
-        one unknown more.
+    subsets
+        Of one, two and three unknowns, how many subsets are refined.
     above
         The best cause leaves of the equations so many times what the rates are off from the slopes
         of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
@@ -118,10 +103,8 @@ class Weights:
     shows
         The equations are judged where what remains is so many times what is uncertain, or that is
         less than such a part of the accelerations.
-    sure, small
-        A value of the start is another one if it is off by so many times what the rows disagree,
-        and by such a part of what the one that is off most is, in sizes of columns: smooth errors
-        are off, too.
+    sure
+        A value of the start is another one if it is off by so many times what the rows disagree.
     reached
         A program whose motion ends before this part of the file's rows did not write them.
     """
@@ -137,34 +120,23 @@ class Weights:
     said: float = log(1000.0)
     refuted: float = log(1e9)
     explains: float = 5.0
-    worse: float = 2.0
-    of_motion: float = 10.0
-    mostly: float = 100.0
-    little: float = 1e-3
     nearly: float = 30.0
     strange: float = 0.25
     nothing: float = 1e-8
-    at_floor: float = FLOORS_OF_ROUNDING
-    beside: float = 10.0
-    resolved: float = 1e-11
     most_said: int = 3
     simulated: int = 20
     pairs: int = 6
     refined: int = 2
     rivals: int = 12
-    kept: float = 0.1
     leaders: int = 3
     starts: int = 8
     also: float = 1.05
     promise: tuple[float, float] = (4.0, 2.0)
-    enough: float = 0.1
     subsets: tuple[tuple[int, int], ...] = ((1, 6), (2, 3), (3, 2))
-    further_subsets: int = 12
     above: float = 1000.0
     blown_up: float = 0.3
     shows: tuple[float, float] = (30.0, 1e-5)
     sure: float = 3.0
-    small: float = 1e-3
     reached: float = 0.5
 
 
@@ -261,14 +233,14 @@ class Hypothesis:
     @property
     def is_possible(self) -> bool:
         """True if nothing in the file speaks against it."""
-        w, floor = WEIGHTS, WEIGHTS.resolved
+        floor = ROUNDING
         return (
             self.gain > 1.0
             and all(
-                self.after[k] < w.worse * max(self.before[k], floor, self.floors.get(k, 0.0))
+                self.after[k] < AS_GOOD * max(self.before[k], floor, self.floors.get(k, 0.0))
                 for k in self.before
             )
-            and sum(x > HALF for x in self.after.values()) <= w.strange * len(self.after)
+            and sum(x > HALF for x in self.after.values()) <= WEIGHTS.strange * len(self.after)
         )
 
     @property
@@ -278,30 +250,29 @@ class Hypothesis:
         It still is much farther off than the motion. Or they do not change it, and it is wrong
         however they are: then they must explain far more of those that they change.
         """
-        w = WEIGHTS
         if any(m.kind != "output" for m in self.mistakes):
             return None
         others = {k: x for k, x in self.after.items() if k not in self.changed}
         worst = max(others, key=others.__getitem__, default=None)
-        if worst is not None and others[worst] > w.little and self.relief < w.mostly:
+        if worst is not None and others[worst] > TOLERANCE and self.relief < BY_FAR:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
-        limit = w.of_motion * max(lateral, w.nothing)
+        limit = CLEARLY * max(lateral, WEIGHTS.nothing)
         # ... or was much less so, whatever else is wrong.
-        if self.changed and w.of_motion * max(self.before[k] for k in self.changed) < lateral:
+        if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:
-            is_large = self.after[k] > max(limit, w.at_floor * self.floors.get(k, 0.0))
-            if k[1] not in LATERAL and is_large and self.before[k] < w.mostly * self.after[k]:
+            is_large = self.after[k] > max(limit, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
+            if k[1] not in LATERAL and is_large and self.before[k] < BY_FAR * self.after[k]:
                 return k
         return None
 
     @property
     def leaves_nothing(self) -> bool:
         """True if no other cause could explain more."""
-        w = WEIGHTS
         return bool(self.after) and all(
-            x <= max(w.nothing, w.at_floor * self.floors.get(k, 0.0)) for k, x in self.after.items()
+            x <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
+            for k, x in self.after.items()
         )
 
 
@@ -319,6 +290,6 @@ def _fall(
     one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
 ) -> float:
     """Mean logarithm of the factor from one to the other."""
-    tiny = WEIGHTS.resolved * 1e-3
+    tiny = ROUNDING * 1e-3
     logs = [log(max(one[k], tiny) / max(other[k], tiny)) for k in places]
     return sum(logs) / len(logs) if logs else 0.0

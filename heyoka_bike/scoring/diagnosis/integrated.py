@@ -16,15 +16,15 @@ from math import ceil
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import SMALL_STEP, Array
 from heyoka_bike.scoring.diagnosis.budget import Deadline
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS, Carried, FixedStep
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, NumericalMethod
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
+from heyoka_bike.scoring.ratios import BY_FAR
 
 CARRIED = 1e-12
 """What a thousand carried errors are good to, in sizes of columns: each is to 1e-13."""
@@ -33,15 +33,13 @@ CARRIED = 1e-12
 # fastest mode of the benchmark falls by e^-0.4 in it, which that has to 1e-4.
 _LONGEST = 0.02
 # Rows of a maneuver at which errors are carried; between them they lie on lines.
-_ROWS = 2001
+ROWS_FOLLOWED = 2001
 # Rows are those of equal steps if they are off by less than this part of one.
 _EQUAL = 1e-6
 # Steps from row to row that are made: with more, the method's error is that of a few, scaled.
 _MOST_STEPS = 10
 # Methods that are run again with the step that was found.
 _RUN_AGAIN = 3
-# Of a state, for derivatives of columns.
-_SMALL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +73,7 @@ class Run:
         """Errors of methods along the right motion, at rows not too far apart and not too many."""
         count = round(float(self.motion.time[-1]) / self.spacing)
         each = ceil(self.spacing / _LONGEST) if self.spacing > _LONGEST else 1
-        together = ceil(count / _ROWS)
+        together = ceil(count / ROWS_FOLLOWED)
         grid = self.spacing / each * together
         time = np.arange(ceil(count * each / together) + 1) * grid
         end = float(self.motion.time[-1])
@@ -85,9 +83,9 @@ class Run:
     def _slopes(self) -> Columns:
         """Derivatives of the columns by the state, shape (7, m), by name."""
         size = len(self.motion.time)
-        each = [np.repeat(_SMALL * np.eye(7)[:, [k]], size, axis=1) for k in range(7)]
+        each = [np.repeat(SMALL_STEP * np.eye(7)[:, [k]], size, axis=1) for k in range(7)]
         found = self.simulator.differences(self.motion, each)
-        return {name: np.array([x[name] / _SMALL for x in found]) for name in self.errors}
+        return {name: np.array([x[name] / SMALL_STEP for x in found]) for name in self.errors}
 
     def _errors(self, method: FixedStep, steps: int) -> Array:
         """What so many steps from one carried row to the next leave, at the rows compared."""
@@ -148,7 +146,7 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
         deadline.check()
         steps = min(max(round(factor ** (-1.0 / method.order)), 1), _MOST_STEPS)
         factor, gain = _fit(runs, method, steps)
-        if gain < WEIGHTS.mostly or factor <= 0.0:
+        if gain < BY_FAR or factor <= 0.0:
             continue
         step = step_of_rows(
             runs[0].carried.spacing / steps * factor ** (1.0 / method.order),

@@ -21,27 +21,22 @@ from heyoka_bike.scoring.evidence import (
     TooFar,
     TooFewRows,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# A correct file's error is its floor; sums and conversions may double it.
-_FLOORS_OF_DRIFT = 2.0
 # Tenths of the run may go the other way by this part of the whole change of the energy.
 _PART_THAT_GOES_BACK = 0.02
 # An energy that changes by less than this part of the largest error is not what makes it: the
 # energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
 _PART_OF_ERROR = 1e-4
-# Noise of velocities hardly shows in the angles, their integrals; that of output does.
-_IN_RATES = 10.0
 # Fourth differences leave nothing of a smooth error and all of what jumps. Of white noise they are
 # so many times as large as the noise: sqrt(1+16+36+16+1).
 _GAIN = 70**0.5
 _FEWEST = 100
-# Noise of so many floors is not that of the digits written.
-_TIMES_ROUGHER = 10.0
 # Correlation from row to row, above which nothing jumps.
 _SMOOTH = 0.5
 # Parts of the error: what shows at all, and what noise of iterations must be; Exudyn's with tight
@@ -55,13 +50,6 @@ _PART_OF_ROWS_ROUGH = 0.3
 # Of white noise, with the scatter of a thousand rows.
 _WHITE = (-0.8, 0.4)
 _SCATTER = 0.1
-
-
-# Of the scale: ten times what single-precision arithmetic was seen to leave of a run, whose steps
-# add up: 1e-5 with steps of 0.01 s, 9e-5 with steps of 0.001 s.
-_OF_SINGLE = 1e-3
-# Times its own size.
-_BLOWN_UP = 10.0
 
 
 class _Roughness(NamedTuple):
@@ -90,13 +78,14 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
     worst, m, c = max(columns, key=lambda x: x[0])
-    if worst > _BLOWN_UP:
+    if worst > CLEARLY:
         first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
         return (BlownUp(m.maneuver, c.key, float(c.trace.time[first]), worst),)
     if worst < ROUNDING:
         return (ErrorOfRounding(worst),)
     single = next(single_precision(report), None)
-    if single is not None and worst < _OF_SINGLE:
+    # Single precision was seen to leave 1e-5 of a run with steps of 0.01 s, 9e-5 with 0.001 s.
+    if single is not None and worst < TOLERANCE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < FEWEST_TELLING_ROWS:
         return (TooFewRows(),)
@@ -125,7 +114,11 @@ def _energy(report: Report, worst: float) -> Iterator[EnergyTrend]:
 def _trend(m: ManeuverScore) -> float:
     """Relative change of the mechanical energy over the run if it is steady, otherwise 0."""
     energy = next((c for c in m.columns if c.key == "mechanical_energy"), None)
-    if energy is None or energy.is_at_floor(_FLOORS_OF_DRIFT) or energy.values < 20:
+    if (
+        energy is None
+        or energy.is_at_floor(FLOORS_OF_ROUNDING)
+        or energy.values < 2 * FEWEST_TELLING_ROWS
+    ):
         return 0.0
     means = np.array([np.mean(part) for part in np.array_split(energy.trace.error, 10)])
     change = float(means[-1] - means[0])
@@ -165,7 +158,8 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> boo
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
         if rate is None or rate.at_one >= 0 or rate.part < _NOISE:
             return False
-        if angle is not None and rate.part < _IN_RATES * angle.part:
+        # Noise of velocities hardly shows in the angles, their integrals; that of output does.
+        if angle is not None and rate.part < CLEARLY * angle.part:
             return False
     return True
 
@@ -182,7 +176,7 @@ def _roughness(c: ColumnScore) -> _Roughness | None:
         return None
     fifths = np.array_split(np.diff(c.trace.error, 4) / _GAIN, 5)
     size = float(np.median([np.std(x) for x in fifths]))
-    if size <= _TIMES_ROUGHER * (c.floor or 0.0):
+    if size <= CLEARLY * (c.floor or 0.0):
         return None
     at_one, at_two = (float(np.median([_correlation(x, k) for x in fifths])) for k in (1, 2))
     return _Roughness(size / float(np.std(c.trace.error)), at_one, at_two)

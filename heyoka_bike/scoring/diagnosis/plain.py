@@ -13,6 +13,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
     ColumnBeside,
@@ -26,9 +27,10 @@ from heyoka_bike.scoring.evidence import (
     RowsRepeated,
     Scaled,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
-from heyoka_bike.scoring.judge.own_definitions import RIGHT_MOTION, far_worse, is_far
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
@@ -39,8 +41,6 @@ _PART_OF_EQUAL_ROWS = 0.9
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _PART_OF_RIGHT_START = 1e-6
-# Worse at all than others, and explained to a thirtieth, or a hundredth, by one number or two.
-_WORSE, _NEARLY, _TIMES_WORSE_THAN_BEFORE = 10.0, 30.0, 100.0
 # Of the rows, between which times are told, and times that are the same.
 _MOST_ROWS, _SAME_TIME = (0.05, 0.95), 0.1
 # So many columns tell the time: of correct programs one is left a sixth of the error, in one
@@ -99,7 +99,7 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated
         others = [c for c in whole if still[c.key] < FEWEST_TELLING_ROWS]
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
-        if not held or any(_worst(c) > RIGHT_MOTION for c in others):
+        if not held or any(_worst(c) > TOLERANCE for c in others):
             continue
         shown = held if others else standing
         rows = min(still[c.key] for c in shown)
@@ -114,7 +114,7 @@ def _last_step(c: ColumnScore) -> int:
 
 def _moves(c: ColumnScore, first: int) -> bool:
     """True if the right column moves, from a row on."""
-    return float(np.ptp(c.trace.reference[first:])) > _WORSE * (c.floor or 0.0)
+    return float(np.ptp(c.trace.reference[first:])) > CLEARLY * (c.floor or 0.0)
 
 
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
@@ -142,7 +142,7 @@ def _flat(c: ColumnScore, order: int) -> float:
             np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
             for x in (c.trace.value[rows], c.trace.reference[rows])
         )
-    moves = right > _WORSE * tiny
+    moves = right > CLEARLY * tiny
     # Between others it goes on by steps of any size; few digits make many of the same.
     if len(moves) < FEWEST_TELLING_ROWS or 2 * moves.sum() <= len(moves):
         return 0.0
@@ -163,12 +163,12 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
         error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
         off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
         before = np.maximum.accumulate(off)[:-1]
-        jumps = np.flatnonzero(off[1:] > _TIMES_WORSE_THAN_BEFORE * before)
+        jumps = np.flatnonzero(off[1:] > BY_FAR * before)
         row = next((int(i) + 1 for i in jumps if i >= FEWEST_TELLING_ROWS), 0)
-        if not row or before[row - 1] > RIGHT_MOTION:
+        if not row or before[row - 1] > TOLERANCE:
             continue
         right, time = before[row - 1], columns[0].trace.time
-        end = int(np.flatnonzero(off > _TIMES_WORSE_THAN_BEFORE * right)[-1]) + 1
+        end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
         is_back = m.rows - end >= FEWEST_TELLING_ROWS
         ahead, relief = _ahead(columns, slice(row, None))
         yield Departs(
@@ -178,7 +178,7 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
             float(right),
             float(off[row]),
             float(time[end - 1]) if is_back else None,
-            float(ahead) if relief > _NEARLY and not is_back else None,
+            float(ahead) if relief > WEIGHTS.nearly and not is_back else None,
         )
 
 
@@ -193,7 +193,7 @@ def other_times(report: Report) -> OtherTimes | None:
         relief.append(left)
         low, high = np.quantile(ahead, _MOST_ROWS).tolist()
         found[m.maneuver] = low, high
-    if not (max(relief) > _TIMES_WORSE_THAN_BEFORE and np.exp(np.mean(np.log(relief))) > _NEARLY):
+    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = most - least < _SAME_TIME * abs(most + least)
@@ -275,14 +275,14 @@ def columns_apart(report: Report) -> ColumnsApart | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
     each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
     apart = {key for keys, _ in each.values() for key in keys}
-    if not apart or any(not keys and limit > RIGHT_MOTION for keys, limit in each.values()):
+    if not apart or any(not keys and limit > TOLERANCE for keys, limit in each.values()):
         return None
     is_sum_with_it = _SUM in apart and bool(apart & _ENERGY_PARTS)
     if is_sum_with_it:
         apart.remove(_SUM)
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
     found = {
-        key: tuple(m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE))
+        key: tuple(m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], CLEARLY))
         for key, places in wrong.items()
     }
     fits = {key: fit for key, places in wrong.items() if (fit := scaled([c for _, c in places]))}
@@ -323,7 +323,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
     right = [x for x in m.columns if x.values and x.key in BENCHMARK_COLUMNS]
     errors = [x.max_rel_error or 0.0 for x in right if x.key not in left_out]
     limit = max(errors, default=1.0)
-    return limit < RIGHT_MOTION and is_far(c, limit, _WORSE)
+    return limit < TOLERANCE and is_far(c, limit, CLEARLY)
 
 
 def _wrong_alone(
@@ -373,4 +373,4 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
 
 def _explains(fit: Scaled, c: ColumnScore) -> bool:
     left = c.trace.value - fit.factor * c.trace.reference - fit.offset
-    return _TIMES_WORSE_THAN_BEFORE * rms(left) < rms(c.trace.error)
+    return BY_FAR * rms(left) < rms(c.trace.error)

@@ -38,6 +38,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     shows_equations,
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
     *(m for m in MISTAKES if m.kind == "model" and m.code not in LINEAR),
@@ -234,7 +235,7 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
     relief = 1.0 / w.also if residual.is_resolved else 0.0
     most = w.pairs if residual.visibility is Visibility.NOTHING else w.simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > w.kept][: w.simulated]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.simulated]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
     return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
@@ -272,7 +273,7 @@ def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
         seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open
     )
     names = [*(FORWARD if is_half else UNKNOWNS), *starts]
-    found = [h for h in _fitted(file, names) if h.relief > WEIGHTS.mostly]
+    found = [h for h in _fitted(file, names) if h.relief > BY_FAR]
     yield from found
     keys = {x.key for h in found for x in h.found}
     alike = [m for m in OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]

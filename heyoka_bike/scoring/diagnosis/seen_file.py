@@ -11,7 +11,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import Part, spread
+from heyoka_bike.scoring.alignment import ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.evidence import (
@@ -21,7 +21,13 @@ from heyoka_bike.scoring.diagnosis.evidence import (
     log_odds_before,
     log_ratio,
 )
-from heyoka_bike.scoring.diagnosis.integrated import CARRIED, Run, are_equal_steps, integrated
+from heyoka_bike.scoring.diagnosis.integrated import (
+    CARRIED,
+    ROWS_FOLLOWED,
+    Run,
+    are_equal_steps,
+    integrated,
+)
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
@@ -32,11 +38,10 @@ from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.units import factor
 
-# Rows that are compared, and rows that are simulated, of each maneuver.
-_COMPARED, _SIMULATED = 251, 2001
 _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 _OF_POTENTIAL = [
     c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
@@ -67,10 +72,10 @@ class _SeenPart:
     """
 
     def __init__(self, part: Part) -> None:
-        rows = spread(len(part.time), _SIMULATED)
+        rows = spread(len(part.time), ROWS_FOLLOWED)
         self.part, self.time = part, part.time[rows]
         self.step = float(np.median(np.diff(part.time))) if len(part.time) > 1 else 0.0
-        self.pick = spread(len(rows), _COMPARED)
+        self.pick = spread(len(rows), ROWS_COMPARED)
         self.compared = rows[self.pick]
         self.names = [name for name in _NAMES_OF_COLUMNS if name in part.reference.at_any_time]
         there = [key for key, values in part.values.items() if np.isfinite(values).any()]
@@ -181,7 +186,7 @@ class SeenFile:
             return list(hypotheses)
         parts = [self._parts[0].part]
         first = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
-        kept = [h.mistakes for h in first.judged(hypotheses) if h.gain > 1.0 / WEIGHTS.worse]
+        kept = [h.mistakes for h in first.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
         self.tried += first.tried - len(kept)
         return kept
 
@@ -209,9 +214,9 @@ class SeenFile:
             return found
 
         split = min(SPLIT, *(len(p.compared) for p in parts))
-        floors = np.full(split * sum(len(rows) for rows in written), WEIGHTS.resolved)
+        floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
         # As `claims.explains` has it.
-        needed = WEIGHTS.explains if shows_equations(self.residual) else WEIGHTS.mostly
+        needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
         return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
 
     def by_integrators(self) -> Iterator[Hypothesis]:
@@ -393,7 +398,7 @@ class SeenFile:
         i = next(i for i, p in enumerate(self._parts) if p.part.number == number)
         distance = np.abs(one[i][key] - other[i][key])
         scale = float(np.max(np.abs(self.right.expected[i][key])))
-        return bool(np.fmax.reduce(distance, initial=0.0) > WEIGHTS.resolved * scale)
+        return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDING * scale)
 
     def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
         """The definitions that fit, and typical errors in scales.

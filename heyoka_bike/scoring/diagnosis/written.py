@@ -21,15 +21,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import (
-    FEWEST_ROWS,
-    AsMeant,
-    Look,
-    is_right_column,
-    places,
-)
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, is_right_column, places
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
@@ -42,20 +35,20 @@ from heyoka_bike.scoring.evidence import (
     RateOfDifferences,
     SmoothedColumns,
 )
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.measures import ROUNDING, rms
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
-# A grid has so many levels, and is so many times coarser than the digits: of smooth values, whose
+# A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
-_FEWEST_LEVELS, _TIMES_COARSER = 5, 100.0
+_FEWEST_LEVELS = 5
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
-# The simpler of two is meant if it leaves less than so many times what the other one does.
-_AS_GOOD = 2.0
 # Steps of the rows that differ by less than this part are even.
 _EVEN = 0.01
 
@@ -109,7 +102,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
 def _step_of(levels: Array, least: float) -> float | None:
     """The step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
-    apart = apart[apart > WEIGHTS.at_floor * least]
+    apart = apart[apart > FLOORS_OF_ROUNDING * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
     span = float(levels[-1] - levels[0])
@@ -120,7 +113,7 @@ def _step_of(levels: Array, least: float) -> float | None:
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:
     off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
-    return step > _TIMES_COARSER * least and off <= WEIGHTS.at_floor * least
+    return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least
 
 
 def _own_differences(report: Report) -> AsMeant | None:
@@ -145,7 +138,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     if key not in m or ANGLE_OF[key] not in m:
         return set()
     rate, angle = m[key], m[ANGLE_OF[key]]
-    if rate.values < FEWEST_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
+    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
         return set()
     time, x = rate.trace.time, angle.trace.value
     if not np.all(np.diff(time) > 0.0):
@@ -159,13 +152,13 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     }
     smooth = local_polynomials(time, x, _DEGREE_OF_SLOPES)[:, 1]
     step = float(np.min(np.diff(time)))
-    least = WEIGHTS.at_floor * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
+    least = FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
     found = set()
     for how, (slope, rows) in ways.items():
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
         # Where the digits tell such a difference from the slope of the angle.
-        telling = np.abs(slope - smooth[rows]) > WEIGHTS.beside * least
-        if np.sum(telling) >= FEWEST_ROWS and all(
+        telling = np.abs(slope - smooth[rows]) > CLEARLY * least
+        if np.sum(telling) >= FEWEST_TELLING_ROWS and all(
             np.mean(part) > _PART_OF_ROWS for part in (is_difference, is_difference[telling])
         ):
             found.add(how)
@@ -210,21 +203,21 @@ def _deviating_columns(report: Report) -> AsMeant | None:
     # These are no function of the right column.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
-        is_told = c.values >= FEWEST_ROWS and c.scale
+        is_told = c.values >= FEWEST_TELLING_ROWS and c.scale
         # One number in every row is no function of the right column.
         ways = (_another, _ratio, _clipped, _averaged) if np.ptp(c.trace.value) else (_another,)
         if is_right_column(c) or not is_told or (m.maneuver, c.key) in others:
             continue
-        before, best = rms(c.trace.error), WEIGHTS.mostly
+        before, best = rms(c.trace.error), BY_FAR
         for describe in ways:
             if (deviation := describe(m, c)) is None:
                 continue
             told = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[told])
-            relief = before / max(left, (c.floor or 0.0) / 2, WEIGHTS.resolved * c.scale)
+            relief = before / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
             # Of two the simpler one, which is tried first, unless the other explains more.
-            if relief > best and left < WEIGHTS.little * c.scale:
-                found[m.maneuver, c.key], best = deviation, _AS_GOOD * relief
+            if relief > best and left < TOLERANCE * c.scale:
+                found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
     found = _without_exchanged_everywhere(report, found)
     if not found or not _is_beside_right(report, found):
         return None
@@ -260,7 +253,7 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
         errors = {c.key: c.as_understood.measures.max_rel_error or 0.0 for c in m.columns}
         mine = {key for n, key in found if n == m.maneuver}
         rest = max((x for key, x in errors.items() if key not in mine), default=0.0)
-        if any(rest > min(WEIGHTS.little, errors[key] / WEIGHTS.beside) for key in mine):
+        if any(rest > min(TOLERANCE, errors[key] / CLEARLY) for key in mine):
             return False
     return True
 
@@ -371,7 +364,7 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
     if more:
         return None
     c = _column(report, key)
-    return unit_told_by(by, c.unit, c.as_understood.unit, WEIGHTS.little)
+    return unit_told_by(by, c.unit, c.as_understood.unit, TOLERANCE)
 
 
 def _column(report: Report, key: str) -> ColumnScore:

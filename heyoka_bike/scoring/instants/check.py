@@ -22,7 +22,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.errors import BicycleError, InputError, NothingScoredError, did_you_mean, quoted
 from heyoka_bike.numbers.arithmetic import Number
-from heyoka_bike.numbers.double import Array, with_usual_errors
+from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array, with_usual_errors
 from heyoka_bike.numbers.unit import factor
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.proof.instants import BITS, known_states, linear_by_speed, of_known
@@ -238,9 +238,6 @@ equations here, and of none a hundred times that; a wrong digit of any parameter
 _EVIDENCE = 2
 # No pitch puts the front wheel nearer to the floor than this [m].
 _ON_THE_FLOOR = 1e-9
-# Newton's iteration for one unknown: quantities are nearly linear in most parameters.
-_ROUNDS_OF_NEWTON = 5
-_SHIFT_OF_SLOPE = 1e-6
 
 _Quantities = Mapping[str, Array]
 
@@ -429,13 +426,11 @@ def _explanations(
             # A bicycle without mass, say, has no linear equations.
             with suppress(BicycleError, ArithmeticError, ValueError):
                 change, now = 0.0, right
-                for _ in range(_ROUNDS_OF_NEWTON):
-                    slope = apart(made(symbol, change + _SHIFT_OF_SLOPE), now) / _SHIFT_OF_SLOPE
+                for _ in range(ROUNDS_OF_NEWTON):
+                    slope = apart(made(symbol, change + SMALL_STEP), now) / SMALL_STEP
                     left = apart(values, now)
                     # Most parameters do not act where the table is wrong.
-                    acts = abs(slope[np.argmax(np.abs(left))]) > _SHIFT_OF_SLOPE * np.max(
-                        np.abs(slope)
-                    )
+                    acts = abs(slope[np.argmax(np.abs(left))]) > SMALL_STEP * np.max(np.abs(slope))
                     if now is right and not acts:
                         break
                     change += float(slope @ left) / float(slope @ slope)

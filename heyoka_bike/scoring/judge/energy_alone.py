@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from heyoka_bike.scoring.evidence import EnergyHidesError
-from heyoka_bike.scoring.judge.precision import FLOORS_OF_DIGITS
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.verdict import claim
 
@@ -23,7 +23,7 @@ def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
         wrong = {
             c.key: c.max_rel_error or 0.0
             for c in m.columns
-            if c.is_known and not c.is_at_floor(FLOORS_OF_DIGITS)
+            if c.is_known and not c.is_at_floor(FLOORS_OF_ROUNDING)
         }
         key = max(wrong, key=wrong.__getitem__, default="")
         worst = wrong.get(key, 0.0)

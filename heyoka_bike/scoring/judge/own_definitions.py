@@ -17,7 +17,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.evidence import DefinitionUnknown
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -26,9 +26,6 @@ FAR_WORSE = 1000.0
 """Columns of one motion are wrong by parts of their scales that differ by up to 100 (the steer rate
 follows the fastest mode, the energies hardly move): one that is worse by more means another
 thing."""
-
-RIGHT_MOTION = 1e-3
-"""Of the scale: the other columns must be this good to say that the motion is right."""
 
 
 def unknown_definitions(report: Report) -> Iterator[DefinitionUnknown]:
@@ -64,7 +61,7 @@ def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], 
         others = [c for c in columns if c not in worse]
         limit = _largest(others)
         is_shown = any(c.key in LATERAL for c in others)
-        if is_shown and limit < RIGHT_MOTION and all(is_far(c, limit) for c in worse):
+        if is_shown and limit < TOLERANCE and all(is_far(c, limit) for c in worse):
             return frozenset(c.key for c in worse), limit
     return frozenset(), _largest(columns)
 

@@ -76,9 +76,6 @@ def _has_its_noise(c: ColumnScore) -> bool:
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
 _DIGITS_OF_BINARY64 = 15
 
-FLOORS_OF_DIGITS = 2.0
-"""An error of up to this many floors is that of the digits written."""
-
 
 def digits_written(report: Report) -> Iterator[FewDigits]:
     """Where not the program but the digits it wrote limit the score, if not for their precision."""
@@ -89,7 +86,7 @@ def digits_written(report: Report) -> Iterator[FewDigits]:
     limited = tuple(
         key
         for key, places in report.by_column().items()
-        if key not in single and all(c.is_at_floor(FLOORS_OF_DIGITS) for _, c in places)
+        if key not in single and all(c.is_at_floor(FLOORS_OF_ROUNDING) for _, c in places)
     )
     if limited:
         yield FewDigits(limited, digits)

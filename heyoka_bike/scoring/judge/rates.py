@@ -12,7 +12,7 @@ from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence import RateContradiction
-from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
@@ -22,8 +22,6 @@ RATES = ("roll_rate", "steer_rate")
 # The angle's own error must explain less than this part of what its rate is wrong by: an error of
 # the integrator moves both alike, differences of a good angle do not.
 _MOST_EXPLAINED = 1 / 3
-# Rounding of neighbouring values explains this many times the floors.
-_TIMES_ROUNDING = 3.0
 # Rows farther apart than this [s] do not show the derivative: the fastest mode decays in 0.05 s.
 _FARTHEST_ROWS = 0.05
 
@@ -77,7 +75,7 @@ def from_derivative(
     if _distance_left_open(reference, rate, angle) > found / 2:
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
-    return found, found > _TIMES_ROUNDING * rounding and rms(slope) < _MOST_EXPLAINED * found
+    return found, found > FLOORS_OF_ROUNDING * rounding and rms(slope) < _MOST_EXPLAINED * found
 
 
 def _distance_left_open(

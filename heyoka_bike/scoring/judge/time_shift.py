@@ -11,20 +11,19 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
-from heyoka_bike.scoring.alignment import Part, spread
+from heyoka_bike.scoring.alignment import ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.evidence import TimeShift
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
-# Rows that are compared, and times that are tried first [s]: the fastest mode decays in 0.05 s.
-_ROWS_COMPARED = 200
+# Times that are tried first [s]: the fastest mode decays in 0.05 s.
 _FIRST_STEP = 0.02
 # Below this part of their size the columns are not wrong enough to ask.
 _VISIBLY_WRONG = 0.02
-# ... and shifted they have to be so many times better in each maneuver, and this good. Definitions
-# of the roll angle differ by 0.03 of it.
-_TIMES_BETTER = 10.0
+# ... and shifted they have to be clearly better in each maneuver, and this good. Definitions of the
+# roll angle differ by 0.03 of it.
 _FITS = 0.05
 # Half the rows at least must have a place in the run.
 _PART_WITHIN_RUN = 0.5
@@ -65,7 +64,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     if abs(best) <= 1.5 * max(apart):
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
-    if any(a > _FITS or _TIMES_BETTER * a > b for a, b in zip(after, before, strict=True)):
+    if any(a > _FITS or CLEARLY * a > b for a, b in zip(after, before, strict=True)):
         return None
     limit = _AS_GOOD_AS_BEST * _joint(motions, best)
     return next(
@@ -78,7 +77,7 @@ def _some_rows(part: Part) -> Part | None:
     if len(part.time) < 2:
         return None
     # Speed and energies hardly vary: they show no shift.
-    some = part.at(spread(len(part.time), _ROWS_COMPARED)).only(LATERAL)
+    some = part.at(spread(len(part.time), ROWS_COMPARED)).only(LATERAL)
     good = np.all([np.isfinite(x) for x in some.values.values()], axis=0)
     return some.at(good) if some.values and good.any() else None
 

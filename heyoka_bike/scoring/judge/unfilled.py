@@ -12,7 +12,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence import NeverFilled, Unfilled
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
 # linear equations have, a constant angle what a motion has that stands still.
@@ -21,8 +21,6 @@ _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
 _ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
 _ROUNDOFF_OF_INTEGRATOR = 1e-9
-# The quantity varies by more of what can be written than this: rounding does not explain one value.
-_STEPS_OF_ROUNDING = 4.0
 
 
 def without_unfilled(alignment: Alignment) -> Alignment:
@@ -90,6 +88,7 @@ def _should_vary(part: Part, key: str, number: float) -> bool:
             step = max(step, float(np.max(quantum.at(expected))))
         # Nothing but zeros is no mechanical energy either, which is constant.
         far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
-        if far <= _STEPS_OF_ROUNDING * step:
+        # Rounding explains one value.
+        if far <= FLOORS_OF_ROUNDING * step:
             return False
     return True

@@ -17,15 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import SMALL_STEP, Array
 
 Rates = Callable[[Array], Array]
 """From states, shape (variables, n), to their derivatives by the time."""
 Step = Callable[[Rates, Array, float | Array], Array]
 """From the rates, states and the length of a step [s], or of each, to the states after it."""
 
-# For derivatives of a step by the state, by differences: errors are carried to as much.
-_SHIFT_OF_SLOPE = 1e-7
 # Of implicit equations, which are solved by repetition: with steps of 0.02 s each leaves less than
 # a half; and the last change.
 _REPETITIONS, _SETTLED = 40, 1e-14
@@ -218,10 +216,10 @@ class Carried:
 
     def __init__(self, equations: Equations, states: Array, spacing: float) -> None:
         self._equations, self._states, self.spacing = equations, states, spacing
-        shifts = _SHIFT_OF_SLOPE * np.concatenate([np.zeros((7, 1)), np.eye(7)], axis=1)
+        shifts = SMALL_STEP * np.concatenate([np.zeros((7, 1)), np.eye(7)], axis=1)
         moved = (states[:, None, :-1] + shifts[:, :, None]).reshape(7, -1)
         ahead = RK4(self._rates, moved, spacing).reshape(7, 8, -1)
-        slopes = (ahead[:, 1:] - ahead[:, :1]) / _SHIFT_OF_SLOPE
+        slopes = (ahead[:, 1:] - ahead[:, :1]) / SMALL_STEP
         # (rows, of, by)
         self._slopes = np.ascontiguousarray(slopes.transpose(2, 0, 1))
 

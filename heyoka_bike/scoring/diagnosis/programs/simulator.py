@@ -18,7 +18,7 @@ from numpy.polynomial.legendre import leggauss
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.numbers.arithmetic import Arrays
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import SMALL_STEP, Array
 from heyoka_bike.reference.following import following
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.programs.forces import (
@@ -41,7 +41,6 @@ _MOST_PROCESSES_STEPS, _SETTLED = 7, 1e-9
 _PART_LOST = 1e-6
 # An interval may go so many times as far as the one before.
 _FARTHER = 3.0
-_SHIFT_OF_SLOPE = 1e-7
 _STATE_LENGTH = 7
 # Motions that are stepped together: more no longer fit into the processor's cache.
 _MOTIONS_AT_ONCE = 48
@@ -378,14 +377,14 @@ def _rates(
 ) -> tuple[Array, Array]:
     """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
     # The yaw drives nothing but what stays as it was at the start.
-    shifts = _SHIFT_OF_SLOPE * np.concatenate(
+    shifts = SMALL_STEP * np.concatenate(
         [np.zeros((_STATE_LENGTH, 1)), np.eye(_STATE_LENGTH)], axis=1
     )
     y = list(np.moveaxis(states, 1, 0)[:, None] + shifts[:, :, None, None])
     made = rates_altered(equations, y, amounts) if amounts else equations.rates_with_yaw(y)
     f = np.array([np.broadcast_to(r, y[0].shape) for r in made])
     # (points, of, by, motions)
-    slopes = ((f[:, 1:] - f[:, :1]) / _SHIFT_OF_SLOPE).transpose(2, 0, 1, 3)
+    slopes = ((f[:, 1:] - f[:, :1]) / SMALL_STEP).transpose(2, 0, 1, 3)
     return np.moveaxis(f[:, 0], 0, 1), slopes
 
 

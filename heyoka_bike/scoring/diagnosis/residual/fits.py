@@ -27,6 +27,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     solve,
     uncertain,
 )
+from heyoka_bike.scoring.ratios import CLEARLY
 
 SPLIT = 4
 """Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
@@ -118,7 +119,7 @@ class Fits:
         for size, count in WEIGHTS.subsets[: len(names)]:
             found: dict[tuple[int, ...], None] = {}
             for i, view in enumerate(views):
-                subsets = best_subsets(view, size, WEIGHTS.further_subsets, members[i])
+                subsets = best_subsets(view, size, WEIGHTS.rivals, members[i])
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, count // len(views))
@@ -162,7 +163,7 @@ class Fits:
 
 def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
     """True if one cause explains nearly as much as another with further values."""
-    return one.parts < other.parts and other.relief < WEIGHTS.beside * one.relief
+    return one.parts < other.parts and other.relief < CLEARLY * one.relief
 
 
 def _size_of(bicycle: Bicycle, name: str) -> float:

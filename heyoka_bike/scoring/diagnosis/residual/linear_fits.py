@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import SMALL_STEP, Array
 
 # Each repetition divides what is wrong with the weights; more changes nothing that is seen.
 _REPETITIONS = 12
@@ -26,8 +26,6 @@ _VISIBLE = 1e-7
 _CANCEL = 5.0
 # Of a direction that is all but fixed by the others, this part of its size is added: Levenberg.
 _DAMPING = 1e-12
-# Of an unknown's size, for derivatives by differences.
-_SHIFT_OF_SLOPE = 1e-6
 # An inertia of zero in the place of the largest is found in six steps, the first of which is halved
 # twice. A step that promises less than this factor is not taken.
 _STEPS, _HALVINGS_OF_STEP, _PROMISED = 6, 5, 1.01
@@ -173,7 +171,7 @@ def uncertain(b: Blocks) -> list[float]:
 
 def linearised(errors: Errors, x: Array, sizes: Array, floors: Array) -> Blocks:
     """Normal equations of an error at some values, by differences over a part of their sizes."""
-    shifts = _SHIFT_OF_SLOPE * sizes
+    shifts = SMALL_STEP * sizes
     here, *moved = errors([x, *(x + np.diag(shifts))])
     slopes = [
         np.nan_to_num((block[:, None] - np.stack(others, axis=-1)) / shifts)

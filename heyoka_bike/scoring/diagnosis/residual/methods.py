@@ -18,15 +18,12 @@ from typing import NamedTuple
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import STEP_OF_SECOND, Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 
-# For derivatives by central differences over the time that a step takes [s]: their error is its
-# square, and that of rounding is 1e-16 over it.
-_SHIFT_OF_SLOPE = 1e-4
 # Places of the angles whose rates are in the file, and of their accelerations and the rolling rate.
 _ANGLES, _PLACES_OF_SPEEDS = [0, 2], [3, 4, 5]
 # A step is so near to rows, or rows to steps, that it is said to be that.
@@ -123,13 +120,13 @@ def _derivatives(equations: Equations, y: Array) -> Array:
         return np.array(equations.rates(list(y)))
 
     def along(v: Array) -> Array:
-        return (f(y + _SHIFT_OF_SLOPE * v) - f(y - _SHIFT_OF_SLOPE * v)) / (2 * _SHIFT_OF_SLOPE)
+        return (f(y + STEP_OF_SECOND * v) - f(y - STEP_OF_SECOND * v)) / (2 * STEP_OF_SECOND)
 
     first = f(y)
     second, of_angles = along(first), along(np.concatenate([first[:3], 0 * first[3:]]))
     bend = (
-        f(y + _SHIFT_OF_SLOPE * first) - 2 * first + f(y - _SHIFT_OF_SLOPE * first)
-    ) / _SHIFT_OF_SLOPE**2
+        f(y + STEP_OF_SECOND * first) - 2 * first + f(y - STEP_OF_SECOND * first)
+    ) / STEP_OF_SECOND**2
     return np.array([first, second, of_angles, bend, along(second)])
 
 

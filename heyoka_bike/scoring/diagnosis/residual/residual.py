@@ -44,6 +44,8 @@ from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, state_vector
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY
 
 EQUATIONS = ("roll", "steer", "speed")
 """Whose accelerations the blocks of a maneuver are, in order."""
@@ -189,7 +191,7 @@ class Residual:
             self.blocks(self._weights * (self.observed - self._right)),
             self._floors,
         )
-        return found if found and found.relief > WEIGHTS.beside else None
+        return found if found and found.relief > CLEARLY else None
 
     @cached_property
     def promise(self) -> float:
@@ -214,7 +216,7 @@ class Residual:
     @property
     def is_met(self) -> bool:
         """True if the right equations leave no more than the digits and the rows do."""
-        return bool(np.all(self._before * self._sizes <= WEIGHTS.at_floor * self._floors))
+        return bool(np.all(self._before * self._sizes <= FLOORS_OF_ROUNDING * self._floors))
 
     def leaves_force(self, relief: float) -> bool:
         """True if a cause of some relief leaves what no integrator does.
@@ -375,7 +377,7 @@ class Residual:
 
     def _fitted(self, names: Sequence[str]) -> tuple[Hypothesis, ...]:
         """The fewest unknowns that are likelier than fewer are, and than the library is."""
-        enough = WEIGHTS.enough * self._relief(self.observed)
+        enough = self._relief(self.observed) / CLEARLY
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
@@ -428,7 +430,7 @@ class Residual:
             off = m.beginning - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
             # By more than the rows disagree, and not next to nothing of what is off most.
-            least = WEIGHTS.sure * m.scatter + WEIGHTS.small * np.max(np.abs(off) / size) * size
+            least = WEIGHTS.sure * m.scatter + TOLERANCE * np.max(np.abs(off) / size) * size
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
             changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}

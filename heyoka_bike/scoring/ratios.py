@@ -1,0 +1,20 @@
+"""How many times as large one error must be as another to tell something, and what odds must be.
+
+Whatever is compared, two causes, two columns or two parts of a run, is compared with one of these.
+Their experiments: errors of correct programs resemble one fitted value by a factor of up to 9, and
+in two columns alone by up to 47; and a file's own rows differ by a factor of two in how well any
+description meets them.
+"""
+
+AS_GOOD = 2.0
+"""What leaves less than so many times as much is as good: the simpler one is meant."""
+
+CLEARLY = 10.0
+"""What one value makes so many times smaller is explained by it, beside others."""
+
+BY_FAR = 100.0
+"""What becomes so many times smaller is explained, with nothing else to speak for it."""
+
+ODDS_CLAIMED = 20.0
+"""Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one
+claim in twenty may be wrong at the most."""
