@@ -13,6 +13,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
+from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.showing.sayings import finding, findings, in_units, register
 
 __all__ = ["finding", "findings"]
@@ -137,11 +138,17 @@ def _(e: seen.Integrator) -> Finding:
 def _(e: seen.IntegratedBy) -> Finding:
     names = " or ".join(m.says for m in e.methods)
     h = e.hypothesis
-    said = (
-        f"The error is that of {names}. Run here, in roll, steer, their rates and the rolling "
-        f"rate, it leaves an error that is smaller by a factor of {h.relief:.1g}. "
+    is_sure = h.relief > BY_FAR
+    said = "The error is " if is_sure else "The nearest of the methods known here is "
+    said += f"that of {names}" if is_sure else names
+    said += (
+        ". Run here, in roll, steer, their rates and the rolling rate, it leaves an error that is "
+        f"smaller by a factor of {h.relief:.1g}. "
     )
-    said += "Nothing else is seen" if e.rest is None else _something_else(h, e.rest)
+    if not is_sure:
+        said += "In other coordinates the same method leaves another error"
+    else:
+        said += "Nothing else is seen" if e.rest is None else _something_else(h, e.rest)
     said += ". Take a smaller step, or a method of higher order"
     methods = [{"method": m.method, "step": m.step} for m in e.methods]
     return info("integrator", said, methods=methods, relief=h.relief)

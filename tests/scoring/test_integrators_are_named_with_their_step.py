@@ -89,7 +89,7 @@ def test_a_force_is_no_method(reference, equations):
 def test_a_diagnosis_begins_with_it(reference, program):
     first, *_ = diagnose(program.run(METHODS["Heun"](program), 0.005), reference).diagnosis
     assert first.code == "integrator"
-    # In other coordinates than those of the first terms: these leave a sixth, and are the nearest.
-    begins = "Of the methods known here the first error term of Heun's method with a step of 0.005"
+    # In other coordinates than those that are run here.
+    begins = "The nearest of the methods known here is Heun's method with a step of 0.005 s. Run"
     assert first.message.startswith(begins)
     assert first.evidence["methods"] == [{"method": "Heun's method", "step": 0.005}]

@@ -1,5 +1,7 @@
 """An error that is that of a usual method with a fixed step is named by running the method."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ pytest.importorskip("heyoka")
 
 
 from generators.fixed_steps import Equations as Discretised
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
@@ -52,6 +55,32 @@ def test_angles_alone_show_it(reference, reduced):
     (found,) = integrator(table, reference)
     assert found.evidence["methods"][0]["method"].endswith("(RK4)")
     assert found.evidence["methods"][0]["step"] == 0.01
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(("method", "step"), [("rk4", 0.05), ("heun", 0.04)])
+def test_rows_far_apart_show_steps_as_long(reference, reduced, method, step):
+    """Rows are too far apart for errors to be carried from one to the next at once."""
+    explicit, states = reduced.explicit(method), [reduced.start]
+    for _ in range(round(10.0 / step)):
+        states.append(explicit(states[-1], step, None))
+    made = np.stack(states, axis=2)
+    table = {"time": np.arange(len(states)) * step}
+    for i, n in enumerate(reference):
+        values = zip(BENCHMARK_COLUMNS, reduced.outputs(made[:, i]), strict=True)
+        table |= {f"{key}_{n}": x for key, x in values}
+    (found,) = integrator(table, reference)
+    assert found.evidence["methods"][0]["step"] == step
+
+
+@pytest.mark.proof
+def test_a_large_error_is_followed_by_steps_from_the_start(reference, reduced):
+    """Explicit Euler is off by a hundredth: to first order a hundredth of that would be left."""
+    results = reduced.run(reduced.explicit("euler"), 0.001)
+    few = tuple(replace(m, values={"roll_rate": m.values["roll_rate"]}) for m in results.maneuvers)
+    (found,) = integrator(replace(results, maneuvers=few), reference)
+    assert found.evidence["methods"] == [{"method": "explicit Euler", "step": 0.001}]
+    assert found.evidence["relief"] > 1e6
 
 
 @pytest.mark.proof

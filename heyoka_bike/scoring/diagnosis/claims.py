@@ -15,7 +15,10 @@ LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 
 def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
-    is_mistake = any(m.kind != "output" and m.code != LINEARISED for m in h.mistakes)
+    # A method that is run has no value that is fitted: rows tell its step.
+    is_mistake = any(
+        m.kind not in ("output", "method") and m.code != LINEARISED for m in h.mistakes
+    )
     is_hidden = is_mistake and not shows_equations(residual)
     # Each of several explains something where the equations do not show it.
     least = BY_FAR**h.count if is_hidden else WEIGHTS.explains

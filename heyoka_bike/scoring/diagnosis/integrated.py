@@ -1,30 +1,39 @@
 """Which integrator makes a file's error: usual ones are run, and what they leave is compared.
 
-A method leaves an error that grows with its step h as h^p, as long as it is small. So each method
-is run once, with a step from row to row, and the factor by which its error has to be multiplied
-tells the step. With that step it is run again. The state is that of the reduced equations: roll,
-steer, their rates and the rolling rate. In other coordinates the same method leaves another error,
-and is not recognised.
+A method leaves an error that grows with its step h as h^p, as long as it is small. So the error of
+each method with a step from row to row is carried along the right motion, and the factor by which
+it has to be multiplied tells the step. Of the nearest methods the error with that step is carried,
+and where rows and steps agree they are run from the start. The state is that of the reduced
+equations: roll, steer, their rates and the rolling rate. In other coordinates the same method
+leaves another error, and is recognised less well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil
+from math import ceil, log
+from statistics import fmean
 
 import numpy as np
 
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import SMALL_STEP, Array
 from heyoka_bike.scoring.diagnosis.budget import Deadline
-from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS, Carried, FixedStep
+from heyoka_bike.scoring.diagnosis.programs.integrators import (
+    METHODS,
+    Carried,
+    FixedStep,
+    evaluations,
+    steps_made,
+)
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, NumericalMethod
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, blocks
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
-from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY
 
 CARRIED = 1e-12
 """What a thousand carried errors are good to, in sizes of columns: each is to 1e-13."""
@@ -36,10 +45,11 @@ _LONGEST = 0.02
 ROWS_FOLLOWED = 2001
 # Rows are those of equal steps if they are off by less than this part of one.
 _EQUAL = 1e-6
-# Steps from row to row that are made: with more, the method's error is that of a few, scaled.
+# Steps from row to row, or rows from step to step: with more, the method's error is that of a few,
+# scaled.
 _MOST_STEPS = 10
-# Methods that are run again with the step that was found.
-_RUN_AGAIN = 3
+# Methods that are run from the start, each with at most so many evaluations of the equations.
+_RUN, _EVALUATIONS = 3, 12000
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +78,18 @@ class Run:
     sizes: Mapping[str, float]
     floors: Mapping[str, float]
 
+    @property
+    def rows(self) -> int:
+        """Carried rows from one row of the file to the next."""
+        return ceil(self.spacing / _LONGEST * (1.0 - _EQUAL))
+
     @cached_property
     def carried(self) -> Carried:
         """Errors of methods along the right motion, at rows not too far apart and not too many."""
         count = round(float(self.motion.time[-1]) / self.spacing)
-        each = ceil(self.spacing / _LONGEST) if self.spacing > _LONGEST else 1
         together = ceil(count / ROWS_FOLLOWED)
-        grid = self.spacing / each * together
-        time = np.arange(ceil(count * each / together) + 1) * grid
+        grid = self.spacing / self.rows * together
+        time = np.arange(ceil(count * self.rows / together) + 1) * grid
         end = float(self.motion.time[-1])
         return Carried(*self.simulator.followed(self.motion, np.minimum(time, end)), grid)
 
@@ -87,20 +101,37 @@ class Run:
         found = self.simulator.differences(self.motion, each)
         return {name: np.array([x[name] / SMALL_STEP for x in found]) for name in self.errors}
 
-    def _errors(self, method: FixedStep, steps: int) -> Array:
-        """What so many steps from one carried row to the next leave, at the rows compared."""
-        errors = self.carried.errors(method, steps)
-        time = np.arange(errors.shape[1]) * self.carried.spacing
+    def _errors(self, method: FixedStep, steps: int, rows: int) -> Array:
+        """What so many steps over so many carried rows leave, at the rows compared."""
+        return self._at_rows(self.carried.errors(method, steps, rows), self.carried.spacing)
+
+    def _at_rows(self, errors: Array, spacing: float) -> Array:
+        time = np.arange(errors.shape[1]) * spacing
         return np.array([np.interp(self.motion.time, time, e) for e in errors])
 
-    def terms(self, method: FixedStep, steps: int) -> Columns:
+    def terms(self, method: FixedStep, steps: int, rows: int) -> Columns:
         """The same of the columns whose errors are known, to first order [SI]."""
-        errors = self._errors(method, steps)
+        errors = self._errors(method, steps, rows)
         return {name: np.sum(slopes * errors, axis=0) for name, slopes in self._slopes.items()}
 
-    def off(self, method: FixedStep, steps: int, factor: float) -> Columns:
+    def off(self, method: FixedStep, steps: int, rows: int, factor: float) -> Columns:
         """The same times a factor, of all columns, by name [SI]."""
-        (found,) = self.simulator.differences(self.motion, [factor * self._errors(method, steps)])
+        return self._columns(factor * self._errors(method, steps, rows))
+
+    def of_states(self, states: Array, step: float) -> Columns:
+        """What states after each step, shape (7, n), differ in from the right ones, by name."""
+        time = np.arange(states.shape[1]) * step
+        inside = time < float(self.motion.time[-1]) + step
+        end = np.minimum(time[inside], float(self.motion.time[-1]))
+        _, right = self.simulator.followed(self.motion, end)
+        return self._columns(self._at_rows(states[:, inside] - right, step))
+
+    def start(self) -> tuple[Equations, Array]:
+        """The equations and the state at the start, shape (7, 1)."""
+        return self.simulator.followed(self.motion, np.zeros(1))
+
+    def _columns(self, errors: Array) -> Columns:
+        (found,) = self.simulator.differences(self.motion, [errors])
         return found
 
 
@@ -117,6 +148,31 @@ class Integrated:
 
     cause: NumericalMethod
     off: tuple[Columns, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """A method whose error, times a factor, is nearest to a file's.
+
+    Attributes
+    ----------
+    method : FixedStep
+    steps, rows
+        So many steps are made over so many carried rows.
+    factor
+        Zero if none is.
+    gain
+        By so much the error falls with it.
+    step
+        That makes an error larger by the factor [s].
+    """
+
+    method: FixedStep
+    steps: int
+    rows: int
+    factor: float
+    gain: float
+    step: float
 
 
 def are_equal_steps(time: Array, spacing: float) -> bool:
@@ -138,42 +194,69 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
     first = []
     for method in METHODS:
         deadline.check()
-        factor, gain = _fit(runs, method, 1)
-        if factor > 0.0 and np.isfinite(factor):
-            first.append((gain, method, factor))
-    first.sort(key=lambda x: -x[0])
-    for _, method, factor in first[:_RUN_AGAIN]:
+        first.append(_fit(runs, method, 1, runs[0].rows))
+    nearest = _likeliest(first)[:_RUN]
+    found = _likeliest([_fit(runs, x.method, *_steps_over_rows(runs[0], x.step)) for x in nearest])
+    for fit in found:
         deadline.check()
-        steps = min(max(round(factor ** (-1.0 / method.order)), 1), _MOST_STEPS)
-        factor, gain = _fit(runs, method, steps)
-        if gain < BY_FAR or factor <= 0.0:
+        step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
+        # No program takes steps between which its rows lie.
+        if step is None or fit.gain < max(CLEARLY, found[0].gain / AS_GOOD):
             continue
-        step = step_of_rows(
-            runs[0].carried.spacing / steps * factor ** (1.0 / method.order),
-            runs[0].spacing,
-            gain,
-        )
-        if step is None:
-            # No program takes steps between which its rows lie.
-            continue
+        method = fit.method
         says = f"{method.says} with a step of {step:.3g} s"
         code = f"integrator_{method.code}"
         cause = NumericalMethod(code, says, "the step", "method", lambda p: p, method.says, step)
-        yield Integrated(cause, tuple(run.off(method, steps, factor) for run in runs))
+        carried = tuple(run.off(method, fit.steps, fit.rows, fit.factor) for run in runs)
+        made = _made(runs, method, step) or carried
+        is_better = _left(runs, made) <= _left(runs, carried)
+        yield Integrated(cause, made if is_better else carried)
 
 
-def _fit(runs: Sequence[Run], method: FixedStep, steps: int) -> tuple[float, float]:
-    """The factor of a method's error that leaves least, and by how much that lets it fall."""
+def _likeliest(fits: Iterable[_Fit]) -> list[_Fit]:
+    """Those that are of some step, the likeliest first."""
+    return sorted((x for x in fits if x.factor > 0.0), key=lambda x: -x.gain)
+
+
+def _steps_over_rows(run: Run, step: float) -> tuple[int, int]:
+    """How many steps are nearest to one over how many carried rows; one of both is one."""
+    apart = run.carried.spacing / step
+    steps, rows = (min(max(round(x), 1), _MOST_STEPS) for x in (apart, 1.0 / apart))
+    return steps, rows
+
+
+def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns, ...]:
+    """What the method leaves that is run from the start, by name [SI]; empty if that is long."""
+    starts = [run.start() for run in runs]
+    equations, start = starts[0][0], np.concatenate([y for _, y in starts], axis=1)
+    count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - _EQUAL)
+    if count * evaluations(method, equations, start, step) > _EVALUATIONS:
+        return ()
+    states = steps_made(method, equations, start, step, count)
+    return tuple(run.of_states(y, step) for run, y in zip(runs, states.swapaxes(0, 1), strict=True))
+
+
+def _left(runs: Sequence[Run], off: Sequence[Columns]) -> float:
+    """Mean of the logarithms of what such differences leave of the errors."""
+    logs = [
+        log(max(rms(written - made[name]) / run.sizes[name], run.floors[name]))
+        for run, made in zip(runs, off, strict=True)
+        for name, written in run.errors.items()
+    ]
+    return fmean(logs)
+
+
+def _fit(runs: Sequence[Run], method: FixedStep, steps: int, rows: int) -> _Fit:
+    """The multiple of a method's error that leaves least."""
     errors, terms, floors = [], [], []
     for run in runs:
-        off = run.terms(method, steps)
+        off = run.terms(method, steps, rows)
         for name, written in run.errors.items():
-            split = min(SPLIT, len(written))
-            errors += np.array_split(written / run.sizes[name], split)
-            terms += np.array_split(off[name] / run.sizes[name], split)
-            floors += [run.floors[name]] * split
+            errors.append(written / run.sizes[name])
+            terms.append(off[name] / run.sizes[name])
+            floors.append(run.floors[name])
     if not all(np.isfinite(x).all() for x in terms):
-        return 0.0, 1.0
-    b = blocks(errors, [t[:, None] for t in terms], floors)
-    changes, gains = solve(b, np.array([[0]]))
-    return float(changes[0, 0]), float(gains[0])
+        return _Fit(method, steps, rows, 0.0, 1.0, 0.0)
+    factor, gain = best_multiple(blocks(errors, [t[:, None] for t in terms], floors))
+    length = runs[0].carried.spacing * rows / steps * max(factor, 0.0) ** (1.0 / method.order)
+    return _Fit(method, steps, rows, factor, gain, length)

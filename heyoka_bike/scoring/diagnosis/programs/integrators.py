@@ -13,6 +13,7 @@ E. Hairer, S. P. Norsett, G. Wanner (1993), Solving Ordinary Differential Equati
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -197,6 +198,36 @@ METHODS = (
 """Methods whose errors are known here."""
 
 
+def rates_of(equations: Equations, y: Array) -> Array:
+    """Derivatives by the time of states, shape (7, n)."""
+    made = equations.rates_with_yaw(list(y))
+    return np.array([np.broadcast_to(r, y[0].shape) for r in made])
+
+
+def evaluations(method: FixedStep, equations: Equations, start: Array, step: float) -> int:
+    """How many times one step asks for the rates."""
+    count = 0
+
+    def rates(y: Array) -> Array:
+        nonlocal count
+        count += 1
+        return rates_of(equations, y)
+
+    method.step(rates, start, step)
+    return count
+
+
+def steps_made(
+    method: FixedStep, equations: Equations, start: Array, step: float, count: int
+) -> Array:
+    """States after each of so many steps, and the first ones, shape (7, motions, count + 1)."""
+    states = [start]
+    with np.errstate(all="ignore"):
+        for _ in range(count):
+            states.append(method.step(partial(rates_of, equations), states[-1], step))
+    return np.stack(states, axis=-1)
+
+
 class Carried:
     """Errors of methods along a right motion.
 
@@ -224,19 +255,19 @@ class Carried:
         self._slopes = np.ascontiguousarray(slopes.transpose(2, 0, 1))
 
     def _rates(self, y: Array) -> Array:
-        made = self._equations.rates_with_yaw(list(y))
-        return np.array([np.broadcast_to(r, y[0].shape) for r in made])
+        return rates_of(self._equations, y)
 
-    def errors(self, method: FixedStep, steps: int) -> Array:
-        """What a method with so many steps from row to row leaves, shape (7, n)."""
-        y = self._states[:, :-1]
+    def errors(self, method: FixedStep, steps: int, rows: int = 1) -> Array:
+        """What a method leaves that makes so many steps over so many rows, shape (7, n)."""
+        y = self._states[:, :-rows:rows]
         with np.errstate(all="ignore"):
             for _ in range(steps):
-                y = method.step(self._rates, y, self.spacing / steps)
-        missed = (y - self._states[:, 1:]).T
+                y = method.step(self._rates, y, self.spacing * rows / steps)
+        missed = np.zeros(self._states.shape)
+        missed[:, rows::rows] = y - self._states[:, rows::rows]
         found = np.zeros(self._states.shape)
         error = np.zeros(7)
-        for i, (slope, miss) in enumerate(zip(self._slopes, missed, strict=True), 1):
-            error = slope @ error + miss
+        for i, slope in enumerate(self._slopes, 1):
+            error = slope @ error + missed[:, i]
             found[:, i] = error
         return found
