@@ -428,6 +428,19 @@ def accuracy(
     return max(errors.values()) if is_told else 1.0
 
 
+def _moves_rightly(sample: Sample, found: Understandings) -> float:
+    """Return by how much the speed and the kinetic energy are off, in parts of what they vary by.
+
+    They vary with the squares of roll and steer, so the motion is off by half as much; 1 if neither
+    is there.
+    """
+    found_beside = [k for k in ("forward_speed", "kinetic_energy") if k in sample.values]
+    right = {k: sample.expected[sample.definitions[k][0].name] for k in found_beside}
+    moves = {k: rms(x - median(x)) for k, x in right.items()}
+    off = [sample.typical(k, found[k]) / x for k, x in moves.items() if x]
+    return max(off, default=1.0)
+
+
 def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
     """A column as taken, with the odds that it is of none of the definitions."""
     u, having = found[key], [s for s in samples if key in s.values]
@@ -512,7 +525,7 @@ def _with_offset(
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
-    off_by = max(accuracy(s, before, ZEROED) for s in having)
+    off_by = max(min(accuracy(s, before, ZEROED), _moves_rightly(s, before)) for s in having)
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)

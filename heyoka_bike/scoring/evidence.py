@@ -837,6 +837,20 @@ class OtherColumn(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class UnsignedColumn(Evidence):
+    """A column holds the right values without their signs, in some maneuvers.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class ClippedColumn(Evidence):
     """A column stays at a bound where the right one is beyond it.
 

@@ -761,6 +761,15 @@ def _(e: seen.OtherColumn) -> Finding:
 
 
 @_finding.register
+def _(e: seen.UnsignedColumn) -> Finding:
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)} has the right values without their signs: look for "
+        "an absolute value, or a square root of a square, where it is written"
+    )
+    return warning("unsigned_column", said, column=e.key, maneuvers=list(e.maneuvers))
+
+
+@_finding.register
 def _(e: seen.ClippedColumn) -> Finding:
     bounds = " and ".join(f"{x:.6g}" for x in (e.low, e.high) if x is not None)
     said = (

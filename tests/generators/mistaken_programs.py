@@ -90,18 +90,77 @@ def written(bicycle, states):
     found = dict(zip(NAMES, values, strict=True))
     p = {s: float(x) for s, x in bicycle.values.items()}
     spins = 0.5 * p["IRyy"] * rear**2, 0.5 * p["IFyy"] * front**2
-    spin = sum(spins)
     pitch_rate = right(states, pars=many[: right.nparams])[1]
+    turning = rotation_energies(p, found, pitch_rate)
+    turning["R"] += spins[0]
+    turning["F"] += spins[1]
+    places, velocities = of_centres(p, found, pitch_rate)
     return found | {
-        "spin_energy": spin,
+        "spin_energy": sum(spins),
         "spin_energy_R": spins[0],
         "spin_energy_F": spins[1],
-        "rotation_energy": spin + rotation_energy(p, found, pitch_rate),
+        "rotation_energy": sum(turning.values()),
+        **{
+            f"kinetic_energy_of_{b}": turning[b] + 0.5 * p[f"m{b}"] * np.sum(v**2, axis=0)
+            for b, v in velocities.items()
+        },
+        **{f"potential_energy_of_{b}": -p[f"m{b}"] * p["g"] * x[2] for b, x in places.items()},
     }
 
 
-def rotation_energy(p, columns, pitch_rate):
-    """Of frame, fork and the wheels' diameters, from Euler angles and the steer axis."""
+def of_centres(p, columns, pitch_rate):
+    """Places and velocities of the bodies' centres of mass in heading axes, z down.
+
+    Places are from the rear contact point, which moves along the heading.
+    """
+    roll, pitch, steer = columns["roll_angle"], columns["pitch"], columns["steer_angle"]
+    rates = columns["roll_rate"], pitch_rate, columns["steer_rate"]
+    places, size = centres(p, roll, pitch, steer), 1e-5
+    velocities = {}
+    for body, x in places.items():
+        v = np.array([columns["forward_speed_contact"] - columns["yaw_rate"] * x[1],
+                      columns["yaw_rate"] * x[0], 0.0 * x[2]])  # fmt: skip
+        for i, rate in enumerate(rates):
+            shift = size * np.eye(3)[i]
+            ahead, behind = (
+                centres(p, roll + way * shift[0], pitch + way * shift[1], steer + way * shift[2])
+                for way in (1, -1)
+            )
+            v += rate * (ahead[body] - behind[body]) / (2 * size)
+        velocities[body] = v
+    return places, velocities
+
+
+def centres(p, roll, pitch, steer):
+    """Centres of mass from the rear contact point, by Euler's angles and Rodrigues' rotation."""
+    zero, axis = 0.0 * roll, np.array([np.sin(p["lam"]), 0.0, np.cos(p["lam"])])
+
+    def turned(x):
+        """From the frame's axes to the heading's."""
+        x, y, z = x
+        x, z = np.cos(pitch) * x + np.sin(pitch) * z, np.cos(pitch) * z - np.sin(pitch) * x
+        return np.array([x, np.cos(roll) * y - np.sin(roll) * z,
+                         np.sin(roll) * y + np.cos(roll) * z])  # fmt: skip
+
+    def on_fork(x, z):
+        """From the point of the steer axis that is on the ground where all is upright."""
+        d = np.array([x - p["w"] - p["c"], 0.0, z])
+        c, s = np.cos(steer), np.sin(steer)
+        out = np.outer(d, c) + np.outer(np.cross(axis, d), s) + np.outer(axis, (1 - c) * (axis @ d))
+        return out + np.array([p["w"] + p["c"], 0.0, p["rR"]])[:, None]
+
+    hub = np.array([zero, p["rR"] * np.sin(roll), -p["rR"] * np.cos(roll)])
+    from_hub = {
+        "R": np.array([zero, zero, zero]),
+        "B": np.array([zero + p["xB"], zero, zero + p["zB"] + p["rR"]]),
+        "H": on_fork(p["xH"], p["zH"]),
+        "F": on_fork(p["w"], -p["rF"]),
+    }
+    return {body: hub + turned(x) for body, x in from_hub.items()}
+
+
+def rotation_energies(p, columns, pitch_rate):
+    """Of frame, fork and the wheels' diameters, from Euler angles and the steer axis, by body."""
     roll, pitch = columns["roll_angle"], columns["pitch"]
     s, c = np.sin(pitch), np.cos(pitch)
     yaw_rate, roll_rate = columns["yaw_rate"], columns["roll_rate"]
@@ -117,13 +176,14 @@ def rotation_energy(p, columns, pitch_rate):
         + (1 - np.cos(steer)) * along * axis[:, None]
         + columns["steer_rate"] * axis[:, None]
     )
-    total = 0.0
+    found = {}
     for body, wheel, w in (("B", "R", frame), ("H", "F", fork)):
         xx, yy, zz, xz = (p[f"I{body}{ij}"] for ij in ("xx", "yy", "zz", "xz"))
         inertia = np.array([[xx, 0.0, xz], [0.0, yy, 0.0], [xz, 0.0, zz]])
-        inertia += p[f"I{wheel}xx"] * np.diag([1.0, 0.0, 1.0])
-        total = total + 0.5 * np.einsum("in,ij,jn->n", w, inertia, w)
-    return total
+        diameter = p[f"I{wheel}xx"] * np.diag([1.0, 0.0, 1.0])
+        for name, tensor in ((body, inertia), (wheel, diameter)):
+            found[name] = 0.5 * np.einsum("in,ij,jn->n", w, tensor, w)
+    return found
 
 
 def begin(bicycle, start, length):

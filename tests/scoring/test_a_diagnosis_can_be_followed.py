@@ -11,11 +11,12 @@ pytest.importorskip("heyoka")
 
 
 from generators.made_results import exact_columns, rows, smooth_error
-from generators.mistaken_programs import columns_of
+from generators.mistaken_programs import columns_of, correct
 from heyoka_bike import score
 from heyoka_bike.scoring.diagnosis.budget import USUAL, Budget
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.program import other_values
 from heyoka_bike.scoring.diagnosis.search import OF_WHAT_IS_WRITTEN, SEARCH
 from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.reading.results import Results
@@ -109,6 +110,25 @@ def test_what_the_equations_leave_is_called_a_force_where_it_is_enough(reference
 
 
 @pytest.mark.proof
+def test_of_a_file_that_is_right_no_model_is_simulated(reference, caplog):
+    """What is off by less than 1e-6 is an integrator, or written otherwise, nearly always."""
+
+    def disturb(columns):
+        for key in [key for key in columns if key not in ("roll_angle", "steer_rate")]:
+            del columns[key]
+        for key, values in columns.items():
+            columns[key] = values + smooth_error(reference, 2, 3e-8 * float(np.max(np.abs(values))))
+
+    report = made(reference, disturb)
+    assert report.is_right
+    assert not {"library", "whole runs", "together"} & told(caplog, report, reference).keys()
+    caplog.clear()
+    assert {"library", "together"} <= told(
+        caplog, report, reference, Budget(is_thorough=True)
+    ).keys()
+
+
+@pytest.mark.proof
 def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
     report = made(reference, pushed(reference, 1.0))
     assert "together" not in told(caplog, report, reference)
@@ -118,6 +138,18 @@ def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
     caplog.clear()
     assert "together" in told(caplog, report, reference, thorough)
     assert hint not in diagnosed(report, reference, budget=thorough).diagnosis[0].message
+
+
+@pytest.mark.proof
+def test_a_start_and_what_is_written_are_found_together(reference):
+    """Each maneuver is the right motion of another start, and its energy lacks the fork."""
+    mistakes = [m for m in MISTAKES if m.code == "potential_energy_without_H"]
+    start = other_values({"initial_speed_2": -0.1}, {"initial_speed_2": 0.0}, correct(reference))
+    columns = columns_of(reference, (start, *mistakes))[2]
+    report = score(Results("made.txt", "text", (rows(reference, 2, columns),), 16), reference)
+    (first, *_) = diagnosed(report, reference).diagnosis
+    assert first.evidence["mistakes"] == ["other_initial_speed_2", "potential_energy_without_H"]
+    assert first.evidence["is_all"]
 
 
 @pytest.mark.proof

@@ -76,11 +76,12 @@ def test_the_simulator_agrees_with_the_reference(reference, bicycle, simulator, 
 
 
 @pytest.mark.proof
-def test_the_parts_of_the_kinetic_energy_agree_with_euler_angles(bicycle, simulator):
+def test_the_parts_of_the_energies_agree_with_euler_angles(bicycle, simulator):
     time = np.linspace(0.0, 10.0, 101)
     start = (0.0, 0.0, 0.0, 0.5, 0.0, 4.6)
     found, expected = simulator.run(bicycle, start, time), motion(bicycle, start, time)
-    for name in ("spin_energy", "rotation_energy"):
+    of_bodies = [f"{kind}_energy_of_{b}" for kind in ("kinetic", "potential") for b in "RBHF"]
+    for name in ("spin_energy", "rotation_energy", *of_bodies):
         # The tolerance of the other integrator.
         assert found[name] == pytest.approx(expected[name], rel=1e-9)
     wheels = sum(float(bicycle[f"I{w}yy"].rational) * (4.6 / r) ** 2 for w, r in

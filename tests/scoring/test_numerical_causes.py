@@ -46,6 +46,21 @@ def with_errors(reference, level, more):
     return made(reference, change)
 
 
+def test_a_lean_that_is_many_times_too_large_is_no_motion_that_blows_up(reference):
+    """Maneuver 3 leans by 0.013 rad: 0.2 rad is wrong, and nothing that a bicycle cannot do."""
+
+    def change(key, values, number):
+        return 16 * values if (key, number) == ("roll_angle", 3) else values
+
+    assert "blown_up" not in names(told(made(reference, change), reference))
+
+    def burst(key, values, number):
+        grown = 1e3 * np.linspace(0.0, 1.0, len(values)) ** 40
+        return values + grown if (key, number) == ("roll_angle", 3) else values
+
+    assert names(told(made(reference, burst), reference)) == ["blown_up"]
+
+
 def test_steps_chosen_by_a_tolerance_are_no_noise(reference):
     for tolerance in ("1e-4", "1e-7", "1e-10"):
         found = told(read_results(PEERS / f"scipy-rtol{tolerance}.txt"), reference)

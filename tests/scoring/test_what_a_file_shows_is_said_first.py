@@ -116,6 +116,28 @@ def test_a_motion_that_is_right_up_to_a_row_is_told_so(reference, what):
     assert found.evidence["shift"] == (shift and pytest.approx(shift, rel=0.02))
 
 
+def test_a_departure_within_the_first_rows(reference):
+    """A bound is met after 0.08 s, say: no smooth error grows by so much there."""
+
+    def altered(key, values, m):
+        time = np.linspace(0.0, 10.0, len(values))
+        other = 1e-2 * np.max(np.abs(values)) * np.cos(time)
+        return np.where((time >= 0.08) & (m == 2), values + other, values)
+
+    (found,) = diagnosed(report_of(reference, altered), reference).diagnosis
+    assert (found.code, found.evidence["time"]) == ("departs", 0.08)
+
+
+def test_nothing_is_simulated_where_all_that_is_wrong_departs(reference, caplog):
+    def altered(key, values, m):
+        return np.where(np.arange(len(values)) < 300, values, 1.01 * values)
+
+    caplog.set_level("INFO", logger="heyoka_bike.scoring.diagnosis")
+    found = diagnosed(report_of(reference, altered), reference).diagnosis
+    assert [f.code for f in found] == ["departs"] * 3
+    assert not any("start and output" in m for m in caplog.messages)
+
+
 def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
     """From 5 s on it is another one, that grows or dies as motions do."""
 
@@ -155,6 +177,22 @@ def test_errors_of_phase_are_no_other_times(reference, method, step):
     """Integrators are late, too, but each mode by another time."""
     run = fixed_step(Discretised(reference, is_regular=True), method, step)
     assert other_times(score(run, reference)) is None
+
+
+def test_energies_alone_tell_no_other_times(reference):
+    """Where their sum is constant, two of them are one column, and one tells no time."""
+
+    def altered(key, values, m):
+        time = np.linspace(0.0, 10.0, len(values))
+        return reference[m].approximate(np.clip(time + 0.01 * np.sin(time), 0, 10), [key])[key]
+
+    results = made(reference, altered)
+    keys = ("potential_energy", "kinetic_energy", "mechanical_energy")
+    few = tuple(
+        replace(rows, values={k: rows.values[k] for k in keys}) for rows in results.maneuvers
+    )
+    assert other_times(score(results, reference)) is not None
+    assert other_times(score(replace(results, maneuvers=few), reference)) is None
 
 
 def test_two_rows_at_one_time_are_diagnosed(reference):

@@ -17,6 +17,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.score import score
 
@@ -175,6 +176,88 @@ def test_energies_exchanged_in_all_maneuvers(reference):
     first = said(reference, held)[0]
     assert first.code == "mistake"
     assert "The kinetic energy is in the place of the potential energy" in first.message
+
+
+def test_a_column_without_its_signs(reference):
+    held = columns(reference)
+    for n in held:
+        held[n]["roll_angle"] = np.abs(held[n]["roll_angle"])
+    found = next(f for f in said(reference, held) if f.code == "unsigned_column")
+    # In maneuver 3 the bicycle leans to the right only.
+    assert (found.evidence["column"], found.evidence["maneuvers"]) == ("roll_angle", [1, 2])
+
+
+def test_values_without_their_exponents_are_no_average(reference):
+    """9.3e-05 was written as 9.3: an average of most rows is as good, as nothing is wrong there."""
+    held = columns(reference)
+    for n in held:
+        x = held[n]["steer_angle"]
+        held[n]["steer_angle"] = np.where(np.abs(x) < 1e-4, x * 1e5, x)
+    assert "smoothed_columns" not in {f.code for f in said(reference, held)}
+
+
+def test_a_ratio_in_one_maneuver_is_none_where_the_column_is_wrong_in_others(reference):
+    """In maneuver 3 the potential energy hardly varies, so the difference of both is a ratio."""
+    energies = {
+        n: held["kinetic_energy"] - held["potential_energy"]
+        for n, held in columns(reference).items()
+    }
+    first, *_ = said(reference, {n: {"mechanical_energy": x} for n, x in energies.items()})
+    assert first.code == "mistake"
+    assert "the mechanical energy is the kinetic minus the potential one" in first.message
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "potential_energy_without_H",
+        "energies_without_F",
+        "kinetic_energy_without_B",
+        "speed_written_by_front_radius",
+    ],
+)
+def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
+    """Where a maneuver hardly varies, a factor and an offset explain nearly all of it."""
+    (mistake,) = (m for m in MISTAKES if m.code == code)
+    program, time = apply(correct(reference), (mistake,)), reference[1].time[ROWS]
+    simulator, held = Simulator(), {}
+    for n in reference:
+        start = initial_state(program.bicycle, program.starts[n])
+        made = simulator.run(program.bicycle, start, time)
+        for change in program.rows:
+            made = change(made, time)
+        held[n] = {key: made[key] for key in KEYS}
+        if code.startswith("speed"):
+            held[n]["forward_speed"] = made["forward_speed_wheel_spin"]
+    found = [f for f in said(reference, held) if f.code != "unknown_definition"]
+    assert (found[0].code, found[0].evidence["mistakes"]) == ("mistake", [code])
+
+
+def test_the_energies_of_the_bodies_are_those_of_their_masses(reference):
+    """At the start, upright: weights times heights, and the masses' own motion [J]."""
+    program = correct(reference)
+    start = initial_state(program.bicycle, program.starts[2])
+    made = {k: x[0] for k, x in Simulator().run(program.bicycle, start, np.zeros(1)).items()}
+    g, speed, roll = 9.81, 4.6, 0.5
+    heights = {"R": 0.3, "B": 0.9, "H": 0.7, "F": 0.35}
+    masses = {"R": 2.0, "B": 85.0, "H": 4.0, "F": 3.0}
+    about_x = {"R": 0.0603, "B": 9.2, "H": 0.05892, "F": 0.1405}
+    spin = {"R": 0.12 * (speed / 0.3) ** 2, "F": 0.28 * (speed / 0.35) ** 2}
+    for b, mass in masses.items():
+        kinetic = mass * (speed**2 + (heights[b] * roll) ** 2) + about_x[b] * roll**2
+        expected = (kinetic + spin.get(b, 0.0)) / 2
+        assert made[f"kinetic_energy_of_{b}"] == pytest.approx(expected, rel=1e-12)
+        weight = mass * g * heights[b]
+        assert made[f"potential_energy_of_{b}"] == pytest.approx(weight, rel=1e-12)
+
+
+def test_the_energies_of_the_bodies_are_all_there_is(reference):
+    program, time = correct(reference), reference[1].time[ROWS]
+    start = initial_state(program.bicycle, program.starts[2])
+    made = Simulator().run(program.bicycle, start, time)
+    for kind in ("kinetic", "potential"):
+        parts = sum(made[f"{kind}_energy_of_{b}"] for b in "RBHF")
+        np.testing.assert_allclose(parts, made[f"{kind}_energy"], rtol=1e-12)
 
 
 def test_a_clipped_column(reference):

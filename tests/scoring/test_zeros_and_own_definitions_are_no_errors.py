@@ -77,6 +77,19 @@ def test_without_its_parts_an_energy_of_another_zero_does_not_meet_eq_1(referenc
     assert taken.as_understood.offset == 0.0
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-5])
+def test_a_right_speed_shows_the_motion_of_an_energy_of_another_zero(reference, off):
+    """The speed follows the squares of roll and steer, so what it does shows how they move."""
+    speed, energy = (reference[2][k] for k in ("forward_speed", "mechanical_energy"))
+    speed = speed + off * np.sin(reference[2].time) * np.ptp(speed)
+    given = {"time": reference[2].time, "forward_speed": speed, "mechanical_energy": energy + 922.1}
+    assert score(given, reference, maneuver=2).is_right
+    # A speed that moves otherwise shows another motion.
+    given["forward_speed"] = speed[0] + 1.02 * (speed - speed[0])
+    taken = score(given, reference, maneuver=2)[2]["mechanical_energy"]
+    assert taken.as_understood.offset == 0.0
+
+
 @pytest.mark.parametrize("definition", SPEEDS)
 def test_speeds_of_the_riders_centre_of_mass_are_known(reference, definition):
     speed = reference[2][f"forward_speed_{definition}"]

@@ -59,12 +59,6 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
         return (_linear(diagnosis.classes[0][0]), *units)
     first = plain.shown(report)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
-    departs = {x.maneuver for x in first if isinstance(x, Departs)}
-    if departs and departs >= {
-        m.maneuver for m, c in columns if not c.is_at_floor(FLOORS_OF_ROUNDING)
-    }:
-        # What is wrong in the model or at the start is wrong from the start.
-        return first
     if diagnosis.classes:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))

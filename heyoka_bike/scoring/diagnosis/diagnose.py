@@ -12,6 +12,7 @@ from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
+from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, as_meant, worst
 from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
@@ -24,9 +25,9 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingToDiagnose,
     NothingWrong,
 )
-from heyoka_bike.scoring.diagnosis.plain import beside, columns_apart
 from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.evidence import (
+    ColumnRatio,
     DefinitionUnknown,
     Evidence,
     SignContradiction,
@@ -133,6 +134,10 @@ def diagnosed(
     with one_thread_of_linear_algebra():
         found = _answer(report, reference, progress or (lambda _: None), budget.begun())
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
+    said = found.seen
+    odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
+    if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
+        said = (odd, *said)
     say = shown_by("causes").finding
     explanation = None
     if found.cause is not None and found.curves:
@@ -140,7 +145,7 @@ def diagnosed(
     return replace(
         found.report,
         seen=(*found.report.seen, *stopped),
-        diagnosis=tuple(map(say, (*found.seen, *stopped))),
+        diagnosis=tuple(map(say, (*said, *stopped))),
         explanation=explanation,
     )
 
@@ -177,7 +182,7 @@ def _answer(
         found = replace(found, is_whole=found.is_whole and other.is_whole)
     if any(isinstance(x, NothingToDiagnose) for x in found.seen):
         return found
-    more = beside(report, unknown)
+    more = plain.beside(report, unknown)
     if any(isinstance(x, NothingWrong) for x in found.seen):
         # What is wrong comes first.
         return replace(found, seen=(*more, _right(report, keys)))
@@ -189,6 +194,10 @@ def _is_mistake(seen: Evidence) -> bool:
     return isinstance(seen, Explained) and not seen.hypotheses[0].found
 
 
+def _leaves_nothing(seen: Evidence) -> bool:
+    return isinstance(seen, Explained) and seen.hypotheses[0].leaves_nothing
+
+
 def _beside(
     report: Report,
     meant: AsMeant,
@@ -198,13 +207,19 @@ def _beside(
 ) -> Answer:
     """What is seen in the rows of a report, and the diagnosis of the rows as they were meant.
 
-    What is left of these is no cause of its own where it is right, and far less than before.
+    What is left of these is no cause of its own where it is right, or far less than before. A
+    known mistake of what is written that leaves nothing takes the place of what leaves something.
     """
     rest = scored(meant.alignment(report), reference)
     before, left = worst(report), worst(rest)
+    if any(isinstance(x, ColumnRatio) for x in meant.seen):
+        known = _of_columns(
+            report, reference, BENCHMARK_COLUMNS, progress, deadline, only_output=True
+        )
+        if any(_is_mistake(x) and _leaves_nothing(x) for x in known.seen[:1]):
+            return known
     if left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR):
-        remainder = () if is_right(rest) else (left,)
-        return Answer(report, (*meant.seen, *remainder))
+        return Answer(report, (*meant.seen, *(() if is_right(rest) else (left,))))
     inner = _answer(rest, reference, progress, deadline, meant.steps)
     more = (x for x in inner.seen if not (isinstance(x, NothingWrong) and x.signs is None))
     return replace(inner, report=report, seen=(*meant.seen, *more))
@@ -245,8 +260,12 @@ def _of_columns(
     asked = replace(report, maneuvers=maneuvers)
     if is_right(asked):
         return Answer(report, (NothingWrong(),))
+    at_once = plain.shown(asked)
+    if plain.are_departures(at_once, asked):
+        # What is wrong in the model or at the start is wrong from the start.
+        return Answer(report, at_once)
     # Beside columns that show the right motion, what is wrong is how others are written.
-    only_output = only_output or columns_apart(asked) is not None
+    only_output = only_output or plain.columns_apart(asked) is not None
     found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
     seen = answers(found, asked)
     # Nothing is said of a search that was stopped before it found anything.

@@ -78,7 +78,7 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
     worst, m, c = max(columns, key=lambda x: x[0])
-    if worst > CLEARLY:
+    if worst * min(c.scale / _size(c), 1.0) > CLEARLY:
         first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
         return (BlownUp(m.maneuver, c.key, float(c.trace.time[first]), worst),)
     if worst < ROUNDING:
@@ -93,6 +93,14 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     missing = tuple(key for key in STATE if key not in there)
     found = (*_energy(report, worst), *_rough(report)) or (SmoothError(missing),)
     return found if single is None else (*found, SinglePrecisionBeside(single))
+
+
+def _size(c: ColumnScore) -> float:
+    """What a column of a bicycle that has not fallen stays below, or the scale if that is more.
+
+    An angle or rate of a maneuver that hardly turns may well be off by many times its scale.
+    """
+    return max(c.scale, 1.0) if c.unit in ("rad", "rad s-1") else c.scale
 
 
 def _error_in_scales(c: ColumnScore) -> float:

@@ -39,6 +39,8 @@ from heyoka_bike.scoring.units import unit_told_by
 _PART_OF_EQUAL_ROWS = 0.9
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
+# Of the time: no smooth error that begins at the start grows so fast.
+_LARGEST_POWER = 20.0
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _PART_OF_RIGHT_START = 1e-6
 # Of the rows, between which times are told, and times that are the same.
@@ -154,6 +156,17 @@ def _flat(c: ColumnScore, order: int) -> float:
     return sorted(float(np.mean(x)) for x in parts)[1]
 
 
+def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
+    """True if every maneuver that is wrong departs from the right motion, later than its start."""
+    departs = {x.maneuver for x in seen if isinstance(x, Departs)}
+    wrong = {
+        m.maneuver
+        for m in report.maneuvers
+        if any(not (c.is_right or c.is_at_floor(FLOORS_OF_ROUNDING)) for c in m.columns if c.values)
+    }
+    return bool(departs) and departs >= wrong
+
+
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
     """A row from which on all is a hundred times farther off than in every row before."""
     for m in maneuvers:
@@ -162,12 +175,14 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
             continue
         error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
         off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
-        before = np.maximum.accumulate(off)[:-1]
-        jumps = np.flatnonzero(off[1:] > BY_FAR * before)
-        row = next((int(i) + 1 for i in jumps if i >= FEWEST_TELLING_ROWS), 0)
+        before, time = np.maximum.accumulate(off)[:-1], columns[0].trace.time
+        with np.errstate(divide="ignore", invalid="ignore"):
+            power = np.log(off[1:] / before) / np.log(time[1:] / time[:-1])
+        jumps = np.flatnonzero((off[1:] > BY_FAR * before) & (power > _LARGEST_POWER))
+        row = next((int(i) + 1 for i in jumps if time[i] > 0.0), 0)
         if not row or before[row - 1] > TOLERANCE:
             continue
-        right, time = before[row - 1], columns[0].trace.time
+        right = before[row - 1]
         end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
         is_back = m.rows - end >= FEWEST_TELLING_ROWS
         ahead, relief = _ahead(columns, slice(row, None))
@@ -187,7 +202,9 @@ def other_times(report: Report) -> OtherTimes | None:
     found, relief = {}, []
     for m in report.maneuvers:
         columns = whole_columns(m)
-        if len(columns) < _OTHERS or m.rows <= FEWEST_TELLING_ROWS:
+        # Of a motion that keeps its energy the parts of it are one column.
+        energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
+        if len(columns) - max(len(energies) - 1, 0) < _OTHERS or m.rows <= FEWEST_TELLING_ROWS:
             return None
         ahead, left = _ahead(columns, slice(None), axis=0)
         relief.append(left)
@@ -273,7 +290,9 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
 
 def columns_apart(report: Report) -> ColumnsApart | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
-    each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
+    each = {
+        m.maneuver: far_worse(m, [c.key for c in m.columns], _whole_error) for m in report.maneuvers
+    }
     apart = {key for keys, _ in each.values() for key in keys}
     if not apart or any(not keys and limit > TOLERANCE for keys, limit in each.values()):
         return None
@@ -289,6 +308,11 @@ def columns_apart(report: Report) -> ColumnsApart | None:
     units = {key: places[0][1].unit for key, places in wrong.items()}
     rest = max(limit for _, limit in each.values())
     return ColumnsApart(found, len(each), rest, fits, units, is_sum_with_it)
+
+
+def _whole_error(c: ColumnScore) -> float:
+    """Root mean square of the error over that of the column: a few bad rows count."""
+    return rms(c.trace.error) / (rms(c.trace.reference) or 1.0)
 
 
 def beside(

@@ -38,6 +38,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     shows_equations,
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.grades import RIGHT_DIGITS, digits_of
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
@@ -115,6 +116,15 @@ class Search:
         seen = self.residual
         is_left = seen is not None and shows_equations(seen) and seen.is_open
         return is_left and self.best is None and not self.is_thorough
+
+    @property
+    def is_near(self) -> bool:
+        """True if the file is right to six digits: what a mistake of the model hardly leaves.
+
+        Then the equations, integrators and what is written are looked at, which takes little.
+        """
+        error = max(self.file.right.after.values(), default=1.0)
+        return digits_of(error, 1.0) >= RIGHT_DIGITS and not self.is_thorough
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Try the causes of each step that is asked.
@@ -211,7 +221,9 @@ def _shows_another_start(search: Search) -> bool:
 def _may_be_another_start(search: Search) -> bool:
     """True if nothing explains most, and no method of integration explains what remains."""
     seen = search.residual
-    if seen is None or seen.methods or search.starts or search.ends_at_a_force:
+    if seen is None or seen.methods or search.starts:
+        return False
+    if search.ends_at_a_force or search.is_near:
         return False
     best = ranked(search.file, search.found)[:1]
     return not any(explains_mostly(c[0], seen) for c in best)
@@ -416,20 +428,22 @@ SEARCH = (
     Trial(
         "library",
         "which mistake of the model do whole runs show?",
-        lambda search: _is_open(search) and _shows_no_motion(search),
+        lambda search: _is_open(search) and _shows_no_motion(search) and not search.is_near,
         _by_library,
     ),
     Trial(
         "whole runs",
         "which values do whole runs show?",
-        lambda search: _is_open(search) and _equations_are_not_enough(search),
+        lambda search: (
+            _is_open(search) and _equations_are_not_enough(search) and not search.is_near
+        ),
         lambda search: _of_whole_runs(search.file),
     ),
     Trial(
         "together",
         "which two explain more than each of them?",
-        lambda search: not search.ends_at_a_force,
-        lambda search: search.file.judged(_pairs(search.file, search.found)),
+        lambda search: not (search.ends_at_a_force or search.is_near),
+        lambda search: search.file.judged(_pairs(search.file, [*search.found, *search.starts])),
     ),
     Trial(
         "starts",

@@ -34,6 +34,7 @@ from heyoka_bike.scoring.evidence import (
     OtherColumn,
     RateOfDifferences,
     SmoothedColumns,
+    UnsignedColumn,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -178,7 +179,7 @@ class _Deviation:
     Attributes
     ----------
     how
-        ``another``, ``ratio``, ``clipped`` or ``averaged``.
+        ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
         NaN in rows of which it tells nothing.
     about
@@ -205,20 +206,20 @@ def _deviating_columns(report: Report) -> AsMeant | None:
     for m, c in places(report):
         is_told = c.values >= FEWEST_TELLING_ROWS and c.scale
         # One number in every row is no function of the right column.
-        ways = (_another, _ratio, _clipped, _averaged) if np.ptp(c.trace.value) else (_another,)
+        ways = _WAYS if np.ptp(c.trace.value) else _WAYS[:1]
         if is_right_column(c) or not is_told or (m.maneuver, c.key) in others:
             continue
-        before, best = rms(c.trace.error), BY_FAR
+        best = BY_FAR
         for describe in ways:
             if (deviation := describe(m, c)) is None:
                 continue
             told = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[told])
-            relief = before / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
+            relief = rms(c.trace.error[told]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
             # Of two the simpler one, which is tried first, unless the other explains more.
             if relief > best and left < TOLERANCE * c.scale:
                 found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
-    found = _without_exchanged_everywhere(report, found)
+    found = _without_exchanged_everywhere(report, _alike_everywhere(report, found, others))
     if not found or not _is_beside_right(report, found):
         return None
     parts = []
@@ -231,6 +232,21 @@ def _deviating_columns(report: Report) -> AsMeant | None:
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
     return AsMeant(tuple(_told(report, found)), tuple(parts))
+
+
+def _alike_everywhere(
+    report: Report, found: _Deviations, others: set[tuple[int, str]]
+) -> _Deviations:
+    """What was found of columns that are explained, or right, in every maneuver.
+
+    One program writes them all: a column that is wrong in another maneuver, and not by something as
+    simple there, is wrong for another reason.
+    """
+    unexplained = {
+        c.key for m, c in places(report)
+        if not is_right_column(c) and (m.maneuver, c.key) not in found.keys() | others
+    }  # fmt: skip
+    return {place: d for place, d in found.items() if place[1] not in unexplained}
 
 
 def _without_exchanged_everywhere(
@@ -283,6 +299,12 @@ def _another(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("another", deviation, (), keys[nearest])
 
 
+def _unsigned(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+    """The right values without their signs."""
+    right = c.trace.reference
+    return _Deviation("unsigned", np.abs(right) - right, ()) if np.min(right) < 0.0 else None
+
+
 def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """A factor, an offset, or both: the fewest that explain."""
     fit = scaled([c])
@@ -331,6 +353,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return best[1] if best else None
 
 
+_WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 # An average over more of the rows leaves too few to tell it.
 _PART_AVERAGED = 16
 
@@ -351,6 +374,8 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
             about = found[of[0], key].about
             if how == "another":
                 yield OtherColumn(key, tuple(of), str(other))
+            elif how == "unsigned":
+                yield UnsignedColumn(key, tuple(of))
             elif how == "ratio":
                 by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
@@ -379,8 +404,8 @@ STEPS = (
     Look("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
     Look(
         "columns",
-        "is a column another one, or the right one times a ratio, with another zero, bounded or "
-        "averaged?",
+        "is a column another one, or the right one without its sign, times a ratio, with another "
+        "zero, bounded or averaged?",
         _deviating_columns,
     ),
 )

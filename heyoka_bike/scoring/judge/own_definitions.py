@@ -10,7 +10,7 @@ that one of the former must be right.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -44,7 +44,19 @@ def unknown_definitions(report: Report) -> Iterator[DefinitionUnknown]:
         )
 
 
-def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], float]:
+Size = Callable[[ColumnScore], float]
+"""Of the error of a column, in parts of the column."""
+
+
+def typical(c: ColumnScore) -> float:
+    """Median error over the size of the column: a few bad rows are no other meaning."""
+    size = rms(c.trace.reference) or 1.0
+    return float(median(np.abs(c.trace.error))) / size
+
+
+def far_worse(
+    m: ManeuverScore, keys: Collection[str], size: Size = typical
+) -> tuple[frozenset[str], float]:
     """Columns among `keys` that are far worse than all others of a maneuver, whose motion is right.
 
     Returns
@@ -55,27 +67,21 @@ def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], 
         Largest error of the other columns, in scales.
     """
     columns = [c for c in m.columns if c.values]
-    ranked = sorted((c for c in columns if c.key in keys), key=_typical, reverse=True)
+    ranked = sorted((c for c in columns if c.key in keys), key=size, reverse=True)
     for count in range(len(ranked), 0, -1):
         worse = ranked[:count]
         others = [c for c in columns if c not in worse]
         limit = _largest(others)
         is_shown = any(c.key in LATERAL for c in others)
-        if is_shown and limit < TOLERANCE and all(is_far(c, limit) for c in worse):
+        if is_shown and limit < TOLERANCE and all(is_far(c, limit, size=size) for c in worse):
             return frozenset(c.key for c in worse), limit
     return frozenset(), _largest(columns)
 
 
-def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE) -> bool:
+def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE, size: Size = typical) -> bool:
     """True if a column is so many times worse than a limit, and than its digits allow."""
-    return _typical(c) > times * limit and not c.is_at_floor(FLOORS_OF_ROUNDING)
+    return size(c) > times * limit and not c.is_at_floor(FLOORS_OF_ROUNDING)
 
 
 def _largest(columns: Sequence[ColumnScore]) -> float:
     return max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
-
-
-def _typical(c: ColumnScore) -> float:
-    """Median error over the size of the column: a few bad rows are no other meaning."""
-    size = rms(c.trace.reference) or 1.0
-    return float(median(np.abs(c.trace.error))) / size

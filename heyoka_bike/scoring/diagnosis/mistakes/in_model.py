@@ -177,6 +177,8 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
            _exchange(("rR", "rF"), ("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
     _model("wheel_masses_exchanged", "the masses of the wheels are exchanged", _WHICH,
            _exchange(("mR", "mF"))),
+    _model("front_masses_exchanged", "the masses of the fork and of the front wheel are exchanged",
+           "the masses of the table: fork 4 kg, front wheel 3 kg", _exchange(("mH", "mF"))),
     _model("wheel_inertias_exchanged", "the inertias of the wheels are exchanged", _WHICH,
            _exchange(("IRxx", "IFxx"), ("IRyy", "IFyy"))),
     _model("wheel_bodies_exchanged", "masses and inertias of the wheels are exchanged",

@@ -71,13 +71,14 @@ def _rates_shifted(rows: float) -> Change:
     return change
 
 
-def _energies(kinetic: float = 1.0, potential: float = 1.0, without: str | None = None) -> Change:
-    """Energies counted so many times, the kinetic one without a part of it."""
+def _energies(
+    kinetic: float = 1.0, potential: float = 1.0, without: str = "", below: str = ""
+) -> Change:
+    """Energies counted so many times, the kinetic and the potential one without a part of it."""
 
     def change(columns: Columns, _: Array) -> Columns:
-        missing = 0.0 if without is None else columns[without]
-        t = kinetic * (columns["kinetic_energy"] - missing)
-        v = potential * columns["potential_energy"]
+        t = kinetic * (columns["kinetic_energy"] - (columns[without] if without else 0.0))
+        v = potential * (columns["potential_energy"] - (columns[below] if below else 0.0))
         return {**columns, "kinetic_energy": t, "potential_energy": v, "mechanical_energy": t + v}
 
     return change
@@ -106,6 +107,8 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
 
     return Mistake(code, says, "the radius in the forward speed", "output", make)
 
+
+_BODIES = {"R": "rear wheel", "B": "rear frame with rider", "H": "fork", "F": "front wheel"}
 
 # Of the polynomials between rows.
 DEGREE = 5
@@ -174,6 +177,15 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
       for wheel, name in (("R", "rear"), ("F", "front"))),
     output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
                    _SUMMED, _energies(without="rotation_energy")),
+    *(output_mistake(f"{kind}_energy_without_{body}", f"the {kind} energy is without that of the "
+                     f"{name}", _SUMMED,
+                     _energies(without=f"kinetic_energy_of_{body}" if kind == "kinetic" else "",
+                               below=f"potential_energy_of_{body}" if kind == "potential" else ""))
+      for kind in ("kinetic", "potential") for body, name in _BODIES.items()),
+    *(output_mistake(f"energies_without_{body}", f"the energies are without those of the {name}",
+                     _SUMMED, _energies(without=f"kinetic_energy_of_{body}",
+                                        below=f"potential_energy_of_{body}"))
+      for body, name in _BODIES.items()),
     output_mistake("kinetic_doubled", "the kinetic energy is twice too large", _SUMMED,
                    _energies(kinetic=2.0)),
     output_mistake("potential_sign", "the potential energy falls with the height", _SUMMED,

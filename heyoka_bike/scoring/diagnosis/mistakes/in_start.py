@@ -7,7 +7,7 @@ from itertools import combinations
 from math import pi
 
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, start_mistake
+from heyoka_bike.scoring.diagnosis.programs.program import STATE, Mistake, Program, start_mistake
 
 _ONE_DEGREE = pi / 180
 
@@ -71,6 +71,8 @@ def misplaced(numbers: tuple[int, ...]) -> tuple[Mistake, ...]:
     return tuple(map(_place, [*alone, *exchanged, *orders]))
 
 
+_ROLL = STATE.index("roll")
+
 START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_of_frame_only", "only the rear frame starts with the roll rate",
                   "the initial velocities of fork and wheels",
@@ -99,6 +101,9 @@ START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_rate_on_steer", "the steer rate starts with the value of the roll rate, "
                   "which starts from zero", "the order of the initial rates",
                   lambda s: replace(s, steer_rate=s.roll_rate, roll_rate=0.0)),
+    start_mistake("roll_rate_as_roll", "the roll angle starts with the value of the roll rate, "
+                  "which starts from zero", "the order of the initial values",
+                  lambda s: replace(s, added=((_ROLL, s.roll_rate),), roll_rate=0.0)),
     start_mistake("front_wheel_at_rest", "the front wheel starts without spin",
                   "the initial angular velocity of the front wheel",
                   lambda s: replace(s, spinning=s.spinning - frozenset("F"))),

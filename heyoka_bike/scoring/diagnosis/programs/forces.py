@@ -10,6 +10,7 @@ is a force that cancels it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement, product
@@ -162,25 +163,51 @@ class Moving:
         """Rates of the state with coefficients of `FORCES` [SI]."""
         if not amounts:
             return self.rates
+        force, rotors = self._forces(amounts, self)
+        mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
+                for i, row in enumerate(self.mass)]  # fmt: skip
+        # What a rotor takes up: its inertia times the right acceleration.
+        force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
+        if any(FORCES[name].is_inertial for name in amounts):
+            mass = self._less_inertial(mass, {n: x for n, x in amounts.items()
+                                              if FORCES[n].is_inertial})  # fmt: skip
+        changed = [x + y for x, y in zip(self.rates[3:6], solved(mass, force), strict=True)]
+        return [*self.rates[:3], *changed, self.rates[6]]
+
+    def _forces(
+        self, amounts: Mapping[str, Number], seen: Moving
+    ) -> tuple[list[Number], list[Number]]:
+        """Generalised forces at the accelerations of `seen`, and inertias of rotors."""
         force: list[Number] = [0.0] * 3
         rotors: list[Number] = [0.0] * 3
         for name, amount in amounts.items():
-            each = self.powers(FORCES[name].law(self))
+            each = self.powers(FORCES[name].law(seen))
             strength = amount
             if (turned := FORCES[name].turned) is not None:
                 a = self.equations.a
                 strength, lost = a.sin(amount), 1.0 - a.cos(amount)
                 of_lost = self.powers(turned(self))
                 force = [f + lost * x for f, x in zip(force, of_lost, strict=True)]
+            if (squared := FORCES[name].squared) is not None:
+                of_square = self.powers(squared(seen))
+                force = [f + amount * amount * x for f, x in zip(force, of_square, strict=True)]
             force = [f + strength * x for f, x in zip(force, each, strict=True)]
             if (hinge := FORCES[name].turns_with) is not None:
                 rotors[hinge] = rotors[hinge] + amount
-        mass = [[x + (rotors[i] if i == j else 0.0) for j, x in enumerate(row)]
-                for i, row in enumerate(self.mass)]  # fmt: skip
-        # What a rotor takes up: its inertia times the right acceleration.
-        force = [f - j * x for f, j, x in zip(force, rotors, self.rates[3:6], strict=True)]
-        changed = [x + y for x, y in zip(self.rates[3:6], solved(mass, force), strict=True)]
-        return [*self.rates[:3], *changed, self.rates[6]]
+        return force, rotors
+
+    def _less_inertial(
+        self, mass: Sequence[Sequence[Number]], amounts: Mapping[str, Number]
+    ) -> list[list[Number]]:
+        """A mass matrix less the slopes of forces that are linear in the accelerations."""
+        at_right, _ = self._forces(amounts, self)
+        columns = []
+        for i in INDEPENDENT:
+            other = copy(self)
+            other.rates = [x + float(j == 3 + i) for j, x in enumerate(self.rates)]
+            ahead, _ = self._forces(amounts, other)
+            columns.append([x - y for x, y in zip(ahead, at_right, strict=True)])
+        return [[x - columns[j][i] for j, x in enumerate(row)] for i, row in enumerate(mass)]
 
 
 def _velocities(equations: Equations, state: Sequence[Number]) -> dict[str, Vector]:
@@ -252,6 +279,10 @@ class Force:
     turned
         Where the coefficient is an angle by which a force of the benchmark is turned, what that
         loses along its own axis at an angle of 90 degrees: it acts with 1 - cos, the law with sin.
+    squared
+        What acts with the square of the coefficient beside.
+    is_inertial
+        True if the law is linear in the accelerations, which it changes.
     """
 
     says: str
@@ -262,6 +293,8 @@ class Force:
     is_fitted: bool = True
     turns_with: int | None = None
     turned: Law | None = None
+    squared: Law | None = None
+    is_inertial: bool = False
 
 
 PLACE_IN_STATE = {"roll angle": 0, "steer angle": 2, "roll rate": 3, "steer rate": 4}
@@ -408,20 +441,30 @@ def _without_centrifugal(bodies: str) -> Law:
 
 
 def _to_the_side(body: str) -> Law:
-    """The centre of mass of a body off to the right, to first order."""
+    """The centre of mass of a body off to the right: what is linear in the distance."""
 
     def law(m: Moving) -> Linear:
         into = m.axes.to_rear if body == "B" else m.axes.to_front
         out = m.axes.from_rear if body == "B" else m.axes.from_front
-        mass, w = m.masses[body], m.now[f"w_{body}"]
+        mass = m.masses[body]
         free = into(minus((0.0, 0.0, m.b.g), m.acceleration(f"v_{body}")))
-        moved = plus(cross(m.acceleration(f"w_{body}"), _SIDE), cross(w, cross(w, _SIDE)))
         return {
             f"w_{body}": scaled(mass, cross(_SIDE, free)),
-            f"v_{body}": scaled(-mass, out(moved)),
+            f"v_{body}": scaled(-mass, out(_of_the_side(m, body))),
         }
 
     return law
+
+
+def _to_the_side_squared(body: str) -> Law:
+    """... and in its square: the inertia of a mass that is off the centre."""
+    return lambda m: {f"w_{body}": scaled(-m.masses[body], cross(_SIDE, _of_the_side(m, body)))}
+
+
+def _of_the_side(m: Moving, body: str) -> Vector:
+    """Acceleration of a point of a body a metre to the right of its centre, beside the centre's."""
+    w = m.now[f"w_{body}"]
+    return plus(cross(m.acceleration(f"w_{body}"), _SIDE), cross(w, cross(w, _SIDE)))
 
 
 def _held_speed(m: Moving) -> Linear:
@@ -560,7 +603,8 @@ FORCES: Mapping[str, Force] = {
     "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("H")),
     **{f"side_{b}": Force(f"place of the {_BODIES[b]}'s centre of mass to the right", "m", 1e-3,
-                          _to_the_side(b)) for b in "BH"},
+                          _to_the_side(b), squared=_to_the_side_squared(b), is_inertial=True)
+       for b in "BH"},
     **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
                                      _without_spin_moment(wheels))
        for end, wheels, _, whose in _BRAKED_WHEELS},

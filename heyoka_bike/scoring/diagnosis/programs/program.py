@@ -26,6 +26,7 @@ from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 NAMES = (
     *(c.name for c in (*COLUMNS, *FOLLOWING)),
     "spin_energy", "spin_energy_R", "spin_energy_F", "rotation_energy",
+    *(f"{kind}_energy_of_{body}" for kind in ("kinetic", "potential") for body in "RBHF"),
 )  # fmt: skip
 """Names of the columns that are computed of a motion."""
 

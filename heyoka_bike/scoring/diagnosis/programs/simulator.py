@@ -15,10 +15,12 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebint, chebvander
 from numpy.polynomial.legendre import leggauss
 
+from heyoka_bike.bicycle.equations.bodies import Points
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import SMALL_STEP, Array
+from heyoka_bike.numbers.vectors import plus
 from heyoka_bike.reference.following import following
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.programs.forces import (
@@ -89,10 +91,11 @@ class Simulator:
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            Every column of `columns.COLUMNS` and `FOLLOWING`, and the parts of the kinetic energy
-            [J] ``spin_energy``, of the wheels about their axles, also of each of them, and
-            ``rotation_energy``, of the angular velocities of all bodies, spin included; NaN from
-            where the motion meets a singularity, or everywhere if the bicycle has no motion.
+            Every column of `columns.COLUMNS` and `FOLLOWING`, and parts of the energies [J]:
+            ``spin_energy``, of the wheels about their axles, also of each of them,
+            ``rotation_energy``, of the angular velocities of all bodies, spin included, and the
+            kinetic and potential energy of each body; NaN from where the motion meets a
+            singularity, or everywhere if the bicycle has no motion.
         """
         return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
@@ -398,13 +401,28 @@ def _at(nodes: Array, time: Array, tenths: int) -> Array:
 
 
 def _energies(equations: Equations, states: Array) -> dict[str, Array]:
-    """Parts of the kinetic energy [J]."""
+    """Parts of the energies [J]."""
     m = Moving(equations, list(states))
+    points, rear, front = Points.of(m.b, m.axes), m.b.rear, m.b.front
+    centres = {
+        "R": points.rear_hub,
+        "B": plus(points.rear_hub, m.axes.from_rear((rear.x, 0.0, rear.z))),
+        "H": plus(points.front_hub, m.axes.from_front((front.x, 0.0, front.z))),
+        "F": points.front_hub,
+    }
+    turning = {b: dot(m.now[f"w_{b}"], m.inertia(b, m.now[f"w_{b}"])) / 2 for b in m.masses}
     spins = {w: m.now[f"w_{w}"][1] * m.inertia(w, m.now[f"w_{w}"])[1] / 2 for w in "RF"}
-    rotation = sum(dot(m.now[f"w_{b}"], m.inertia(b, m.now[f"w_{b}"])) / 2 for b in m.masses)
     return {
         "spin_energy": spins["R"] + spins["F"],
         "spin_energy_R": spins["R"],
         "spin_energy_F": spins["F"],
-        "rotation_energy": rotation,
+        "rotation_energy": sum(turning.values()),
+        **{
+            f"kinetic_energy_of_{b}": turning[b] + mass * dot(m.now[f"v_{b}"], m.now[f"v_{b}"]) / 2
+            for b, mass in m.masses.items()
+        },
+        **{
+            f"potential_energy_of_{b}": -mass * m.b.g * centres[b][2]
+            for b, mass in m.masses.items()
+        },
     }

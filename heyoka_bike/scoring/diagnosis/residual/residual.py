@@ -241,7 +241,8 @@ class Residual:
     def acts_in(self) -> str:
         """The equation in which most of what remains acts, as a generalised force.
 
-        That is the mass matrix times accelerations; in parts of what all of them give there.
+        That is the mass matrix times accelerations; in parts of what all of them give there, the
+        geometric mean over the maneuvers.
         """
         moving = self._moving(tuple(self.program.bicycle.values.items()), 0.0)
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])[: len(self.equations)]
@@ -255,8 +256,11 @@ class Residual:
                 np.sum((each @ m.windows.T) * (x / unit), axis=1)
                 for x in (m.accelerations - right, m.accelerations)
             )
-            found.append(np.mean(left**2, axis=1) / np.mean(whole**2, axis=1))
-        return self.equations[int(np.argmax(np.max(found, axis=0)))]
+            found.append(np.log(np.mean(left**2, axis=1) / np.mean(whole**2, axis=1)))
+        shares = np.mean(found, axis=0)
+        # What leaves more than there is shows another column than it is taken for.
+        told = shares if np.min(shares) > 0.0 else np.where(shares > 0.0, -np.inf, shares)
+        return self.equations[int(np.argmax(told))]
 
     @property
     def definitions(self) -> Mapping[str, str]:
