@@ -943,6 +943,40 @@ class SmoothError(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class WorkFromStart(Evidence):
+    """Work that is done from the first row on, where gravity does none.
+
+    Attributes
+    ----------
+    powers, forces
+        By the number of the maneuver, with which the kinetic energy begins to change [W], and along
+        the motion [N].
+    """
+
+    powers: Mapping[int, float]
+    forces: Mapping[int, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Unsymmetric(Evidence):
+    """An error that begins alike in two maneuvers, though the roll rate of one is far larger.
+
+    Attributes
+    ----------
+    key
+    small, large
+        The numbers of the maneuvers.
+    times
+        What the error of the latter is of that of the former.
+    """
+
+    key: str
+    small: int
+    large: int
+    times: float
+
+
+@dataclass(frozen=True, slots=True)
 class EnergyTrend(Evidence):
     """A mechanical energy that falls or grows steadily in every maneuver.
 

@@ -894,6 +894,34 @@ def _(e: seen.SmoothError) -> Finding:
 
 
 @_finding.register
+def _(e: seen.WorkFromStart) -> Finding:
+    each = ", ".join(f"{x:.3g} W in maneuver {n}" for n, x in e.powers.items())
+    forces = ", ".join(f"{x:.3g} N" for x in e.forces.values())
+    said = (
+        f"From the first row on the kinetic energy changes by {each}, where gravity does no work: "
+        f"by a force of {forces} along the motion, as of drag, wind, a slope or a drive, unless it "
+        "becomes less with a smaller step"
+    )
+    numbers = {
+        "powers": {str(n): x for n, x in e.powers.items()},
+        "forces": {str(n): x for n, x in e.forces.items()},
+    }
+    return warning("work_from_start", said, **numbers)
+
+
+@_finding.register
+def _(e: seen.Unsymmetric) -> Finding:
+    said = (
+        f"The error of {e.key} begins in maneuver {e.large} with {e.times:.2g} times what it is in "
+        f"maneuver {e.small}, whose roll rate is far smaller: so it does not come from the roll "
+        "rate. Something moves the upright bicycle to one side: a mass, a wheel or an axis that is "
+        "off the plane of symmetry, a torque, wind, a slope or a frame that turns"
+    )
+    numbers = {"column": e.key, "maneuvers": [e.small, e.large], "times": e.times}
+    return warning("unsymmetric", said, **numbers)
+
+
+@_finding.register
 def _(e: seen.EnergyTrend) -> Finding:
     every = " in every maneuver" if len(e.maneuvers) > 1 else ""
     numbers, each = list(e.maneuvers), map(str, e.maneuvers)

@@ -30,7 +30,8 @@ CONCLUSIONS = ("no_mistake_found", "integrator", "term_unexplained", "smooth_err
 def exchanged(reference, other_error):
     """A score of maneuver 2, its angles exchanged, with an error of an integrator.
 
-    In the angles it is small; in the other columns it is as large as asked for, in scales.
+    In the angles it is small; in the other columns it is as large as asked for, in scales: not so
+    small that these show a right motion by themselves, when less is looked at.
     """
     columns = exact_columns(reference[2])
     columns["roll_angle"], columns["steer_angle"] = columns["steer_angle"], columns["roll_angle"]
@@ -52,7 +53,7 @@ def codes(report):
     return [f.code for f in report.diagnosis]
 
 
-@pytest.fixture(scope="module", params=[1e-4, 1e-2], ids=["sure", "unsure"])
+@pytest.fixture(scope="module", params=[5e-4, 1e-2], ids=["sure", "unsure"])
 def file(request, reference):
     """Score, its whole diagnosis and the number of its steps; and whether the cause is sure."""
     report = exchanged(reference, request.param)

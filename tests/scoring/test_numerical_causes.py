@@ -78,7 +78,8 @@ def test_a_smooth_error_of_no_method_is_called_smooth(reference, level):
 def test_energy_that_falls_or_grows_in_every_maneuver_is_told(reference, rate, sign, code):
     def changed(key, values, number):
         lost = {"kinetic_energy": rate, "mechanical_energy": rate}.get(key, 0.0)
-        return sign * lost * reference[number].time * values
+        # As with a method, whose loss follows the motion: a force would do work at once.
+        return sign * lost * reference[number].time ** 2 / 10.0 * values
 
     assert names(told(with_errors(reference, 0.0, changed), reference)) == [code]
 

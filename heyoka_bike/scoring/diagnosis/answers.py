@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
+from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
@@ -73,7 +74,7 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
         # What follows is concluded from that nothing else explains the file.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
-        return (*first, *_direction(diagnosis.causes))
+        return (*first, *_direction(diagnosis.causes), *beginnings(report))
     times = plain.other_times(report)
     if times is not None:
         return (times,)

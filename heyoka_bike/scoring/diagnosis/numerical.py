@@ -7,6 +7,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
     BlownUp,
@@ -91,7 +92,8 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
-    found = (*_energy(report, worst), *_rough(report)) or (SmoothError(missing),)
+    rough = (*_energy(report, worst), *_rough(report))
+    found = (*beginnings(report), *rough) or (SmoothError(missing),)
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
 

@@ -1,0 +1,108 @@
+"""How an error begins: what the first rows show of forces, whatever the rest of the file does.
+
+Every maneuver begins upright and straight. There gravity does no work, so the kinetic energy has no
+slope; and the bicycle is symmetric, so what its roll rate makes of it is in
+proportion to that. Both are exact at the start, need few columns, and no simulation.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.evidence import Evidence, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+# The beginning [s]: the bicycle still is nearly where it was. Rows that it must have.
+_BEGINNING, _FEWEST = 0.2, 4
+# An error that begins as this power of the time at least is none of the start.
+_LEAST_POWER = 1.5
+
+
+def beginnings(report: Report) -> Iterator[Evidence]:
+    """What the first rows show: work that is done, and what is not symmetric."""
+    yield from _work(report.maneuvers)
+    yield from _unsymmetric(report.maneuvers)
+
+
+def _given(m: ManeuverScore, key: str) -> float:
+    """What a maneuver is given at the start [SI]."""
+    return float(m.part.reference.rows[key][0])
+
+
+def _error(c: ColumnScore) -> tuple[Array, Array] | None:
+    """Times and errors of the rows of the beginning; None if the digits hide some, or the start."""
+    first = c.trace.time <= _BEGINNING
+    time, error = c.trace.time[first], c.trace.error[first]
+    if np.sum(first) <= _FEWEST or time[0] != 0.0:
+        return None
+    floor = c.floor or 0.0
+    half = time >= time[-1] / 2.0
+    is_shown = np.min(np.abs(error[half])) > CLEARLY * floor and abs(error[0]) <= floor
+    return (time, error) if is_shown else None
+
+
+def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
+    """A power that the kinetic energy of every maneuver begins to change with."""
+    powers: dict[int, float] = {}
+    for m in maneuvers:
+        c = next((c for c in m.columns if c.key == "kinetic_energy" and c.values), None)
+        if c is None:
+            continue
+        if (slope := _slope(c)) is None:
+            return
+        powers[m.maneuver] = slope
+    if powers:
+        speeds = {m.maneuver: _given(m, "forward_speed") for m in maneuvers}
+        yield WorkFromStart(powers, {n: p / speeds[n] for n, p in powers.items()})
+
+
+def _slope(c: ColumnScore) -> float | None:
+    """With which the error of a column begins; None if it bends, or is hidden.
+
+    That of a method of order 1 bends: implicit Euler's with 0.002 s by a tenth.
+    """
+    if (shown := _error(c)) is None:
+        return None
+    time, error = shown
+    middle = int(np.searchsorted(time, time[-1] / 2.0))
+    early = float(error[middle] / time[middle])
+    late = float((error[-1] - error[middle]) / (time[-1] - time[middle]))
+    return early if BY_FAR * abs(late - early) < abs(early) else None
+
+
+def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
+    """Errors that are as large in two maneuvers, though the roll rate of one is far larger."""
+    pairs = [
+        sorted(pair, key=lambda m: abs(_given(m, "roll_rate")))
+        for pair in combinations(maneuvers, 2)
+    ]
+    pairs.sort(key=lambda pair: abs(np.log(_ratio(pair, "forward_speed"))))
+    for small, large in pairs:
+        if _ratio((small, large), "roll_rate") < CLEARLY:
+            continue
+        theirs = {c.key: c for c in large.columns if c.values}
+        for c in small.columns:
+            if c.key not in LATERAL or c.key not in theirs or not c.values:
+                continue
+            one, other = _error(c), _error(theirs[c.key])
+            if one is None or other is None:
+                continue
+            (time, error), beside = one, np.interp(one[0], *other)
+            late = time >= time[-1] / 2.0
+            times = np.abs(beside[late] / error[late])
+            middle = int(np.argmax(late))
+            growth = np.log(abs(error[-1] / error[middle])) / np.log(time[-1] / time[middle])
+            least = _LEAST_POWER - c.key.endswith("rate")
+            if 1.0 / AS_GOOD < np.min(times) <= np.max(times) < AS_GOOD and growth > least:
+                yield Unsymmetric(c.key, small.maneuver, large.maneuver, float(np.median(times)))
+                return
+
+
+def _ratio(pair: Sequence[ManeuverScore], key: str) -> float:
+    one, other = (abs(_given(m, key)) for m in pair)
+    return other / one if one else np.inf

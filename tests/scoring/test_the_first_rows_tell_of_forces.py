@@ -1,0 +1,74 @@
+"""How an error begins tells of work, and of what is not symmetric, in files of a single column."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.scoring.diagnosis.beginnings import beginnings
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
+from heyoka_bike.scoring.diagnosis.numerical import causes
+from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, initial_state
+from heyoka_bike.scoring.evidence import Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.score import score
+
+TIME = np.arange(1001) / 100
+SYMMETRIC = (
+    "sign_IHxz", "trail_normal", "spin_F_missing", "centre_B_from_hub", "roll_rate_in_degrees",
+    "speed_in_km_h", "one_step_early", "no_gyroscopic",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def right(bicycle, reference):
+    starts = {
+        n: Start(*(float(reference[n].rows[k][0]) for k in ("forward_speed", "roll_rate")))
+        for n in reference
+    }
+    return Program(bicycle, starts)
+
+
+def made(simulator, program, key, **amounts):
+    """One column of all maneuvers, written with 12 digits."""
+    table = {"time": TIME}
+    for n, start in program.starts.items():
+        first, meant = initial_state(program.bicycle, start), program.clock(TIME, 0.01)
+        columns = simulator.run(program.bicycle, first, meant, dict(program.amounts) | amounts)
+        table[f"{key}_{n}"] = np.array([float(f"{x:.12g}") for x in columns[key]])
+    return table
+
+
+def test_a_force_along_the_motion_is_told_with_its_size(simulator, right, reference):
+    table = made(simulator, right, "kinetic_energy", frame_push=-2.0)
+    (found,) = beginnings(score(table, reference))
+    assert isinstance(found, WorkFromStart)
+    assert found.forces == pytest.approx(dict.fromkeys((1, 2, 3), -2.0), rel=0.01)
+    powers = {n: x * start.speed for (n, x), start in zip(
+        found.forces.items(), right.starts.values(), strict=True)}  # fmt: skip
+    assert found.powers == pytest.approx(powers)
+
+
+@pytest.mark.parametrize("force", [{"side_B": 0.002}, {"roll_torque": 0.1}, {"side_wind": 0.5}])
+def test_what_is_not_symmetric_is_told_by_two_roll_rates(simulator, right, reference, force):
+    table = made(simulator, right, "roll_angle", **force)
+    (found,) = beginnings(score(table, reference))
+    assert isinstance(found, Unsymmetric)
+    assert (found.key, found.small, found.large) == ("roll_angle", 1, 2)
+    # One maneuver cannot show it.
+    alone = {"time": TIME, "roll_angle": table["roll_angle_2"]}
+    assert not list(beginnings(score(alone, reference, maneuver=2)))
+
+
+@pytest.mark.parametrize("key", ["roll_angle", "steer_rate", "forward_speed", "kinetic_energy"])
+@pytest.mark.parametrize("code", SYMMETRIC)
+def test_mistakes_of_a_symmetric_model_are_neither(simulator, right, reference, key, code):
+    program = apply(right, [m for m in MISTAKES if m.code == code])
+    assert not list(beginnings(score(made(simulator, program, key), reference)))
+
+
+def test_it_is_said_where_nothing_explains_the_file(simulator, right, reference):
+    table = made(simulator, right, "roll_angle", side_wind=0.5)
+    (found,) = causes(score(table, reference))
+    assert isinstance(found, Unsymmetric)
+    # And where the time was spent: it rests on no search.
+    said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
+    assert said == ["unsymmetric", "stopped_early"]
