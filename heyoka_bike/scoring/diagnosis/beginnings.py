@@ -1,8 +1,8 @@
 """How an error begins: what the first rows show of forces, whatever the rest of the file does.
 
 Every maneuver begins upright and straight. There gravity does no work, so the kinetic energy has no
-slope; and the bicycle is symmetric, so what its roll rate makes of it is in
-proportion to that. Both are exact at the start, need few columns, and no simulation.
+slope; and the bicycle is symmetric, so what its roll rate makes of it is in proportion to that.
+Both are exact at the start, and need one column and no simulation.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,24 +41,27 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
     if np.sum(first) <= _FEWEST or time[0] != 0.0:
         return None
     floor = c.floor or 0.0
-    half = time >= time[-1] / 2.0
-    is_shown = np.min(np.abs(error[half])) > CLEARLY * floor and abs(error[0]) <= floor
+    late = time >= time[-1] / 2.0
+    if np.ptp(time[late]) == 0.0:
+        return None
+    is_shown = np.min(np.abs(error[late])) > CLEARLY * floor and abs(error[0]) <= floor
     return (time, error) if is_shown else None
 
 
 def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
     """A power that the kinetic energy of every maneuver begins to change with."""
     powers: dict[int, float] = {}
+    forces: dict[int, float] = {}
     for m in maneuvers:
         c = next((c for c in m.columns if c.key == "kinetic_energy" and c.values), None)
-        if c is None:
+        speed = _given(m, "forward_speed")
+        if c is None or not speed:
             continue
         if (slope := _slope(c)) is None:
             return
-        powers[m.maneuver] = slope
+        powers[m.maneuver], forces[m.maneuver] = slope, slope / speed
     if powers:
-        speeds = {m.maneuver: _given(m, "forward_speed") for m in maneuvers}
-        yield WorkFromStart(powers, {n: p / speeds[n] for n, p in powers.items()})
+        yield WorkFromStart(powers, forces)
 
 
 def _slope(c: ColumnScore) -> float | None:
@@ -81,9 +84,11 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
         sorted(pair, key=lambda m: abs(_given(m, "roll_rate")))
         for pair in combinations(maneuvers, 2)
     ]
-    pairs.sort(key=lambda pair: abs(np.log(_ratio(pair, "forward_speed"))))
+    # Those of similar speeds first: what a force does depends on the speed.
+    pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
-        if _ratio((small, large), "roll_rate") < CLEARLY:
+        slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
+        if CLEARLY * slow > fast or not fast:
             continue
         theirs = {c.key: c for c in large.columns if c.values}
         for c in small.columns:
@@ -101,8 +106,3 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
             if 1.0 / AS_GOOD < np.min(times) <= np.max(times) < AS_GOOD and growth > least:
                 yield Unsymmetric(c.key, small.maneuver, large.maneuver, float(np.median(times)))
                 return
-
-
-def _ratio(pair: Sequence[ManeuverScore], key: str) -> float:
-    one, other = (abs(_given(m, key)) for m in pair)
-    return other / one if one else np.inf

@@ -213,7 +213,8 @@ def evaluations(method: FixedStep, equations: Equations, start: Array, step: flo
         count += 1
         return rates_of(equations, y)
 
-    method.step(rates, start, step)
+    with np.errstate(all="ignore"):
+        method.step(rates, start, step)
     return count
 
 

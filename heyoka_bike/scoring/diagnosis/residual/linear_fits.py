@@ -156,13 +156,15 @@ def best_multiple(b: Blocks) -> tuple[float, float]:
     That of a block: the sum of logarithms has its least values near those, and many of them.
     """
     products, moments = b.products[:, 0, 0], b.moments[:, 0]
-    tried = moments[products > 0.0] / products[products > 0.0]
+    there = products > np.finfo(np.float64).tiny
+    tried = moments[there] / products[there]
     if not len(tried):
         return 0.0, 1.0
     before, least = b.squares + b.floors, b.floors + _VISIBLE**2 * b.squares
-    left = b.squares - 2 * np.outer(tried, moments) + np.outer(tried**2, products)
-    gains = np.exp(np.mean(np.log(before / (np.maximum(left, 0.0) + least)), axis=1) / 2)
-    best = int(np.argmax(gains))
+    with np.errstate(all="ignore"):
+        left = b.squares - 2 * np.outer(tried, moments) + np.outer(tried**2, products)
+        gains = np.exp(np.mean(np.log(before / (np.maximum(left, 0.0) + least)), axis=1) / 2)
+    best = int(np.argmax(np.nan_to_num(gains, nan=0.0, posinf=0.0)))
     return float(tried[best]), float(gains[best])
 
 
