@@ -50,15 +50,19 @@ _EXPLAIN = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 
 
-def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
-    """What explains the file, or what its error looks like if nothing does."""
+def answers(
+    diagnosis: Diagnosis, report: Report, first: Sequence[plain.AtOnce]
+) -> tuple[Evidence, ...]:
+    """What explains the file, or what its error looks like if nothing does.
+
+    `first` is what was seen at once.
+    """
     columns = [(m, c) for places in report.by_column().values() for m, c in places]
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (MostlyZeros(),)
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linear(diagnosis.classes[0][0]), *units)
-    first = plain.shown(report)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     if diagnosis.classes:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
@@ -69,7 +73,7 @@ def answers(diagnosis: Diagnosis, report: Report) -> tuple[Evidence, ...]:
         )
         return (*others, *causes, *units, *falls)
     if any(isinstance(x, _EXPLAIN) for x in first):
-        return first
+        return tuple(first)
     if not diagnosis.is_whole:
         # What follows is concluded from that nothing else explains the file.
         if diagnosis.likeliest is not None:

@@ -15,9 +15,6 @@ from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-FEWEST_TELLING_ROWS = 20
-"""Fewer rows of a column tell nothing of this kind."""
-
 
 @dataclass(frozen=True, slots=True)
 class AsMeant:

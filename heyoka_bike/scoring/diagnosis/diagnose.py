@@ -208,7 +208,7 @@ def _beside(
     """What is seen in the rows of a report, and the diagnosis of the rows as they were meant.
 
     What is left of these is no cause of its own where it is right, or far less than before. A
-    known mistake of what is written that leaves nothing takes the place of what leaves something.
+    known mistake of what is written that leaves nothing takes the place of a ratio.
     """
     rest = scored(meant.alignment(report), reference)
     before, left = worst(report), worst(rest)
@@ -267,7 +267,7 @@ def _of_columns(
     # Beside columns that show the right motion, what is wrong is how others are written.
     only_output = only_output or plain.columns_apart(asked) is not None
     found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
-    seen = answers(found, asked)
+    seen = answers(found, asked, at_once)
     # Nothing is said of a search that was stopped before it found anything.
     first = next(iter(seen), None)
     cause = first if found.curves and isinstance(first, _SHOWN) else None

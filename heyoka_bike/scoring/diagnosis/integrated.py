@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import ceil, log
 from statistics import fmean
 
@@ -208,9 +208,9 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
         code = f"integrator_{method.code}"
         cause = NumericalMethod(code, says, "the step", "method", lambda p: p, method.says, step)
         carried = tuple(run.off(method, fit.steps, fit.rows, fit.factor) for run in runs)
-        made = _made(runs, method, step) or carried
-        is_better = _left(runs, made) <= _left(runs, carried)
-        yield Integrated(cause, made if is_better else carried)
+        made = _made(runs, method, step)
+        nearer = min(filter(None, (carried, made)), key=partial(_left, runs))
+        yield Integrated(cause, nearer)
 
 
 def _likeliest(fits: Iterable[_Fit]) -> list[_Fit]:

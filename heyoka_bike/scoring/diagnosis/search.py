@@ -118,13 +118,15 @@ class Search:
         return is_left and self.best is None and not self.is_thorough
 
     @property
-    def is_near(self) -> bool:
-        """True if the file is right to six digits: what a mistake of the model hardly leaves.
+    def ends_early(self) -> bool:
+        """True if it ends at a force, or the file is right to six digits.
 
-        Then the equations, integrators and what is written are looked at, which takes little.
+        A mistake of the model hardly leaves so little: the equations, integrators and what is
+        written are looked at, which takes little time.
         """
         error = max(self.file.right.after.values(), default=1.0)
-        return digits_of(error, 1.0) >= RIGHT_DIGITS and not self.is_thorough
+        is_near = digits_of(error, 1.0) >= RIGHT_DIGITS and not self.is_thorough
+        return is_near or self.ends_at_a_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Try the causes of each step that is asked.
@@ -150,6 +152,11 @@ class Search:
 def _is_open(search: Search) -> bool:
     """True if a single cause may still be found."""
     return not search.is_over
+
+
+def _goes_on(search: Search) -> bool:
+    """... and whole runs are worth their time."""
+    return _is_open(search) and not search.ends_early
 
 
 def _may_be_an_integrator(search: Search) -> bool:
@@ -221,9 +228,7 @@ def _shows_another_start(search: Search) -> bool:
 def _may_be_another_start(search: Search) -> bool:
     """True if nothing explains most, and no method of integration explains what remains."""
     seen = search.residual
-    if seen is None or seen.methods or search.starts:
-        return False
-    if search.ends_at_a_force or search.is_near:
+    if seen is None or seen.methods or search.starts or search.ends_early:
         return False
     best = ranked(search.file, search.found)[:1]
     return not any(explains_mostly(c[0], seen) for c in best)
@@ -428,21 +433,19 @@ SEARCH = (
     Trial(
         "library",
         "which mistake of the model do whole runs show?",
-        lambda search: _is_open(search) and _shows_no_motion(search) and not search.is_near,
+        lambda search: _goes_on(search) and _shows_no_motion(search),
         _by_library,
     ),
     Trial(
         "whole runs",
         "which values do whole runs show?",
-        lambda search: (
-            _is_open(search) and _equations_are_not_enough(search) and not search.is_near
-        ),
+        lambda search: _goes_on(search) and _equations_are_not_enough(search),
         lambda search: _of_whole_runs(search.file),
     ),
     Trial(
         "together",
         "which two explain more than each of them?",
-        lambda search: not (search.ends_at_a_force or search.is_near),
+        lambda search: not search.ends_early,
         lambda search: search.file.judged(_pairs(search.file, [*search.found, *search.starts])),
     ),
     Trial(
