@@ -168,6 +168,28 @@ def test_names_of_maneuvers(tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("comments", "number"),
+    [
+        ("# maneuver 2 (v0 = 4.6 m/s)\n", 2),
+        ("% written today\n% Manoeuvre: 3\n", 3),
+        ("# maneuvers 1 and 2\n# maneuver 1, then maneuver 2\n", None),
+        ("# max maneuver_speed 2\n", None),
+        ("", None),
+    ],
+)
+def test_a_comment_tells_the_maneuver_of_columns_that_do_not(comments, number, tmp_path):
+    path = written(tmp_path, ["time", "roll_angle", "steer_angle"])
+    path.write_text(comments + path.read_text())
+    assert [rows.maneuver for rows in read_results(path).maneuvers] == [number]
+
+
+def test_a_comment_does_not_tell_the_maneuver_of_columns_that_do(tmp_path):
+    path = written(tmp_path, ["time", "m1_roll_angle", "m3_roll_angle"])
+    path.write_text("# maneuver 2\n" + path.read_text())
+    assert [rows.maneuver for rows in read_results(path).maneuvers] == [1, 3]
+
+
 def test_the_last_heading_with_names_counts(tmp_path):
     path = written(tmp_path, ["roll", "time", "speed"])
     path.write_text(

@@ -47,13 +47,17 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
     maneuvers: list[Rows] = []
     digits: list[int] = []
     bad: list[_BadPlace] = []
-    for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
+    every = [*chain.from_iterable(_one_by_one(x, request) for x in known)]
+    # A comment may be about all of several tables.
+    is_alone = len(every) == 1
+    for table, places in every:
         if places.nanoseconds is not None:
             table = with_nanoseconds(table, places.time, places.nanoseconds)
         times = settle(table, places.time, request, places.unit)
         found = (*table.seen, *places.seen, *times.seen)
         seen += [x for x in found if x not in seen]
-        for number, columns in places.maneuvers.items():
+        for told, columns in places.maneuvers.items():
+            number = table.commented if told is None and is_alone else told
             _log.info(
                 "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
                 len(times.hi), number or "not told", places.time + 1,

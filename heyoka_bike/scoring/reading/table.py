@@ -60,6 +60,8 @@ class ReadTable:
         True if the place of a column means anything.
     maneuver : int or None
         What the file itself says about these columns.
+    commented : int or None
+        The only maneuver that comments above them speak of.
     seen : tuple of Evidence
     """
 
@@ -69,6 +71,7 @@ class ReadTable:
     heading: int | None = None
     is_ordered: bool = True
     maneuver: int | None = None
+    commented: int | None = None
     seen: tuple[Evidence, ...] = ()
 
     def place(self, row: int) -> tuple[str, int]:

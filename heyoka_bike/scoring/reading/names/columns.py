@@ -77,6 +77,7 @@ OF_NO_QUANTITY = frozenset({"data", "value", "values"})
 """What messages call the number that they hold, at the end of a path."""
 
 _STEPS_OF_PATH = re.compile(r"[./|:\\]+")
+_IN_WORDS = re.compile(r"\bman(?:eu|oeu)v(?:er|re)[\s_.:#=-]*([0-9]{1,3})\b", re.IGNORECASE)
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 
@@ -230,6 +231,11 @@ def without_maneuver(name: str) -> tuple[str, int | None]:
     if match := _LAST.fullmatch(name):
         return match[1], int(match[2] or match[3])
     return name, None
+
+
+def maneuvers_in(text: str) -> list[int]:
+    """Numbers of the maneuvers that a text speaks of in words, as ``maneuver 2``."""
+    return [int(x) for x in _IN_WORDS.findall(text)]
 
 
 def is_maneuver(name: str) -> bool:

@@ -13,7 +13,12 @@ from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
-from heyoka_bike.scoring.reading.names.columns import is_maneuver, recognise, time_among
+from heyoka_bike.scoring.reading.names.columns import (
+    is_maneuver,
+    maneuvers_in,
+    recognise,
+    time_among,
+)
 from heyoka_bike.scoring.reading.names.left_out import name_held
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL, SHORTENED
@@ -96,6 +101,8 @@ class Opening:
         Index of the column of times.
     exact : tuple of int
         Columns with more digits than binary64 has.
+    maneuver : int or None
+        The only one that comments above the rows speak of.
     """
 
     notation: Notation
@@ -106,6 +113,7 @@ class Opening:
     heading: int | None
     time: int
     exact: tuple[int, ...]
+    maneuver: int | None = None
 
 
 def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Opening:
@@ -170,7 +178,18 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     exact = tuple(
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
-    return Opening(notation, dialect, width, first, names, heading, time, exact)
+    told = _maneuver_in_comments(lines[:first], notation)
+    return Opening(notation, dialect, width, first, names, heading, time, exact, told)
+
+
+def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | None:
+    """The only maneuver that lines speak of which are nothing but comments; None if there is none.
+
+    A line of names may be marked as a comment, too: its columns have their own numbers.
+    """
+    comments = [x for x in above if isinstance(x, str) and not notation.without_comment(x)]
+    numbers = {n for comment in comments for n in maneuvers_in(comment)}
+    return numbers.pop() if len(numbers) == 1 else None
 
 
 def _heading_that_holds_names(

@@ -124,7 +124,14 @@ class RowReader:
         if opening.time in opening.exact:
             columns[opening.time] = replace(columns[opening.time], significant=None)
         lines = np.concatenate([block.lines for block in blocks])
-        return ReadTable(columns, opening.names, lines, opening.heading, seen=seen)
+        return ReadTable(
+            columns,
+            opening.names,
+            lines,
+            opening.heading,
+            commented=opening.maneuver,
+            seen=seen,
+        )
 
     def _line_by_line(self, text: str) -> list[str]:
         """The lines as plain decimals, or blank; what is not finite is too large."""
