@@ -5,6 +5,7 @@ import pytest
 
 from generators.made_results import codes, made, smooth_error
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
+from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -65,6 +66,15 @@ def test_a_motion_that_is_wrong_in_another_way_is_not_shifted(reference):
         return values + smooth_error(reference, number, 0.5 * max(abs(values)))
 
     assert "time_shifted" not in codes(score(made(reference, change), reference))
+
+
+def test_one_column_that_resembles_a_later_one_is_not_shifted(simulator, bicycle, reference):
+    """Another lean at the start is, to a few hundredths, the right one of nearly a second later."""
+    start = initial_state(bicycle, Start(4.0, 0.05))
+    time = reference[1].time
+    lean = simulator.run(bicycle, (start[0] + 0.01, *start[1:]), time)["roll_angle"]
+    report = score({"time": time, "roll_angle": lean}, reference, maneuver=1)
+    assert "time_shifted" not in codes(report)
 
 
 def test_a_shift_of_one_row_is_left_to_the_diagnosis(reference):

@@ -19,6 +19,7 @@ from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.evidence import DefinitionUnknown
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
@@ -59,6 +60,9 @@ def far_worse(
 ) -> tuple[frozenset[str], float]:
     """Columns among `keys` that are far worse than all others of a maneuver, whose motion is right.
 
+    A column of roll and steer shows that; or the potential energy, which wrong angles would make
+    wrong by their square.
+
     Returns
     -------
     keys : frozenset of str
@@ -72,10 +76,24 @@ def far_worse(
         worse = ranked[:count]
         others = [c for c in columns if c not in worse]
         limit = _largest(others)
-        is_shown = any(c.key in LATERAL for c in others)
+        is_shown = any(c.key in LATERAL for c in others) or _shows_lean(
+            others, min(map(size, worse))
+        )
         if is_shown and limit < TOLERANCE and all(is_far(c, limit, size=size) for c in worse):
             return frozenset(c.key for c in worse), limit
     return frozenset(), _largest(columns)
+
+
+def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
+    """True if a potential energy is right by far more than the square of an error of angles.
+
+    In parts of what it varies by, as the angles are of their size.
+    """
+    heights = [c for c in others if c.key == "potential_energy" and np.ptp(c.trace.reference)]
+    return any(
+        BY_FAR * float(np.max(np.abs(c.trace.error))) < error**2 * float(np.ptp(c.trace.reference))
+        for c in heights
+    )
 
 
 def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE, size: Size = typical) -> bool:

@@ -64,7 +64,8 @@ def _has_its_noise(c: ColumnScore) -> bool:
     error: Array = c.trace.error[:_ROWS_LOOKED_AT]
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])
     second, third = (rms(np.diff(error, n)) for n in (2, 3))
-    if not second or not size:
+    # The largest rounding of the digits written: noise of that size may be theirs.
+    if second / 6**0.5 <= (c.floor or 0.0) or not size:
         return False
     noise = second / 6**0.5 / size
     return (

@@ -14,7 +14,7 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.evidence import TimeShift
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import CLEARLY
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
@@ -25,6 +25,8 @@ _VISIBLY_WRONG = 0.02
 # ... and shifted they have to be clearly better in each maneuver, and this good. Definitions of the
 # roll angle differ by 0.03 of it.
 _FITS = 0.05
+# Of all maneuvers.
+_FEW_COLUMNS = 2
 # Half the rows at least must have a place in the run.
 _PART_WITHIN_RUN = 0.5
 # Halvings of the golden section: from a hundredth of a second to a nanosecond.
@@ -64,7 +66,9 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     if abs(best) <= 1.5 * max(apart):
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
-    if any(a > _FITS or CLEARLY * a > b for a, b in zip(after, before, strict=True)):
+    # One value resembles others more in few columns, see `ratios`.
+    needed = CLEARLY if sum(len(m.values) for m in motions) > _FEW_COLUMNS else BY_FAR
+    if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None
     limit = _AS_GOOD_AS_BEST * _joint(motions, best)
     return next(
