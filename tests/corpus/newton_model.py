@@ -54,8 +54,9 @@ class Program:
     ----------
     gyroscopic
         Bodies whose torque w x (I w) is in Euler's equations.
-    tensor_turns
-        Whether the frames' inertia turns with them, or stays as at the start.
+    turned_by
+        Bodies whose inertia turns with another body than its own; with None it stays as at the
+        start.
     contact
         Where a wheel touches: ``rim``, its lowest point; ``below``, straight below the hub.
     weightless
@@ -68,7 +69,7 @@ class Program:
 
     method: Method
     gyroscopic: tuple[int, ...] = (B, H, R, F)
-    tensor_turns: bool = True
+    turned_by: Mapping[int, int | None] = field(default_factory=dict)
     contact: str = "rim"
     weightless: tuple[int, ...] = ()
     applied: Callable[[list[Array], Array, Array], Array] | None = None
@@ -115,7 +116,8 @@ class Program:
         n, rows, right = np.zeros((45, 45)), [], []
         force = np.zeros(45)
         for i, (mass, tensor) in enumerate(zip(self._masses(), self._tensors(), strict=True)):
-            a = attitudes[i] if self.tensor_turns or i in (R, F) else np.eye(3)
+            by = self.turned_by.get(i, i)
+            a = np.eye(3) if by is None else attitudes[by]
             tensor = a @ tensor @ a.T
             n[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = mass * np.eye(3)
             n[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = tensor

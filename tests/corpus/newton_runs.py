@@ -30,7 +30,7 @@ _MISTAKES = (
      "w x (I w) left out for the wheels", Program(_TIGHT, gyroscopic=(B, H))),
     ("tensor-in-global-axes", "inertia not turned with the body",
      "inertia of the frames kept in global axes while they turn",
-     Program(_TIGHT, tensor_turns=False)),
+     Program(_TIGHT, turned_by={B: None, H: None})),
     ("contact-below-hub", "contact point straight below the hub",
      "wheels touch straight below their hubs, also when they lean",
      Program(_TIGHT, contact="below")),

@@ -5,7 +5,7 @@ import pytest
 
 from corpus.writing import Runs
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, apply, initial_state
 
 MADE = {
@@ -48,4 +48,4 @@ def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run
 def test_every_mistake_is_of_a_known_term(bicycle):
     program = Program(bicycle, STARTS)
     amounts = [dict(apply(program, (m,)).amounts) for m in EQUATION_MISTAKES]
-    assert set().union(*amounts) <= {*FORCES, TENSORS_TURNING}
+    assert set().union(*amounts) <= {*FORCES, *TENSORS}

@@ -140,9 +140,13 @@ def applied(name, amount, program):
 
 
 def run(name, amount, steps=60, h=0.01):
-    """Columns of 0.6 s, by Runge and Kutta."""
+    """Columns of 0.6 s with a force."""
     right = Program(method=None)
-    program = Program(method=None, applied=applied(name, amount, right))
+    return made(Program(method=None, applied=applied(name, amount, right)), steps, h)
+
+
+def made(program, steps=60, h=0.01):
+    """Columns of a program, by Runge and Kutta."""
     state = program.start(SPEED, ROLL_RATE)
     states = [state]
     for _ in range(steps):
@@ -163,6 +167,31 @@ def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, 
     right = simulator.run(bicycle, start, time)
     for word, key in KEYS.items():
         # The error of the steps is nearly the same with and without the force.
+        moved, expected = here[key] - right[key], there[word] - without[word]
+        assert np.max(np.abs(expected)) > SEEN * np.max(np.abs(right[key])), key
+        assert np.max(np.abs(moved - expected)) < RIGHT * np.max(np.abs(expected)), key
+
+
+@pytest.mark.parametrize(
+    ("term", "turned_by"),
+    [
+        ("tensors_turning", {B: None, H: None}),
+        ("tensor_turning_B", {B: None}),
+        ("tensor_turning_H", {H: None}),
+        ("tensor_steering_H", {H: B}),
+    ],
+)
+def test_inertia_in_other_axes_moves_as_in_a_program_of_another_hand(
+    simulator, bicycle, without, term, turned_by
+):
+    start = initial_state(bicycle, Start(SPEED, ROLL_RATE))
+    time, there = made(Program(method=None, turned_by=turned_by))
+    here, right = (
+        simulator.run(bicycle, start, time, {term: 1.0}),
+        simulator.run(bicycle, start, time),
+    )
+    for word in ("roll", "roll_rate", "steer", "steer_rate"):
+        key = KEYS[word]
         moved, expected = here[key] - right[key], there[word] - without[word]
         assert np.max(np.abs(expected)) > SEEN * np.max(np.abs(right[key])), key
         assert np.max(np.abs(moved - expected)) < RIGHT * np.max(np.abs(expected)), key

@@ -2,6 +2,7 @@
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
@@ -48,7 +49,7 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 def above_digits(h: Hypothesis) -> dict[Place, float]:
     """What a cause leaves beyond digits: typical errors in scales, where they are more."""
     # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
-    has_energy = not any(x.name in FORCES for x in h.found)
+    has_energy = not any(x.name in FORCES for x in h.found) and OF_TENSORS.isdisjoint(h.codes)
     return {
         k: x
         for k, x in h.after.items()
@@ -60,8 +61,8 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
 def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
-    Much is left in a column that the cause does not touch; or much is left and little of it is
-    explained; or far more than in the motion, whose errors an integrator makes; or the equations
+    Much is left in a column that the cause does not touch; or little of it is explained; or far
+    more than in the motion, whose errors an integrator makes; or the equations
     leave what no integrator does. None if there is no such column: the cause is all that is wrong.
     """
     above = above_digits(h)
@@ -71,7 +72,7 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     untouched = {k: x for k, x in above.items() if k not in h.changed and x > TOLERANCE}
     if untouched:
         return max(untouched, key=untouched.__getitem__)
-    if above[worst] > TOLERANCE and h.relief < BY_FAR:
+    if h.relief < BY_FAR:
         return worst
     # A force is known to first order, and what it leaves may be of the next one.
     is_exact = not any(x.name in FORCES for x in h.found)

@@ -1,6 +1,6 @@
 """Equations of motion without one of their terms, as those are written who start from each body."""
 
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS_TURNING
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, changed
 
 _EULER = "Euler's equations of each body: I w' + w x (I w)"
@@ -16,6 +16,29 @@ _MISSING = {
     "no_spin_moment_F": ("no_spin_moment_F", _WHICH_SPIN_TERM),
     "wheels_weightless": ("wheels_weight", "gravity on every body"),
 }
+_STAYS = "but stays as it is at the start"
+_UNTURNED = {
+    "tensors_do_not_turn": (
+        "tensors_turning",
+        f"the inertia of rear frame and fork does not turn with them, {_STAYS}",
+    ),
+    "tensor_B_does_not_turn": (
+        "tensor_turning_B",
+        f"the inertia of the rear frame does not turn with it, {_STAYS}",
+    ),
+    "tensor_H_does_not_turn": (
+        "tensor_turning_H",
+        f"the inertia of the fork does not turn with it, {_STAYS}",
+    ),
+    "tensor_H_does_not_steer": (
+        "tensor_steering_H",
+        "the inertia of the fork turns with the rear frame, not with the steering",
+    ),
+}
+
+OF_TENSORS = frozenset(_UNTURNED)
+"""Codes of those of inertia in other axes: with which of both tensors the energy is written is not
+agreed on."""
 
 
 def _missing(code: str, says: str, check: str, term: str) -> Mistake:
@@ -23,12 +46,9 @@ def _missing(code: str, says: str, check: str, term: str) -> Mistake:
 
 
 EQUATION_MISTAKES: tuple[Mistake, ...] = (
-    _missing(
-        "tensors_do_not_turn",
-        "the inertia of rear frame and fork does not turn with "
-        "them, but stays as it is at the start",
-        "the inertia in ground axes: R I R^T",
-        TENSORS_TURNING,
+    *(
+        _missing(code, says, "the inertia in ground axes: R I R^T", term)
+        for code, (term, says) in _UNTURNED.items()
     ),
     *(
         _missing(code, f"the {FORCES[term].says} is missing", check, term)

@@ -14,6 +14,7 @@ from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement, product
+from types import MappingProxyType
 
 import numpy as np
 
@@ -30,6 +31,34 @@ _SIDE: Vector = (0.0, 1.0, 0.0)
 Linear = Mapping[str, Vector]
 """Quantities linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
 
+Turn = Callable[[Vector], Vector]
+"""From the components of a vector in some axes to those in others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tensors:
+    """Inertia that is in other axes than those of its body; at the start they are the same.
+
+    Attributes
+    ----------
+    bodies
+        Letters of rear frame or fork.
+    axes
+        ``ground``, or ``rear``: those of the rear frame.
+    """
+
+    bodies: str
+    axes: str
+
+
+TENSORS = {
+    "tensors_turning": Tensors("BH", "ground"),
+    "tensor_turning_B": Tensors("B", "ground"),
+    "tensor_turning_H": Tensors("H", "ground"),
+    "tensor_steering_H": Tensors("H", "rear"),
+}
+"""Turnings of inertia that may be missing, by name: no forces."""
+
 
 class Moving:
     """A motion, and all velocities on which forces act.
@@ -45,14 +74,18 @@ class Moving:
         Of the regular form, over arrays.
     state
         Its variables, with the yaw.
-    still
-        The part of the inertia of rear frame and fork that does not turn with them: in ground axes
-        it stays as it is at the start.
+    unturned : mapping of str to number
+        By names of `TENSORS`, the part of that inertia that is in other axes.
     """
 
-    def __init__(self, equations: Equations, state: Sequence[Number], still: Number = 0.0) -> None:
+    def __init__(
+        self,
+        equations: Equations,
+        state: Sequence[Number],
+        unturned: Mapping[str, Number] = MappingProxyType({}),
+    ) -> None:
         self.equations, self.state, self.b = equations, state, equations.b
-        self._still = still
+        self._unturned = {name: part for name, part in unturned.items() if np.any(part)}
         self.axes = Axes.of(equations.b, equations.unfold(state)[0])
         self.now = _velocities(equations, state)
         self.masses = dict(
@@ -76,7 +109,7 @@ class Moving:
     @cached_property
     def rates(self) -> list[Number]:
         """The rates of the state, without forces."""
-        if not np.any(self._still):
+        if not self._unturned:
             return self._right
         return [*self._right[:3], *self.added(self.free()), self._right[6]]
 
@@ -97,16 +130,26 @@ class Moving:
         half: Half = self.b.rear if body in "RB" else self.b.front
         if body in "RF":
             return half.wheel_inertia_times(v)
-        turning = half.inertia_times(v)
-        if not np.any(self._still):
-            return turning
-        axes, a, yaw = self.axes, self.equations.a, self.state[6]
+        turning = found = half.inertia_times(v)
+        for name, part in self._unturned.items():
+            if body in TENSORS[name].bodies:
+                to, back = self._other_axes(body, TENSORS[name].axes)
+                found = plus(found, scaled(part, minus(back(half.inertia_times(to(v))), turning)))
+        return found
+
+    def _other_axes(self, body: str, axes: str) -> tuple[Turn, Turn]:
+        """The turns from the axes of rear frame or fork to others, and back."""
         out, back = (
-            (axes.from_rear, axes.to_rear) if body == "B" else (axes.from_front, axes.to_front)
+            (self.axes.from_rear, self.axes.to_rear)
+            if body == "B"
+            else (self.axes.from_front, self.axes.to_front)
         )
-        stays = half.inertia_times(from_turned("z", a.sin(yaw), a.cos(yaw), out(v)))
-        off = minus(back(self.ground(stays)), turning)
-        return plus(turning, scaled(self._still, off))
+        if axes == "rear":
+            to_rear, from_rear = self.axes.to_rear, self.axes.from_rear
+            return lambda v: to_rear(out(v)), lambda v: back(from_rear(v))
+        a, yaw = self.equations.a, self.state[6]
+        to_ground = a.sin(yaw), a.cos(yaw)
+        return lambda v: from_turned("z", *to_ground, out(v)), lambda v: back(self.ground(v))
 
     @cached_property
     def bias(self) -> Linear:
@@ -638,10 +681,6 @@ def is_plausible(name: str, amount: float) -> bool:
     return not is_part or any(abs(amount - x) < _OFF for x in _PLAUSIBLE)
 
 
-TENSORS_TURNING = "tensors_turning"
-"""Name of the turning of the inertia of rear frame and fork in ground axes: no force."""
-
-
 def rates_altered(
     equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
 ) -> list[Number]:
@@ -654,7 +693,15 @@ def rates_altered(
     state
         Its variables, with the yaw.
     amounts : mapping of str to number
-        Coefficients of `FORCES` [SI]; of `TENSORS_TURNING` 1 where it is missing.
+        Coefficients of `FORCES` [SI]; of `TENSORS` 1 where one is missing.
     """
-    forces = {name: x for name, x in amounts.items() if name != TENSORS_TURNING}
-    return Moving(equations, state, amounts.get(TENSORS_TURNING, 0.0)).altered(forces)
+    forces, unturned = forces_and_tensors(amounts)
+    return Moving(equations, state, unturned).altered(forces)
+
+
+def forces_and_tensors(
+    amounts: Mapping[str, Number],
+) -> tuple[dict[str, Number], dict[str, Number]]:
+    """Coefficients of `FORCES`, and those of `TENSORS`."""
+    unturned = {name: x for name, x in amounts.items() if name in TENSORS}
+    return {name: x for name, x in amounts.items() if name not in TENSORS}, unturned

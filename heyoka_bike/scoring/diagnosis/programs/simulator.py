@@ -23,12 +23,7 @@ from heyoka_bike.numbers.double import SMALL_STEP, Array
 from heyoka_bike.numbers.vectors import plus
 from heyoka_bike.reference.following import following
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
-from heyoka_bike.scoring.diagnosis.programs.forces import (
-    TENSORS_TURNING,
-    Moving,
-    dot,
-    rates_altered,
-)
+from heyoka_bike.scoring.diagnosis.programs.forces import TENSORS, Moving, dot, rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import NAMES, ParameterValues, equations_of
 from heyoka_bike.system.resources import benchmark_bicycle
 
@@ -61,7 +56,7 @@ class AskedMotion:
     time : ndarray, shape (n,)
         From 0 on [s].
     amounts
-        Coefficients of `forces.FORCES` and `TENSORS_TURNING` [SI].
+        Coefficients of `forces.FORCES` and `forces.TENSORS` [SI].
     """
 
     bicycle: Bicycle
@@ -129,7 +124,9 @@ class Simulator:
             if c is not None and key not in self._known:
                 new[key] = m, c
         # Those of other equations take longer, and longest where tensors do not turn.
-        kinds = {k: bool(m.amounts) + (TENSORS_TURNING in m.amounts) for k, (m, _) in new.items()}
+        kinds = {
+            k: bool(m.amounts) + any(x in TENSORS for x in m.amounts) for k, (m, _) in new.items()
+        }
         for kind in range(3):
             chosen = [k for k in new if kinds[k] == kind]
             for i in range(0, len(chosen), _MOTIONS_AT_ONCE):

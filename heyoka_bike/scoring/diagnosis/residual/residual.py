@@ -26,8 +26,8 @@ from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
     PLACE_IN_STATE,
-    TENSORS_TURNING,
     Moving,
+    forces_and_tensors,
 )
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
@@ -177,7 +177,7 @@ class Residual:
     @cached_property
     def law(self) -> Law | None:
         """A torque as a function of one variable that explains nearly all; None if none does."""
-        moving = self._moving(tuple(self.program.bicycle.values.items()), 0.0)
+        moving = self._moving(tuple(self.program.bicycle.values.items()))
         zero = 0.0 * moving.state[0]
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])
         added = {
@@ -227,15 +227,8 @@ class Residual:
 
     @property
     def is_described(self) -> bool:
-        """True if what remains, beside the best cause, is worth telling by its equation and size.
-
-        It is seen, and more than the rates are off from the slopes of the angles, as those of
-        integrators are. Explicit methods of Runge and Kutta were seen to leave up to three times
-        that; IDA, which solves for the rates, 152 times.
-        """
-        enough, _ = WEIGHTS.shows
-        rest = self.above / _largest_relief(*self.known, *self.fitted)
-        return self.is_resolved and not self.methods and rest > enough
+        """True if what remains is worth telling by its equation and size: if it is seen."""
+        return self.is_resolved and not self.methods
 
     @cached_property
     def acts_in(self) -> str:
@@ -244,7 +237,7 @@ class Residual:
         That is the mass matrix times accelerations; in parts of what all of them give there, the
         geometric mean over the maneuvers.
         """
-        moving = self._moving(tuple(self.program.bicycle.values.items()), 0.0)
+        moving = self._moving(tuple(self.program.bicycle.values.items()))
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])[: len(self.equations)]
         mass = np.array([np.broadcast_arrays(*row) for row in moving.mass])[
             : len(unit), : len(unit)
@@ -290,12 +283,12 @@ class Residual:
 
     def of(self, program: Program) -> Array:
         """Return averages of a program's accelerations, shape (n,); NaN where it has none."""
-        amounts = dict(program.amounts)
+        forces, unturned = forces_and_tensors(dict(program.amounts))
         try:
             with np.errstate(all="ignore"):
                 values = tuple(program.bicycle.values.items())
-                moving = self._moving(values, amounts.pop(TENSORS_TURNING, 0.0))
-                rates = moving.altered(amounts)[3:6]
+                moving = self._moving(values, tuple(unturned.items()))
+                rates = moving.altered(forces)[3:6]
                 each = np.array([rates[0], rates[1], rates[2] * moving.equations.k.length])
         except ZeroDivisionError:
             return np.full(len(self.observed), np.nan)
@@ -308,7 +301,9 @@ class Residual:
             [(x @ m.windows.T).ravel() for x, m in zip(parts, self.motions, strict=True)]
         )
 
-    def _along_the_motions(self, values: ParameterValues, still: float) -> Moving:
+    def _along_the_motions(
+        self, values: ParameterValues, unturned: tuple[tuple[str, float], ...] = ()
+    ) -> Moving:
         equations = equations_of(values)
         k = equations.k
         key = k.tilt, k.d1, k.d2, k.d3, k.h0, k.h1, k.h2, k.h3
@@ -318,7 +313,7 @@ class Residual:
 
         state = state_vector(equations, column, self._pitch.get(key))
         self._pitch[key] = state[1]
-        return Moving(equations, state, still)
+        return Moving(equations, state, dict(unturned))
 
     def _left(self, accelerations: Array) -> Array:
         """Root mean squares of what accelerations leave in each block, in parts of its size."""
