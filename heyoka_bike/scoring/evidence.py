@@ -820,7 +820,7 @@ class ColumnRatio(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class OtherColumn(Evidence):
-    """A column holds the right values of another one, in some maneuvers.
+    """A column holds the values of another one, in some maneuvers.
 
     Attributes
     ----------
@@ -852,7 +852,7 @@ class UnsignedColumn(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class ClippedColumn(Evidence):
-    """A column stays at a bound where the right one is beyond it.
+    """A column stays at a bound.
 
     Attributes
     ----------
@@ -860,12 +860,15 @@ class ClippedColumn(Evidence):
     maneuvers : tuple of int
     low, high
         The bounds [SI unit]; None without one.
+    is_right_within
+        True if it is right elsewhere, and the right one is beyond the bounds there.
     """
 
     key: str
     maneuvers: tuple[int, ...]
     low: float | None
     high: float | None
+    is_right_within: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -977,6 +980,24 @@ class Unsymmetric(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class BeginsAs(Evidence):
+    """An error of angles that begins as a power of the time.
+
+    Attributes
+    ----------
+    key
+    order
+        1 as of another rate at the start, other times or an integrator; 2 as of a force or another
+        speed at the start; 3 as of a force that is zero there. No more are told apart.
+    maneuvers
+    """
+
+    key: str
+    order: int
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class EnergyTrend(Evidence):
     """A mechanical energy that falls or grows steadily in every maneuver.
 
@@ -992,10 +1013,48 @@ class EnergyTrend(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class EnergyVaries(Evidence):
+    """A mechanical energy that changes, and not steadily in every maneuver.
+
+    Attributes
+    ----------
+    largest : mapping of int to (float, float)
+        By the number of the maneuver, how much more it is than in the first row where that is most
+        [J], and when [s]. Of maneuvers where it is seen.
+    """
+
+    largest: Mapping[int, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyKept(Evidence):
+    """A mechanical energy that stays, while its parts are wrong in every maneuver.
+
+    Attributes
+    ----------
+    left
+        The largest change [J].
+    exchanged : mapping of int to float
+        By the number of the maneuver, how far the parts are off [J].
+    """
+
+    left: float
+    exchanged: Mapping[int, float]
+
+
+@dataclass(frozen=True, slots=True)
 class RoughError(Evidence):
-    """Columns (``2.roll_angle``) whose error is noise, far above the digits written."""
+    """Columns (``2.roll_angle``) whose error is noise, far above the digits written.
+
+    Attributes
+    ----------
+    places : tuple of str
+    are_all
+        True if noise is most of the error, in most columns; otherwise it is beside another one.
+    """
 
     places: tuple[str, ...]
+    are_all: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -1065,29 +1124,34 @@ class RowsBetween(Evidence):
     order
         0 if rows repeat the one before, 1 if they are on straight lines between others.
     share
-        Of the rows, in all angles and rates.
+        Of the rows.
+    keys : tuple of str
+        Those of the angles and rates that show it, if these are less than half.
     """
 
     maneuver: int
     order: int
     share: float
+    keys: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Departs(Evidence):
-    """A motion that is right up to some row, and a hundred times farther off at the next.
+    """A motion that is right up to some row, and soon after it a hundred times farther off.
 
     Attributes
     ----------
     maneuver
     t_right, time
-        Of the last row that is right and of the next [s].
+        Of the last row that is right, and of the one that is so far off [s].
     before, after
         Errors until then and there, in scales.
     t_back
         Of the last row that is off, if those after it are right again [s].
     shift
         Where the rest is the right motion at another time, by how much that is later [s].
+    keys : tuple of str
+        The columns that show it, if others do not: their definition is not known.
     """
 
     maneuver: int
@@ -1097,6 +1161,7 @@ class Departs(Evidence):
     after: float
     t_back: float | None = None
     shift: float | None = None
+    keys: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -1183,6 +1248,23 @@ class ColumnsApart(Evidence):
     fits: Mapping[str, Scaled]
     units: Mapping[str, str]
     is_sum_with_it: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RightElsewhere(Evidence):
+    """Some maneuvers are right, and what was found is about the others alone.
+
+    Attributes
+    ----------
+    wrong, right : tuple of int
+        Numbers of the maneuvers.
+    max_rel_error
+        Of the right ones, in scales.
+    """
+
+    wrong: tuple[int, ...]
+    right: tuple[int, ...]
+    max_rel_error: float
 
 
 @dataclass(frozen=True, slots=True)

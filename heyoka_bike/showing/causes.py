@@ -192,9 +192,14 @@ def _(e: seen.LeftOfEquations) -> Finding:
     said = (
         "What the file leaves of the exact equations acts most, as a generalised force, in the "
         f"equation of {e.acts_in}. Its own accelerations are off: {off}. That is {e.above:.2g} "
-        "times more than its rates are off from the slopes of its angles. Explicit integrators "
-        "were seen to leave up to 3 times that, others up to 150 times: the more it is, the "
-        "likelier it is a term of the model"
+        "times what its rates are off from the slopes of its angles. Explicit integrators were "
+        "seen to leave up to 3 times that, others up to 150 times: "
+    )
+    said += (
+        "a term of the model alone would leave more. So it is the integrator, or the way from "
+        "the state to the angles and rates that are written"
+        if e.may_be_explicit
+        else "the more it is, the likelier it is a term of the model"
     )
     return info("left_of_equations", said, **_numbers_left(e))
 

@@ -771,13 +771,17 @@ def _(e: seen.UnsignedColumn) -> Finding:
 
 @_finding.register
 def _(e: seen.ClippedColumn) -> Finding:
-    bounds = " and ".join(f"{x:.6g}" for x in (e.low, e.high) if x is not None)
-    said = (
-        f"{e.key} of {maneuvers(e.maneuvers)} is clipped at {bounds} (SI): the right one goes "
-        "beyond, and is what is written elsewhere"
+    at = " and ".join(f"{x:.6g}" for x in (e.low, e.high) if x is not None)
+    where_else = (
+        "clipped: the right one goes beyond, and is what is written elsewhere"
+        if e.is_right_within
+        else "clipped where it is written, or held by a stop in the model. The rest is diagnosed "
+        "without it"
     )
+    said = f"{e.key} of {maneuvers(e.maneuvers)} stays at {at} (SI), {where_else}"
     where = {"column": e.key, "maneuvers": list(e.maneuvers)}
-    return warning("clipped_column", said, **where, low=e.low, high=e.high)
+    bounds = {"low": e.low, "high": e.high}
+    return warning("clipped_column", said, **where, **bounds, is_right_within=e.is_right_within)
 
 
 @_finding.register
@@ -913,12 +917,34 @@ def _(e: seen.WorkFromStart) -> Finding:
 def _(e: seen.Unsymmetric) -> Finding:
     said = (
         f"The error of {e.key} begins in maneuver {e.large} with {e.times:.2g} times what it is in "
-        f"maneuver {e.small}, whose roll rate is far smaller: so it does not come from the roll "
-        "rate. Something moves the upright bicycle to one side: a mass, a wheel or an axis that is "
-        "off the plane of symmetry, a torque, wind, a slope or a frame that turns"
+        f"maneuver {e.small}, whose roll rate is far smaller: so it is not in proportion to the "
+        "roll rate. Something moves the upright bicycle to one side: a mass, a wheel or an axis "
+        "that is off the plane of symmetry, a torque, wind, a slope or a frame that turns. Or a "
+        "friction has a size of its own"
     )
     numbers = {"column": e.key, "maneuvers": [e.small, e.large], "times": e.times}
     return warning("unsymmetric", said, **numbers)
+
+
+@_finding.register
+def _(e: seen.BeginsAs) -> Finding:
+    power = {1: "the time", 2: "its square", 3: "its cube, or a higher power"}[e.order]
+    rate = e.key.replace("angle", "rate")
+    model = (
+        f"So neither the times nor the first {rate} are other ones: a force or a term of the model "
+        "is off"
+    )
+    why = {
+        1: f"So it is no force: another first {rate}, other times and integrators begin so",
+        2: f"{model} from the first row on, as those of velocities are, or the speed at the start. "
+        "Some integrators begin so, too",
+        3: f"{model} that is zero upright and straight, as those of angles are, or sets in. "
+        "Some integrators begin so, too",
+    }[e.order]
+    each = maneuvers(e.maneuvers)
+    said = f"The error of {e.key} of {each} begins in proportion to {power}. {why}"
+    where = {"column": e.key, "maneuvers": list(e.maneuvers)}
+    return warning("begins_as", said, **where, order=e.order)
 
 
 @_finding.register
@@ -941,9 +967,35 @@ def _(e: seen.EnergyTrend) -> Finding:
 
 
 @_finding.register
-def _(e: seen.RoughError) -> Finding:
+def _(e: seen.EnergyVaries) -> Finding:
+    each = ", ".join(f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in e.largest.items())
     said = (
-        "The error jumps from row to row like noise, far above the digits written, which no step "
+        f"The mechanical energy does not stay as it is in the first row: it changes by up to "
+        f"{each}. A force in the model does work, or stores energy that is not in the sum, or an "
+        "integrator's error does: with a smaller step or tolerance only the latter becomes less"
+    )
+    changes = {str(n): x for n, (x, _) in e.largest.items()}
+    times = {str(n): t for n, (_, t) in e.largest.items()}
+    return info("energy_varies", said, changes=changes, times=times)
+
+
+@_finding.register
+def _(e: seen.EnergyKept) -> Finding:
+    most = max(e.exchanged.values())
+    said = (
+        f"The mechanical energy keeps to {e.left:.2g} J, while its parts are off by up to "
+        f"{most:.2g} J: what is wrong does no work. So it is no damper, drag, friction or drive: "
+        "look at masses, lengths, inertia, the start, and terms of the equations"
+    )
+    exchanged = {str(n): x for n, x in e.exchanged.items()}
+    return info("energy_kept", said, left=e.left, exchanged=exchanged)
+
+
+@_finding.register
+def _(e: seen.RoughError) -> Finding:
+    whose = "The error" if e.are_all else f"A part of the error of {named(e.places)}"
+    said = (
+        f"{whose} jumps from row to row like noise, far above the digits written, which no step "
         "size makes: look for single-precision numbers on the way, random terms, or a loose "
         "tolerance of the iterations"
     )
@@ -1013,12 +1065,26 @@ def _(e: seen.RowsRepeated) -> Finding:
 @_finding.register
 def _(e: seen.RowsBetween) -> Finding:
     what = "are on straight lines between rows" if e.order else "repeat the row before"
+    where = named(e.keys) if e.keys else "most of its angles and rates"
     said = (
-        f"At least {100 * e.share:.0f} % of the rows of maneuver {e.maneuver} {what}, in all its "
-        "angles and rates, as no motion does: rows of the integrator were held or interpolated. "
-        "Write its own rows, or its dense output at the times asked for"
+        f"At least {100 * e.share:.0f} % of the rows of maneuver {e.maneuver} {what}, in {where}, "
+        "as no motion does: rows were held or interpolated. Write the integrator's own rows, or "
+        "its dense output at the times asked for"
     )
-    return warning("rows_between", said, maneuver=e.maneuver, order=e.order, share=e.share)
+    numbers = {"order": e.order, "share": e.share, "columns": list(e.keys)}
+    return warning("rows_between", said, maneuver=e.maneuver, **numbers)
+
+
+@_finding.register
+def _(e: seen.RightElsewhere) -> Finding:
+    is_are, it_they = ("is", "it") if len(e.wrong) == 1 else ("are", "them")
+    said = (
+        f"Only {maneuvers(e.wrong)} {is_are} wrong, and what is said here is about {it_they} "
+        f"alone: the largest error of {maneuvers(e.right)} is {e.max_rel_error:.1g} of the scale. "
+        "So look at what your program does, or is given, otherwise there"
+    )
+    numbers = {"wrong": list(e.wrong), "right": list(e.right)}
+    return info("right_elsewhere", said, **numbers, max_rel_error=e.max_rel_error)
 
 
 @_finding.register
@@ -1031,14 +1097,15 @@ def _(e: seen.Departs) -> Finding:
     else:
         what = (
             "on. A mistake in the model or at the start is seen from the first rows on: look at "
-            "what happens there, such as an event, an input or an impulse that sets in, or a "
-            "restart from rounded numbers"
+            "what happens there, such as an event, an input, a limit or an impulse that sets in, "
+            "or a restart from rounded numbers"
         )
+    by = f", by its {named(e.keys)}," if e.keys else ""
     said = (
-        f"Maneuver {e.maneuver} is right to {e.before:.1g} of the scales until {e.t_right:.6g} s, "
-        f"and off by {e.after:.2g} from {e.time:.6g} s {what}"
+        f"Maneuver {e.maneuver}{by} is right to {e.before:.1g} of the scales until "
+        f"{e.t_right:.6g} s, and off by {e.after:.2g} from {e.time:.6g} s {what}"
     )
-    numbers = {"before": e.before, "after": e.after, "shift": e.shift}
+    numbers = {"before": e.before, "after": e.after, "shift": e.shift, "columns": list(e.keys)}
     return warning("departs", said, maneuver=e.maneuver, time=e.time, **numbers)
 
 

@@ -11,6 +11,7 @@ pytest.importorskip("heyoka")
 from generators.fixed_steps import SPACING, Equations
 from generators.made_results import codes, made, smooth_error
 from heyoka_bike.scoring.diagnosis.numerical import causes
+from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing import sayings
@@ -89,7 +90,7 @@ def test_energy_that_falls_in_one_maneuver_only_is_not_damping(reference):
         lost = 1e-6 if number == 2 and key in ("kinetic_energy", "mechanical_energy") else 0.0
         return -lost * reference[number].time * values
 
-    assert names(told(with_errors(reference, 0.0, changed), reference)) == ["smooth_error"]
+    assert names(told(with_errors(reference, 0.0, changed), reference)) == ["energy_varies"]
 
 
 @pytest.mark.parametrize("level", [1e-8, 1e-5])
@@ -100,6 +101,18 @@ def test_noise_is_told_from_smooth_errors(reference, level):
         return level * np.max(np.abs(values)) * random.standard_normal(len(values))
 
     assert names(told(with_errors(reference, level / 10, noise), reference)) == ["rough_error"]
+
+
+def test_noise_of_one_column_beside_a_smooth_error_is_named(reference):
+    random = np.random.default_rng(3)
+
+    def noise(key, values, number):
+        return 1e-4 * random.standard_normal(len(values)) if key == "steer_angle" else 0.0
+
+    (found,) = told(with_errors(reference, 1e-2, noise), reference)
+    assert found.code == "rough_error"
+    assert {*found.evidence["columns"]} == {f"{n}.steer_angle" for n in reference}
+    assert found.message.startswith("A part of the error of")
 
 
 @pytest.mark.parametrize("level", [1e-6, 1e-4])
@@ -155,6 +168,20 @@ def test_few_digits_are_not_single_precision(reference):
 
     results = replace(made(reference, change), significant_digits=6)
     assert "single_precision" not in names(told(results, reference))
+
+
+def test_the_rounding_of_seven_digits_beside_an_integrators_error_is_no_single_precision(reference):
+    def change(key, values, number):
+        wrong = values + smooth_error(reference, number, 2e-5 * np.max(np.abs(values)))
+        return np.array([float(f"{x:.7g}") for x in wrong])
+
+    results = replace(made(reference, change), significant_digits=7)
+    maneuvers = tuple(
+        replace(rows, quantum=dict.fromkeys(rows.values, Quantum(base=10, digits=7)))
+        for rows in results.maneuvers
+    )
+    found = names(told(replace(results, maneuvers=maneuvers), reference))
+    assert "single_precision" not in found
 
 
 def test_codes_of_clean_files_are_only_those_of_score(reference):

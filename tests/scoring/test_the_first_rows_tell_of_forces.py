@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
+from heyoka_bike.scoring.diagnosis.claims import LINEAR
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, initial_state
-from heyoka_bike.scoring.evidence import Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.evidence import BeginsAs, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.score import score
 
 TIME = np.arange(1001) / 100
@@ -50,25 +52,62 @@ def test_a_force_along_the_motion_is_told_with_its_size(simulator, right, refere
 @pytest.mark.parametrize("force", [{"side_B": 0.002}, {"roll_torque": 0.1}, {"side_wind": 0.5}])
 def test_what_is_not_symmetric_is_told_by_two_roll_rates(simulator, right, reference, force):
     table = made(simulator, right, "roll_angle", **force)
-    (found,) = beginnings(score(table, reference))
+    found, *_ = beginnings(score(table, reference))
     assert isinstance(found, Unsymmetric)
     assert (found.key, found.small, found.large) == ("roll_angle", 1, 2)
     # One maneuver cannot show it.
     alone = {"time": TIME, "roll_angle": table["roll_angle_2"]}
-    assert not list(beginnings(score(alone, reference, maneuver=2)))
+    found = beginnings(score(alone, reference, maneuver=2))
+    assert all(isinstance(x, BeginsAs) for x in found)
 
 
 @pytest.mark.parametrize("key", ["roll_angle", "steer_rate", "forward_speed", "kinetic_energy"])
 @pytest.mark.parametrize("code", SYMMETRIC)
 def test_mistakes_of_a_symmetric_model_are_neither(simulator, right, reference, key, code):
     program = apply(right, [m for m in MISTAKES if m.code == code])
-    assert not list(beginnings(score(made(simulator, program, key), reference)))
+    found = beginnings(score(made(simulator, program, key), reference))
+    assert all(isinstance(x, BeginsAs) for x in found)
+
+
+def orders(simulator, program, reference, **amounts):
+    """With which power of the time the angles' errors begin, where it is seen."""
+    table = {"time": TIME}
+    for n, start in program.starts.items():
+        first, meant = initial_state(program.bicycle, start), program.clock(TIME, 0.01)
+        columns = simulator.run(program.bicycle, first, meant, dict(program.amounts) | amounts)
+        table |= {f"{key}_{n}": columns[key] for key in ("roll_angle", "steer_angle")}
+    return {x.order for x in beginnings(score(table, reference)) if isinstance(x, BeginsAs)}
+
+
+def test_mistakes_of_the_model_do_not_begin_with_the_time(simulator, right, reference):
+    """Whatever mistake of the library it is."""
+    found = {
+        m.code: orders(simulator, apply(right, [m]), reference)
+        for m in (*MISTAKES, *EQUATION_MISTAKES)
+        if m.kind == "model" and m.code not in LINEAR
+    }
+    assert sum(map(bool, found.values())) > 0.9 * len(found)
+    assert not {code for code, x in found.items() if 1 in x}
+
+
+@pytest.mark.parametrize("code", ["roll_rate_in_degrees", "no_roll_rate"])
+def test_another_rate_begins_with_the_time(simulator, right, reference, code):
+    program = apply(right, [m for m in MISTAKES if m.code == code])
+    assert 1 in orders(simulator, program, reference)
+
+
+@pytest.mark.parametrize(
+    ("force", "order"),
+    [({"steer_torque": 0.1}, 2), ({"steer_stiffness": 1.0}, 3), ({"roll_damping": 1.0}, 2)],
+)
+def test_forces_begin_at_once_or_with_the_angles(simulator, right, reference, force, order):
+    assert min(orders(simulator, right, reference, **force)) == order
 
 
 def test_it_is_said_where_nothing_explains_the_file(simulator, right, reference):
     table = made(simulator, right, "roll_angle", side_wind=0.5)
-    (found,) = causes(score(table, reference))
+    found, _ = causes(score(table, reference))
     assert isinstance(found, Unsymmetric)
     # And where the time was spent: it rests on no search.
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
-    assert said == ["unsymmetric", "stopped_early"]
+    assert said == ["unsymmetric", "begins_as", "stopped_early"]

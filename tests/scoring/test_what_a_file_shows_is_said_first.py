@@ -205,6 +205,55 @@ def test_two_rows_at_one_time_are_diagnosed(reference):
     assert other_times(report) is None
 
 
+def test_a_departure_is_seen_beside_a_column_of_unknown_definition(reference):
+    def kicked(key, values, m):
+        if key == "roll_angle":
+            return values * 1.01
+        time = reference[m].time
+        return values + np.where(time > 5.0, 0.01 * np.max(np.abs(values)), 0.0)
+
+    names = ("roll_angle", "steer_angle", "steer_rate")
+    for found in shown(report_of(reference, kicked, names=names)):
+        assert found.code == "departs"
+        assert found.evidence["columns"] == ["steer_angle", "steer_rate"]
+        assert found.evidence["time"] == pytest.approx(5.01)
+
+
+def test_one_column_that_moves_tells_no_other_times(reference):
+    """At any error there are times at which it is right: the energy beside it has to be, too."""
+
+    def wrong(key, values, m):
+        time = reference[m].time
+        return values * (1.0 + (0.05 if key == "roll_angle" else 1e-5) * np.sin(time))
+
+    names = ("roll_angle", "forward_speed", "mechanical_energy")
+    assert other_times(report_of(reference, wrong, names=names)) is None
+
+
+def test_one_column_that_is_held_is_named_alone(reference):
+    def held(key, values, _):
+        return values[np.arange(len(values)) // 2 * 2] if key == "steer_rate" else values
+
+    found = [f for f in shown(report_of(reference, held)) if f.code == "rows_between"]
+    assert [f.evidence["maneuver"] for f in found] == [1, 2, 3]
+    assert all(f.evidence["columns"] == ["steer_rate"] for f in found)
+
+
+@pytest.mark.parametrize("digits", [6, 9, 12])
+def test_an_error_that_begins_later_and_grows_is_a_departure(reference, digits):
+    """As of a force that sets in: with the square of the time since then."""
+
+    def pushed(key, values, m):
+        off = 0.3 * np.max(np.abs(values)) * np.maximum(reference[m].time - 5.0, 0.0) ** 2
+        return np.array([float(f"{x:.{digits}g}") for x in values + off])
+
+    found = shown(report_of(reference, pushed))
+    assert [f.code for f in found] == ["departs"] * 3
+    for f in found:
+        assert 4.9 < f.evidence["time"] < 5.3
+        assert f.evidence["before"] < 10.0 ** (2 - digits)
+
+
 def test_an_error_that_begins_small_is_no_departure(reference):
     """It grows with a high power of the time, from the first row on."""
 
@@ -223,6 +272,18 @@ def test_columns_of_another_maneuver_are_named(reference):
     (found,) = shown(report_of(reference, copy))
     assert found.code == "column_of_another_maneuver"
     assert found.evidence == {"maneuver": 3, "of": 1, "columns": list(keys)}
+
+
+def test_the_start_of_another_definition_is_no_other_start(reference):
+    """Beside a wrong motion the definition is not known."""
+
+    def other(key, values, m):
+        if key != "forward_speed":
+            return values
+        norm = reference[m].approximate(reference[m].time, ["forward_speed_com_norm"])
+        return norm["forward_speed_com_norm"] * (1.0 - 1e-3 * reference[m].time)
+
+    assert shown(report_of(reference, other)) == ()
 
 
 def test_another_start_is_named(reference):
@@ -261,6 +322,17 @@ def test_a_column_that_is_wrong_alone_is_named_alone(reference, key, rest):
     assert found is not None
     assert found.evidence["columns"] == {key: [1, 2, 3]}
     assert found.evidence["max_rel_error_of_others"] == pytest.approx(rest, rel=0.1, abs=1e-12)
+
+
+def test_a_right_potential_energy_shows_that_the_angles_are_written_wrongly(reference):
+    def compressed(key, values, _):
+        if not key.startswith(("roll", "steer")):
+            return values
+        coarse = values[::20]
+        return np.interp(np.arange(len(values)), np.arange(len(coarse)) * 20, coarse**3)
+
+    found = columns_apart(report_of(reference, compressed))
+    assert {*found.evidence["columns"]} == {"roll_angle", "roll_rate", "steer_angle", "steer_rate"}
 
 
 def test_two_right_columns_are_enough(reference):

@@ -12,6 +12,8 @@ pytest.importorskip("heyoka")
 
 from generators.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.as_meant import as_meant
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
@@ -40,19 +42,34 @@ def said(reference, by_maneuver):
     return diagnose(table(reference, by_maneuver), reference).diagnosis
 
 
+def said_of_text(reference, by_maneuver, folder):
+    """As text multiples of a step are not exact."""
+    path, made = folder / "r.csv", table(reference, by_maneuver)
+    lines = zip(*([f"{x:.12g}" for x in v] for v in made.values()), strict=True)
+    path.write_text("\n".join([",".join(made), *map(",".join, lines)]) + "\n")
+    return diagnose(path, reference).diagnosis
+
+
 @pytest.mark.parametrize("step", [2 * np.pi / 4096, 2 * np.pi / 1000])
 def test_a_coarse_grid(step, reference, tmp_path):
     held = columns(reference)
     for n in held:
         held[n]["steer_angle"] = step * np.rint(held[n]["steer_angle"] / step)
-    path = tmp_path / "r.csv"
-    made = table(reference, held)
-    # As text the multiples are not exact.
-    lines = zip(*([f"{x:.12g}" for x in v] for v in made.values()), strict=True)
-    path.write_text("\n".join([",".join(made), *map(",".join, lines)]) + "\n")
-    (found,) = diagnose(path, reference).diagnosis
+    (found,) = said_of_text(reference, held, tmp_path)
     assert found.code == "coarse_grid"
     assert (found.evidence["column"], found.evidence["maneuvers"]) == ("steer_angle", [1, 2, 3])
+    assert found.evidence["step"] == pytest.approx(step, rel=1e-9)
+
+
+def test_a_grid_begins_with_a_given_row_and_tells_nothing_beside_right_columns(reference, tmp_path):
+    """Counts of an encoder, too many by half a step: no rounding of the right speed."""
+    held, step = columns(reference), 2 * np.pi * 0.3 / 4096 / 0.01
+    for n in held:
+        speed = held[n]["forward_speed"]
+        speed[1:] = step * np.floor(speed[1:] / step - 0.7)
+    (found,) = said_of_text(reference, held, tmp_path)
+    assert found.code == "coarse_grid"
+    assert found.evidence["column"] == "forward_speed"
     assert found.evidence["step"] == pytest.approx(step, rel=1e-9)
 
 
@@ -258,6 +275,87 @@ def test_the_energies_of_the_bodies_are_all_there_is(reference):
     for kind in ("kinetic", "potential"):
         parts = sum(made[f"{kind}_energy_of_{b}"] for b in "RBHF")
         np.testing.assert_allclose(parts, made[f"{kind}_energy"], rtol=1e-12)
+
+
+def of_another_bicycle(reference, **values):
+    """Columns of a bicycle with other parameters, by maneuver and key."""
+    found = {}
+    program = correct(reference)
+    changes = {k: Exact.parse(v) for k, v in values.items()}
+    bicycle = Bicycle("other", {**program.bicycle.values, **changes})
+    for n, start in program.starts.items():
+        made = Simulator().run(bicycle, initial_state(bicycle, start), reference[n].time[ROWS])
+        found[n] = {key: made[key].copy() for key in KEYS}
+    return found
+
+
+def test_a_wrong_motion_beside_an_angle_in_the_place_of_its_rate(reference):
+    held = of_another_bicycle(reference, zB="-0.89")
+    for n in held:
+        held[n]["steer_angle"], held[n]["steer_rate"] = (
+            held[n]["steer_rate"], held[n]["steer_angle"],
+        )  # fmt: skip
+    *exchanged, cause = said(reference, held)
+    assert [(f.code, f.evidence["column"]) for f in exchanged] == [
+        ("other_column", "steer_rate"), ("other_column", "steer_angle"),
+    ]  # fmt: skip
+    ((change,),) = cause.evidence["changes"]
+    assert (change["unknown"], change["value"]) == ("zB", pytest.approx(-0.89))
+
+
+def test_a_wrong_motion_beside_a_clipped_column(reference):
+    held = of_another_bicycle(reference, w="1.025")
+    for n in held:
+        held[n]["roll_rate"] = np.clip(held[n]["roll_rate"], -0.2, 0.2)
+    clipped, cause = said(reference, held)
+    assert clipped.code == "clipped_column"
+    assert not clipped.evidence["is_right_within"]
+    assert (clipped.evidence["low"], clipped.evidence["high"]) == (-0.2, 0.2)
+    ((change,),) = cause.evidence["changes"]
+    assert (change["unknown"], change["value"]) == ("w", pytest.approx(1.025))
+
+
+def test_a_mistake_in_one_maneuver_alone_is_found_there(reference):
+    """As of another input: no program with it makes the others."""
+    held = columns(reference)
+    held[2] = of_another_bicycle(reference, IFyy="0.275")[2]
+    cause, where = said(reference, held)
+    ((change,),) = cause.evidence["changes"]
+    assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.275))
+    assert where.code == "right_elsewhere"
+    assert (where.evidence["wrong"], where.evidence["right"]) == ([2], [1, 3])
+
+
+def test_a_grid_is_not_all_where_a_column_is_off_by_more(reference, tmp_path):
+    """Values that wrap around beyond the range of 16 bits."""
+    held, step = columns(reference), 0.2 / 2**15
+    for n in held:
+        counts = np.rint(held[n]["steer_angle"] / step) + 2**15
+        held[n]["steer_angle"] = step * (np.mod(counts, 2**16) - 2**15)
+    first, *rest = said_of_text(reference, held, tmp_path)
+    assert first.code == "coarse_grid"
+    assert "remainder" not in [f.code for f in rest]
+    assert rest
+
+
+@pytest.mark.parametrize("key", ["forward_speed", "steer_angle"])
+def test_a_few_levels_are_no_bounds(reference, key):
+    held = columns(reference)
+    for n in held:
+        size = np.ptp(held[n][key]) / 3
+        held[n][key][20:] = size * np.rint(held[n][key][20:] / size)
+    report = score(table(reference, held), reference)
+    assert as_meant(report, [step for step in STEPS if step.name == "bounds"]) is None
+
+
+def test_rows_that_are_held_stay_at_no_bound(reference):
+    held = columns(reference)
+    for n in held:
+        for key in KEYS:
+            held[n][key] = np.repeat(held[n][key][::6], 6)[: len(held[n][key])]
+    report = score(table(reference, held), reference)
+    bounds = [step for step in STEPS if step.name == "bounds"]
+    assert as_meant(report, bounds) is None
 
 
 def test_a_clipped_column(reference):

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
-from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
@@ -31,6 +30,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
     ColumnOfAnotherManeuver,
+    ColumnsApart,
     Departs,
     Evidence,
     FallsOver,
@@ -44,8 +44,6 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# What is seen at once and is the whole cause.
-_EXPLAIN = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
 # In which columns a start is written.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 
@@ -72,31 +70,41 @@ def answers(
             for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.most_said], 1)
         )
         return (*others, *causes, *units, *falls)
-    if any(isinstance(x, _EXPLAIN) for x in first):
+    if any(is_whole_cause(x) for x in first):
         return tuple(first)
     if not diagnosis.is_whole:
         # What follows is concluded from that nothing else explains the file.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
-        return (*first, *_direction(diagnosis.causes), *beginnings(report))
+        return (*first, *_direction(diagnosis.causes), *numerical.described(report))
     times = plain.other_times(report)
     if times is not None:
         return (times,)
     # Nothing about the motion where it is right.
     whole = plain.columns_apart(report) or _integrator(diagnosis.causes)
     nothing = _no_cause(diagnosis, columns)
+    if isinstance(whole, ColumnsApart):
+        # Their first rows are those of no start.
+        first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
     if whole is not None:
         return (*first, whole, nothing)
     forces = (*_direction(diagnosis.causes), *_unexplained(diagnosis))
     if falls:
         return (*forces, *first)
     shape = numerical.causes(report)
-    if forces:
-        shape = tuple(x for x in shape if not isinstance(x, SmoothError))
     # Where nothing is left of the motion, its equations say nothing either.
     is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
-    described = _described(diagnosis.causes) if is_told else ()
+    described = tuple(_described(diagnosis.causes)) if is_told else ()
+    if forces or (described and not described[0].may_be_explicit):
+        shape = tuple(x for x in shape if not isinstance(x, SmoothError))
     return (*forces, *described, *first, nothing, *shape)
+
+
+def is_whole_cause(x: Evidence) -> bool:
+    """True of what is seen at once and is the whole cause."""
+    is_of_few = isinstance(x, RowsBetween) and x.keys
+    kinds = (RowsRepeated, RowsBetween, ColumnOfAnotherManeuver, Departs)
+    return isinstance(x, kinds) and not is_of_few
 
 
 def is_right(report: Report) -> bool:

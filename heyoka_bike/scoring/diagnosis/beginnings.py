@@ -12,7 +12,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import Evidence, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -21,12 +21,20 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 _BEGINNING, _FEWEST = 0.2, 4
 # An error that begins as this power of the time at least is none of the start.
 _LEAST_POWER = 1.5
+# Of the speed, with which something at the start is in proportion to the roll rate: terms of the
+# equations have its square, and errors of integrators a few times that.
+_HIGHEST_POWER = 8
+# Until then [s] the power of the time is seen in the error of an angle: the fastest mode, which
+# decays in 0.05 s, makes it appear less by up to a half.
+_UNTIL, _LESS = 0.05, 0.75
+_HIGHEST_TOLD = 3
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:
-    """What the first rows show: work that is done, and what is not symmetric."""
+    """What the first rows show: work that is done, what is not symmetric, and how angles begin."""
     yield from _work(report.maneuvers)
     yield from _unsymmetric(report.maneuvers)
+    yield from _powers(report.maneuvers)
 
 
 def _given(m: ManeuverScore, key: str) -> float:
@@ -88,7 +96,10 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
     pairs.sort(key=lambda pair: abs(np.diff([_given(m, "forward_speed") for m in pair])[0]))
     for small, large in pairs:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
-        if CLEARLY * slow > fast or not fast:
+        # What differs with a power of the speed may differ as much.
+        first, second = sorted(_given(m, "forward_speed") for m in (small, large))
+        is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
+        if not fast or not is_slower:
             continue
         theirs = {c.key: c for c in large.columns if c.values}
         for c in small.columns:
@@ -106,3 +117,30 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
             if 1.0 / AS_GOOD < np.min(times) <= np.max(times) < AS_GOOD and growth > least:
                 yield Unsymmetric(c.key, small.maneuver, large.maneuver, float(np.median(times)))
                 return
+
+
+def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
+    """The power of the time with which an angle's error begins, the least of the maneuvers."""
+    keys = {c.key for m in maneuvers for c in m.columns if c.key in LATERAL and c.unit == "rad"}
+    for key in sorted(keys):
+        each = {m.maneuver: order for m in maneuvers for c in m.columns
+                if c.key == key and c.values and (order := _power(c)) is not None}  # fmt: skip
+        # What is a start in one and a force in another tells nothing.
+        if each and (min(each.values()) > 1 or max(each.values()) == 1):
+            yield BeginsAs(key, min(each.values()), tuple(each))
+
+
+def _power(c: ColumnScore) -> int | None:
+    """The power of the time with which a column's error begins; None if the rows do not show it."""
+    time, error, floor = c.trace.time, np.abs(c.trace.error), c.floor or 0.0
+    if time[0] != 0.0 or error[0] > floor:
+        return None
+    shown = np.flatnonzero(error > CLEARLY * floor)
+    if not len(shown) or not 0.0 < time[shown[0]] <= _UNTIL:
+        return None
+    first = int(shown[0])
+    later = int(np.searchsorted(time, 2.0 * time[first] * (1.0 - _UNTIL)))
+    if later >= len(time) or later == first or not error[later] > error[first]:
+        return None
+    power = np.log(error[later] / error[first]) / np.log(time[later] / time[first])
+    return min(int(np.ceil(power - 1.0 + _LESS)), _HIGHEST_TOLD) or None

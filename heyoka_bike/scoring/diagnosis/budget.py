@@ -13,7 +13,7 @@ from numbers import Real
 
 from heyoka_bike.errors import InputError, printable
 
-SECONDS = 30.0
+SECONDS = 20.0
 """Processor time that a diagnosis takes at most, unless it is told [s]."""
 
 

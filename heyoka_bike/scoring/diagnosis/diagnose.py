@@ -13,7 +13,7 @@ from heyoka_bike.numbers.double import two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis import plain
-from heyoka_bike.scoring.diagnosis.answers import answers, is_right
+from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, as_meant, worst
 from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
 from heyoka_bike.scoring.diagnosis.explain import explain
@@ -28,14 +28,17 @@ from heyoka_bike.scoring.diagnosis.found import (
 from heyoka_bike.scoring.diagnosis.written import STEPS
 from heyoka_bike.scoring.evidence import (
     ColumnRatio,
+    ColumnsApart,
     DefinitionUnknown,
     Evidence,
+    OtherColumn,
+    RightElsewhere,
     SignContradiction,
     StoppedEarly,
     TimeShift,
 )
 from heyoka_bike.scoring.explanation import Curve, Explanation
-from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grades import RIGHT_DIGITS, TOLERANCE, digits_of
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
@@ -179,6 +182,8 @@ def _answer(
         if any(_is_mistake(x) for x in other.seen[:1]):
             others = tuple(x for x in report.seen if not isinstance(x, DefinitionUnknown))
             return replace(other, report=replace(report, seen=others))
+        if any(isinstance(x, ColumnsApart) or is_whole_cause(x) for x in other.seen):
+            return other
         found = replace(found, is_whole=found.is_whole and other.is_whole)
     if any(isinstance(x, NothingToDiagnose) for x in found.seen):
         return found
@@ -208,11 +213,16 @@ def _beside(
     """What is seen in the rows of a report, and the diagnosis of the rows as they were meant.
 
     What is left of these is no cause of its own where it is right, or far less than before. A
-    known mistake of what is written that leaves nothing takes the place of a ratio.
+    known mistake of what is written that leaves nothing takes the place of a ratio, or of a column
+    that is in the place of another in all maneuvers.
     """
     rest = scored(meant.alignment(report), reference)
     before, left = worst(report), worst(rest)
-    if any(isinstance(x, ColumnRatio) for x in meant.seen):
+    if any(
+        isinstance(x, ColumnRatio)
+        or (isinstance(x, OtherColumn) and len(x.maneuvers) == len(report.maneuvers))
+        for x in meant.seen
+    ):
         known = _of_columns(
             report, reference, BENCHMARK_COLUMNS, progress, deadline, only_output=True
         )
@@ -264,6 +274,8 @@ def _of_columns(
     if plain.are_departures(at_once, asked):
         # What is wrong in the model or at the start is wrong from the start.
         return Answer(report, at_once)
+    asked, elsewhere = _wrong_alone(asked)
+    parts = [m.part for m in asked.maneuvers]
     # Beside columns that show the right motion, what is wrong is how others are written.
     only_output = only_output or plain.columns_apart(asked) is not None
     found = explain(parts, reference, only_output=only_output, progress=progress, deadline=deadline)
@@ -271,7 +283,35 @@ def _of_columns(
     # Nothing is said of a search that was stopped before it found anything.
     first = next(iter(seen), None)
     cause = first if found.curves and isinstance(first, _SHOWN) else None
+    if elsewhere is not None and not _is_of_starts(first):
+        seen = (*seen, elsewhere)
     return Answer(report, seen, cause, found.curves, found.is_whole)
+
+
+def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
+    """The report without the maneuvers that are right, beside others that are far from it.
+
+    A model that is wrong is so in all of them.
+    """
+    errors = {m.maneuver: worst(replace(report, maneuvers=(m,))) for m in report.maneuvers}
+    largest = max(x.max_rel_error for x in errors.values())
+    right = {
+        n: x.max_rel_error for n, x in errors.items()
+        if digits_of(x.max_rel_error, 1.0) >= RIGHT_DIGITS
+        and x.max_rel_error * BY_FAR**2 < largest
+    }  # fmt: skip
+    if not right:
+        return report, None
+    kept = tuple(m for m in report.maneuvers if m.maneuver not in right)
+    numbers = tuple(m.maneuver for m in kept)
+    seen = RightElsewhere(numbers, tuple(right), max(right.values()))
+    return replace(report, maneuvers=kept), seen
+
+
+def _is_of_starts(seen: Evidence | None) -> bool:
+    """True if all that was found are starts, which are of one maneuver each."""
+    found = seen.hypotheses[0].found if isinstance(seen, Explained) else ()
+    return bool(found) and all(x.maneuver is not None for x in found)
 
 
 def _shifted(report: Report, reference: Reference, shift: float) -> Report:

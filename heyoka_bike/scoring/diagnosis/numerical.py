@@ -8,10 +8,10 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
+from heyoka_bike.scoring.diagnosis.energies import of_energy
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
     BlownUp,
-    EnergyTrend,
     ErrorOfRounding,
     Evidence,
     IterationNoise,
@@ -22,18 +22,13 @@ from heyoka_bike.scoring.evidence import (
     TooFar,
     TooFewRows,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.scores import ColumnScore
 
-# Tenths of the run may go the other way by this part of the whole change of the energy.
-_PART_THAT_GOES_BACK = 0.02
-# An energy that changes by less than this part of the largest error is not what makes it: the
-# energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
-_PART_OF_ERROR = 1e-4
 # Fourth differences leave nothing of a smooth error and all of what jumps. Of white noise they are
 # so many times as large as the noise: sqrt(1+16+36+16+1).
 _GAIN = 70**0.5
@@ -62,12 +57,15 @@ class _Roughness(NamedTuple):
     ----------
     part
         Size of what jumps, of that of the error.
+    size
+        The same, of the column's scale.
     at_one, at_two
         Correlation of the fourth differences with themselves one and two rows on: near 1 of a
         smooth error, -0.8 and 0.4 of white noise, -1 and 1 of one that alternates.
     """
 
     part: float
+    size: float
     at_one: float
     at_two: float
 
@@ -92,9 +90,13 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
-    rough = (*_energy(report, worst), *_rough(report))
-    found = (*beginnings(report), *rough) or (SmoothError(missing),)
+    found = (*described(report), *_rough(report)) or (SmoothError(missing),)
     return found if single is None else (*found, SinglePrecisionBeside(single))
+
+
+def described(report: Report) -> tuple[Evidence, ...]:
+    """What the file shows of forces by itself: it rests on no search."""
+    return (*beginnings(report), *of_energy(report))
 
 
 def _size(c: ColumnScore) -> float:
@@ -109,35 +111,6 @@ def _error_in_scales(c: ColumnScore) -> float:
     return c.as_understood.measures.max_rel_error or 0.0
 
 
-def _energy(report: Report, worst: float) -> Iterator[EnergyTrend]:
-    """Energy that falls or grows steadily in every maneuver, by enough to be the error.
-
-    The largest error is in scales.
-    """
-    changes = tuple(_trend(m) for m in report.maneuvers)
-    if max(map(abs, changes)) < _PART_OF_ERROR * worst:
-        return
-    if all(x < 0.0 for x in changes) or all(x > 0.0 for x in changes):
-        yield EnergyTrend(tuple(m.maneuver for m in report.maneuvers), changes)
-
-
-def _trend(m: ManeuverScore) -> float:
-    """Relative change of the mechanical energy over the run if it is steady, otherwise 0."""
-    energy = next((c for c in m.columns if c.key == "mechanical_energy"), None)
-    if (
-        energy is None
-        or energy.is_at_floor(FLOORS_OF_ROUNDING)
-        or energy.values < 2 * FEWEST_TELLING_ROWS
-    ):
-        return 0.0
-    means = np.array([np.mean(part) for part in np.array_split(energy.trace.error, 10)])
-    change = float(means[-1] - means[0])
-    back = float(np.min(np.diff(means) * np.sign(change)))
-    if abs(change) <= 10 * (energy.floor or 0.0) or back < -_PART_THAT_GOES_BACK * abs(change):
-        return 0.0
-    return change / float(np.max(np.abs(energy.trace.value)))
-
-
 def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise]:
     """Yield what an error shows that jumps from row to row: iterations, or noise."""
     found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
@@ -147,15 +120,19 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
         if r is not None and r.at_one < _SMOOTH and r.part > _SMALLEST_TOLD
     }
     numbers = [m.maneuver for m in report.maneuvers]
-    noisy = [r for r in jumping.values() if r.part > _PART_OF_ROWS_ROUGH and _is_white(r)]
+    noisy = {place: r for place, r in jumping.items() if _is_white(r)}
+    wholly = [r for r in noisy.values() if r.part > _PART_OF_ROWS_ROUGH]
     in_rates = [n for n in numbers if _in_rates(n, jumping)]
     ringing = [n for n in numbers if _rings(n, jumping)]
-    if len(noisy) > len(found) / 2:
-        yield RoughError(tuple(f"{number}.{key}" for number, key in jumping))
+    if len(wholly) > len(found) / 2:
+        yield RoughError(tuple(f"{number}.{key}" for number, key in jumping), are_all=True)
     elif 2 * len(ringing) > len(numbers):
         yield StepRinging(tuple(ringing))
     elif 2 * len(in_rates) > len(numbers):
         yield IterationNoise(tuple(in_rates))
+    # A multistep method that changes its order jumps, too, by less than its error.
+    elif large := [place for place, r in noisy.items() if r.size > TOLERANCE]:
+        yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
 
 def _is_white(r: _Roughness) -> bool:
@@ -189,7 +166,8 @@ def _roughness(c: ColumnScore) -> _Roughness | None:
     if size <= CLEARLY * (c.floor or 0.0):
         return None
     at_one, at_two = (float(np.median([_correlation(x, k) for x in fifths])) for k in (1, 2))
-    return _Roughness(size / float(np.std(c.trace.error)), at_one, at_two)
+    part = size / float(np.std(c.trace.error))
+    return _Roughness(part, size / (c.scale or 1.0), at_one, at_two)
 
 
 def _correlation(x: Array, rows: int) -> float:

@@ -30,7 +30,7 @@ from heyoka_bike.scoring.evidence import (
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
@@ -39,7 +39,7 @@ from heyoka_bike.scoring.units import unit_told_by
 _PART_OF_EQUAL_ROWS = 0.9
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
-# Of the time: no smooth error that begins at the start grows so fast.
+# Of the time: no error that begins at the start grows so fast.
 _LARGEST_POWER = 20.0
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _PART_OF_RIGHT_START = 1e-6
@@ -120,13 +120,17 @@ def _moves(c: ColumnScore, first: int) -> bool:
 
 
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
-    """Rows held, or on straight lines between fewer rows, in all angles and rates."""
+    """Rows held, or on straight lines between fewer rows, in angles and rates.
+
+    In most of them, as one of these may be computed from the others, row by row; or in a few.
+    """
     for m in maneuvers:
         lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
         for order in (1, 2):
-            share = min((_flat(c, order) for c in lateral), default=0.0)
-            if share > _BETWEEN:
-                yield RowsBetween(m.maneuver, order - 1, share)
+            shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
+            if shares:
+                few = () if 2 * len(shares) >= len(lateral) else tuple(shares)
+                yield RowsBetween(m.maneuver, order - 1, min(shares.values()), few)
                 break
 
 
@@ -151,6 +155,9 @@ def _flat(c: ColumnScore, order: int) -> float:
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
+    # What goes on between is far above the digits: a motion that hardly moves is below them, too.
+    if not (found > tiny).any() or np.median(found[found > tiny]) < CLEARLY * tiny:
+        return 0.0
     # In all parts of the run but one: a motion that dies away ends on a straight line.
     parts = np.array_split(found[moves] <= tiny, _PARTS_OF_RUN)
     return sorted(float(np.mean(x)) for x in parts)[1]
@@ -168,33 +175,60 @@ def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
 
 
 def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
-    """A row from which on all is a hundred times farther off than in every row before."""
+    """Rows up to which all is right, after which it is soon a hundred times farther off."""
     for m in maneuvers:
-        columns = whole_columns(m)
-        if not columns:
-            continue
-        error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
-        off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
-        before, time = np.maximum.accumulate(off)[:-1], columns[0].trace.time
-        with np.errstate(divide="ignore", invalid="ignore"):
-            power = np.log(off[1:] / before) / np.log(time[1:] / time[:-1])
-        jumps = np.flatnonzero((off[1:] > BY_FAR * before) & (power > _LARGEST_POWER))
-        row = next((int(i) + 1 for i in jumps if time[i] > 0.0), 0)
-        if not row or before[row - 1] > TOLERANCE:
-            continue
-        right = before[row - 1]
-        end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
-        is_back = m.rows - end >= FEWEST_TELLING_ROWS
-        ahead, relief = _ahead(columns, slice(row, None))
-        yield Departs(
-            m.maneuver,
-            float(time[row - 1]),
-            float(time[row]),
-            float(right),
-            float(off[row]),
-            float(time[end - 1]) if is_back else None,
-            float(ahead) if relief > WEIGHTS.nearly and not is_back else None,
-        )
+        whole = whole_columns(m)
+        # Beside a wrong motion only one of these definitions is sure.
+        single = [c for c in whole if len(m.part.reference.definitions[c.key]) == 1]
+        found = next(filter(None, (_departs(m, columns) for columns in (whole, single))), None)
+        if found is not None:
+            yield found
+
+
+def _departs(m: ManeuverScore, columns: Sequence[ColumnScore]) -> Departs | None:
+    """How some columns of a maneuver depart from the right ones, if they do."""
+    if not columns:
+        return None
+    error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
+    off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
+    time = columns[0].trace.time
+    rows = _departure(off, time)
+    if rows is None or off[rows[0]] > TOLERANCE:
+        return None
+    last, row = rows
+    right = float(np.max(off[: last + 1]))
+    end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
+    is_back = m.rows - end >= FEWEST_TELLING_ROWS
+    ahead, relief = _ahead(columns, slice(row, None))
+    keys = tuple(c.key for c in columns)
+    return Departs(
+        m.maneuver,
+        float(time[last]),
+        float(time[row]),
+        right,
+        float(off[row]),
+        float(time[end - 1]) if is_back else None,
+        float(ahead) if relief > WEIGHTS.nearly and not is_back else None,
+        () if len(keys) == len(whole_columns(m)) else keys,
+    )
+
+
+def _departure(off: Array, time: Array) -> tuple[int, int] | None:
+    """The last row that is right, and the first that is a hundred times farther off.
+
+    Or None, where the error grows as one that begins at the start can.
+    """
+    most = np.maximum.accumulate(off)
+    # Of each row the first that is so much farther off than all until then.
+    far = np.searchsorted(most, BY_FAR * most, side="right")
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for last in np.flatnonzero((far < len(off)) & (time > 0.0)):
+            row = int(far[last])
+            if np.log(most[row] / most[last]) > _LARGEST_POWER * np.log(time[row] / time[last]):
+                # Right is what is as good as until then.
+                good = np.searchsorted(most, AS_GOOD * most[last], side="right") - 1
+                return int(good), row
+    return None
 
 
 def other_times(report: Report) -> OtherTimes | None:
@@ -207,6 +241,8 @@ def other_times(report: Report) -> OtherTimes | None:
         if len(columns) - max(len(energies) - 1, 0) < _OTHERS or m.rows <= FEWEST_TELLING_ROWS:
             return None
         ahead, left = _ahead(columns, slice(None), axis=0)
+        if not all(_falls(c, ahead) for c in columns):
+            return None
         relief.append(left)
         low, high = np.quantile(ahead, _MOST_ROWS).tolist()
         found[m.maneuver] = low, high
@@ -215,6 +251,18 @@ def other_times(report: Report) -> OtherTimes | None:
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = most - least < _SAME_TIME * abs(most + least)
     return OtherTimes(found, tuple(relief), bool(is_one))
+
+
+def _falls(c: ColumnScore, ahead: Array) -> bool:
+    """True if a column's error is no more than its digits, or falls where rows are so much ahead.
+
+    One column alone always has such times.
+    """
+    with np.errstate(all="ignore"):
+        slope = np.gradient(c.trace.reference, c.trace.time)
+        left = c.trace.error - ahead * (slope + ahead / 2.0 * np.gradient(slope, c.trace.time))
+    least = max(FLOORS_OF_ROUNDING * (c.floor or 0.0), ROUNDING * c.scale)
+    return rms(left) < max(rms(c.trace.error) / CLEARLY, least)
 
 
 def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
@@ -278,8 +326,11 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
         for c in m.columns:
             if c.key not in _GIVEN or not c.values or not c.is_known or c.trace.time[0] != 0.0:
                 continue
-            given = float(c.trace.reference[0])
-            here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
+            given, here = float(c.trace.reference[0]), float(c.trace.value[0])
+            # A wrong motion does not tell which definition a column has.
+            meant = m.part.reference.definitions[c.key]
+            starts = m.part.reference.approximate(np.zeros(1), [x.name for x in meant])
+            off = min(abs(here - float(x[0])) for x in starts.values())
             if off > max(_PART_OF_RIGHT_START * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
                 told = None
                 if given:
@@ -301,7 +352,11 @@ def columns_apart(report: Report) -> ColumnsApart | None:
         apart.remove(_SUM)
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
     found = {
-        key: tuple(m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], CLEARLY))
+        key: tuple(
+            m.maneuver
+            for m, c in places
+            if key in each[m.maneuver][0] or is_far(c, each[m.maneuver][1], CLEARLY)
+        )
         for key, places in wrong.items()
     }
     fits = {key: fit for key, places in wrong.items() if (fit := scaled([c for _, c in places]))}

@@ -7,7 +7,7 @@ spent stays (`budget`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 
@@ -29,6 +29,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     fitted_scale,
 )
 from heyoka_bike.scoring.diagnosis.ranking import ranked, singles_by_code
+from heyoka_bike.scoring.diagnosis.residual.fits import COUNTS
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.residual import (
     EQUATIONS,
@@ -281,8 +282,11 @@ def _names_of_starts(file: SeenFile) -> list[str]:
     return [f"initial_{name}_{n}" for n in file.maneuvers for name in START]
 
 
-def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
-    """Values of parameters, forces and starts that whole runs speak for, and mistakes of these."""
+def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothesis]:
+    """So many values of parameters, forces and starts that whole runs speak for.
+
+    And mistakes of these.
+    """
     starts = _names_of_starts(file)
     # What the equations of roll and steer show they have shown.
     seen = file.residual
@@ -290,7 +294,7 @@ def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
         seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open
     )
     names = [*(FORWARD if is_half else UNKNOWNS), *starts]
-    found = [h for h in _fitted(file, names) if h.relief > BY_FAR]
+    found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found
     keys = {x.key for h in found for x in h.found}
     alike = [m for m in OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
@@ -299,7 +303,11 @@ def _of_whole_runs(file: SeenFile) -> Iterator[Hypothesis]:
 
 
 def _fitted(
-    file: SeenFile, names: Sequence[str], begun: Sequence[Cause] = (), maneuver: int | None = None
+    file: SeenFile,
+    names: Sequence[str],
+    begun: Sequence[Cause] = (),
+    maneuver: int | None = None,
+    counts: Collection[int] = COUNTS,
 ) -> tuple[Hypothesis, ...]:
     """The fewest of some values that explain whole runs, of one maneuver or all.
 
@@ -308,8 +316,10 @@ def _fitted(
     return file.whole_runs(tuple(begun[:1]), maneuver).fewest(
         names,
         lambda m: file.judged([(m,)]),
-        lambda h: h.leaves_nothing,
+        # Each of several values lets the error fall by far.
+        lambda h: h.leaves_nothing or h.relief > BY_FAR**2,
         begun=[m.changes for m in begun],
+        counts=counts,
     )
 
 
@@ -431,16 +441,22 @@ SEARCH = (
         is_of_start=True,
     ),
     Trial(
+        "whole runs",
+        "which value do whole runs show?",
+        lambda search: _goes_on(search) and _equations_are_not_enough(search),
+        lambda search: _of_whole_runs(search.file, COUNTS[:1]),
+    ),
+    Trial(
         "library",
         "which mistake of the model do whole runs show?",
         lambda search: _goes_on(search) and _shows_no_motion(search),
         _by_library,
     ),
     Trial(
-        "whole runs",
-        "which values do whole runs show?",
+        "several values",
+        "which two or three values do whole runs show?",
         lambda search: _goes_on(search) and _equations_are_not_enough(search),
-        lambda search: _of_whole_runs(search.file),
+        lambda search: _of_whole_runs(search.file, COUNTS[1:]),
     ),
     Trial(
         "together",

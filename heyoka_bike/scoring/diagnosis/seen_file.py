@@ -1,6 +1,7 @@
 """A file, and programs with mistakes that are simulated and compared with it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -46,6 +47,9 @@ _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
 _OF_POTENTIAL = [
     c.name for key in ("potential_energy", "mechanical_energy") for c in DEFINITIONS[key]
 ]
+# The beginning of a run is at least so long [s]: a few times as long as the slower of the decays of
+# the upright bicycle take at the start.
+_BEGINNING = 1.0
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
 _PROGRAMS_AT_ONCE = 32
 
@@ -181,20 +185,49 @@ class SeenFile:
                 self.tried += 1
 
     def possible(self, hypotheses: Sequence[tuple[Cause, ...]]) -> list[tuple[Cause, ...]]:
-        """Return hypotheses that leave the first maneuver no farther off, simulated alone."""
-        if len(self._parts) == 1:
-            return list(hypotheses)
-        parts = [self._parts[0].part]
-        first = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
-        kept = [h.mistakes for h in first.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
-        self.tried += first.tried - len(kept)
-        return kept
+        """Return the likeliest hypotheses by the beginning of each maneuver, simulated alone.
+
+        What explains a run explains its beginning, which takes a small part of its time.
+        """
+        end = self._first_errors()
+        parts = [p.part.at(p.part.time <= end) for p in self._parts]
+        begun = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
+        known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
+        kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.simulated]
+        self.tried += begun.tried - len(kept)
+        return [h.mistakes for h in kept]
+
+    def _first_errors(self) -> float:
+        """The time until which maneuvers show their error by far above the digits [s].
+
+        Of those that do; of all rows where none does.
+        """
+        until = []
+        for p, right in zip(self._parts, self.right.expected, strict=True):
+            shown = np.zeros(len(p.compared), bool)
+            for key, v in self.right.understood.items():
+                if (floor := self.right.floors.get((p.part.number, key))) is not None:
+                    scale = p.part.reference.scale(key) or 1.0
+                    off = in_si(p.part, self.right.understood, key)[p.compared]
+                    shown |= np.abs(off - right[v.column.name]) > BY_FAR * floor * scale
+            if shown.any():
+                until.append(float(p.time[p.pick][np.argmax(shown)]))
+        return max(_BEGINNING, max(until)) if until else max(float(p.time[-1]) for p in self._parts)
 
     def whole_runs(self, mistakes: tuple[Cause, ...] = (), maneuver: int | None = None) -> Fits:
         """Fits of whole runs of one maneuver or all.
 
         With the definitions that the file has if it makes some mistakes.
         """
+        if mistakes or maneuver is not None:
+            return self._whole_runs(mistakes, maneuver)
+        return self._fits_of_all
+
+    @cached_property
+    def _fits_of_all(self) -> Fits:
+        return self._whole_runs((), None)
+
+    def _whole_runs(self, mistakes: tuple[Cause, ...], maneuver: int | None) -> Fits:
         understood, _ = self._typical(*self._written([apply(self.program, mistakes)]))
         parts = [p for p in self._parts if maneuver in (None, p.part.number)]
         written = [

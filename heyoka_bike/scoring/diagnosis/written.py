@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -45,9 +46,12 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
+T = TypeVar("T")
+
 # A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS = 5
+_STEPS_OFF = 2.0
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
 # Steps of the rows that differ by less than this part are even.
@@ -59,7 +63,13 @@ def _coarse_grids(report: Report) -> AsMeant | None:
     levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
     found = {place: _step_of(*x) for place, x in levels.items()}
     steps = {key: step for (_, key), step in found.items() if step is not None}
-    # Few levels show no step, but are of one that other maneuvers show.
+    # Few levels show no step, but are of one that other maneuvers show, or all of them together.
+    for key, each in grouped(
+        (key, x) for (_, key), x in levels.items() if key not in steps
+    ).items():
+        every = np.unique(np.concatenate([values for values, _ in each]))
+        if (step := _step_of(every, max(least for _, least in each))) is not None:
+            steps[key] = step
     on_grid = grouped(
         (key, n)
         for (n, key), (values, least) in levels.items()
@@ -67,10 +77,26 @@ def _coarse_grids(report: Report) -> AsMeant | None:
     )
     if not on_grid:
         return None
-    parts = (
-        _on_grid(m.part, {key: steps[key] for key, of in on_grid.items() if m.maneuver in of})
-        for m in report.maneuvers
+    errors = grouped(
+        (c.key in on_grid, c.as_understood.measures.max_rel_error or 0.0) for _, c in places(report)
     )
+    rest = max(errors.get(False, [1.0]))
+    # Counts of two rows may be off by one each.
+    by_grid = (
+        (m[key].as_understood.measures.max_abs_error or 0.0)
+        <= _STEPS_OFF * steps[key] * factor(m[key].as_understood.unit)[0]
+        for key, of in on_grid.items()
+        for m in report.maneuvers
+        if m.maneuver in of
+    )
+    if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
+        # Beside the others it tells nothing of the motion.
+        parts = [m.part.only(m.part.values.keys() - on_grid.keys()) for m in report.maneuvers]
+    else:
+        parts = [
+            _on_grid(m.part, {key: steps[key] for key, of in on_grid.items() if m.maneuver in of})
+            for m in report.maneuvers
+        ]
     seen = (
         CoarseGrid(key, tuple(of), steps[key] * factor(_column(report, key).as_understood.unit)[0])
         for key, of in on_grid.items()
@@ -81,7 +107,8 @@ def _coarse_grids(report: Report) -> AsMeant | None:
 def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
     """The different values of a column, and half of what its digits can tell, as written."""
     quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
-    values = values[np.isfinite(values)]
+    # The first row is given, and need not be on the grid of what is measured.
+    values = values[1:][np.isfinite(values[1:])]
     least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
     if quantum is not None:
         least = max(least, float(np.max(quantum.at(values))) / 2)
@@ -106,15 +133,59 @@ def _step_of(levels: Array, least: float) -> float | None:
     apart = apart[apart > FLOORS_OF_ROUNDING * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
-    span = float(levels[-1] - levels[0])
-    # Over the whole span, in which rounding counts least.
-    step = span / max(round(span / float(apart.min())), 1)
+    step = float(apart.min())
+    # By the whole span and then by the largest level, in which rounding counts less and less.
+    for whole in (float(levels[-1] - levels[0]), float(np.max(np.abs(levels)))):
+        step = whole / max(round(whole / step), 1)
     return step if _are_multiples(levels, step, least) else None
 
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:
     off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
     return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least
+
+
+def _exchanged_with_rate(report: Report) -> AsMeant | None:
+    """An angle and its rate in each other's place.
+
+    What is written as the angle is then the slope of what is written as the rate, whatever the
+    motion.
+    """
+    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    found = [key for key in rates if all(_is_slope_of_rate(m, key) for m in report.maneuvers)]
+    if not found:
+        return None
+    meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
+    numbers = tuple(m.maneuver for m in report.maneuvers)
+    seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
+    return AsMeant(tuple(seen), tuple(_in_place(m.part, meant) for m in report.maneuvers))
+
+
+def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
+    """True if an angle is the slope of its rate, and the rate is far from that of its angle."""
+    angle_key = ANGLE_OF[key]
+    if key not in m or angle_key not in m:
+        return False
+    rate, angle = m[key], m[angle_key]
+    is_whole = rate.values == angle.values == m.rows >= FEWEST_TELLING_ROWS
+    time = rate.trace.time
+    if not is_whole or not np.all(np.diff(time) > 0.0):
+        return False
+    x, v = angle.trace.value, rate.trace.value
+    off, off_exchanged = (
+        rms(local_polynomials(time, one, _DEGREE_OF_SLOPES)[:, 1] - other) / (rms(other) or 1.0)
+        for one, other in ((x, v), (v, x))
+    )
+    return BY_FAR * off_exchanged < min(off, 1.0)
+
+
+def _in_place(part: Part, meant: Mapping[str, str]) -> Part:
+    """The rows with some columns under the keys of others, in the units that these have."""
+
+    def of(columns: Mapping[str, T]) -> dict[str, T]:
+        return {meant.get(key, key): x for key, x in columns.items()}
+
+    return replace(part, values=of(part.values), lo=of(part.lo), quantum=of(part.quantum))
 
 
 def _own_differences(report: Report) -> AsMeant | None:
@@ -358,6 +429,55 @@ _WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 _PART_AVERAGED = 16
 
 
+def _bounded(report: Report) -> AsMeant | None:
+    """Columns that stay at a bound, as the file itself shows it, whatever the motion."""
+    found = {
+        (m.maneuver, c.key): bounds
+        for m, c in places(report)
+        if (bounds := _bounds_of(c)) is not None
+    }
+    if not found:
+        return None
+    keys = {key for _, key in found}
+    if all(c.key in keys for _, c in places(report)):
+        return None
+    by_key = grouped(((key, low, high), n) for (n, key), (low, high) in found.items())
+    seen = (
+        ClippedColumn(key, tuple(of), _finite(low), _finite(high), is_right_within=False)
+        for (key, low, high), of in by_key.items()
+    )
+    parts = (m.part.only(m.part.values.keys() - keys) for m in report.maneuvers)
+    return AsMeant(tuple(seen), tuple(parts))
+
+
+def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
+    """The bounds at which a column stays; infinite where it has none; None if it has neither.
+
+    It comes to a bound by steps far above its digits, and stays there as it stays nowhere else;
+    between its bounds it mostly is, and has many values.
+    """
+    value = c.trace.value
+    least = CLEARLY * max(c.floor or 0.0, ROUNDING * c.scale)
+    starts = np.flatnonzero(np.r_[True, np.diff(value) != 0.0])
+    lengths = np.diff(np.r_[starts, len(value)])
+    at = value[starts]
+    low, high = float(np.min(value)), float(np.max(value))
+    is_bound = (at == low) | (at == high)
+    inside = value[(value != low) & (value != high)]
+    is_coarse = 2 * len(inside) < len(value) or 2 * len(np.unique(inside)) < len(inside)
+    is_held = np.max(lengths[~is_bound], initial=0) >= _FEWEST_CLIPPED
+    if c.values < FEWEST_TELLING_ROWS or is_held or is_coarse:
+        return None
+    told = []
+    for bound, inf in ((low, -np.inf), (high, np.inf)):
+        # Not the first and the last rows, where a motion may begin or end.
+        here = np.flatnonzero((at == bound) & (lengths >= _FEWEST_CLIPPED))
+        inner = here[(here > 0) & (here < len(at) - 1)]
+        steps = np.minimum(np.abs(at[inner] - at[inner - 1]), np.abs(at[inner + 1] - at[inner]))
+        told.append(bound if len(inner) and np.max(steps) > least else inf)
+    return (told[0], told[1]) if np.any(np.isfinite(told)) else None
+
+
 def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Evidence of the columns, those of one kind and size together."""
     averaged = grouped((d.about[0], place) for place, d in found.items() if d.how == "averaged")
@@ -380,8 +500,12 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
             elif how == "clipped":
-                low, high = (x if np.isfinite(x) else None for x in about)
-                yield ClippedColumn(key, tuple(of), low, high)
+                low, high = map(_finite, about)
+                yield ClippedColumn(key, tuple(of), low, high, is_right_within=True)
+
+
+def _finite(x: float) -> float | None:
+    return x if np.isfinite(x) else None
 
 
 def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
@@ -398,6 +522,7 @@ def _column(report: Report, key: str) -> ColumnScore:
 
 STEPS = (
     Look("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
+    Look("exchanged", "are an angle and its rate in each other's place?", _exchanged_with_rate),
     Look("differences", "is a rate the difference of its own angle?", _own_differences),
     Look("counted", "are the rows right at multiples of a step?", counted_rows),
     Look("one clock", "are the rows right at times on another scale?", one_clock),
@@ -408,5 +533,6 @@ STEPS = (
         "zero, bounded or averaged?",
         _deviating_columns,
     ),
+    Look("bounds", "does a column stay at a bound?", _bounded),
 )
 """What is held against the rows, in this order."""

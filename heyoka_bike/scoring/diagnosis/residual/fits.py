@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ from heyoka_bike.scoring.ratios import CLEARLY
 
 SPLIT = 4
 """Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
+
+COUNTS = tuple(size for size, _ in WEIGHTS.subsets)
+"""Of how many values together are found."""
 
 Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
 """From a program, and others near it, to the blocks of the error that each leaves."""
@@ -65,6 +68,7 @@ class Fits:
     promise: float
     split: int = 1
     needed: float = 1.0
+    _known: dict[tuple[tuple[str, float], ...], Blocks] = field(default_factory=dict)
 
     def fewest(
         self,
@@ -74,11 +78,13 @@ class Fits:
         *,
         least: float = 0.0,
         begun: Sequence[Mapping[str, float]] = (),
+        counts: Collection[int] = COUNTS,
     ) -> tuple[Hypothesis, ...]:
         """The fewest values that are likelier than fewer are, and than `least`; best first.
 
-        Of one, two and three names those subsets that explain most to first order, or some that are
-        begun with, until one is enough; then the best with further ones beside it.
+        Of one, two and three names, or as many of them as `counts` says, those subsets that explain
+        most to first order, or some that are begun with, until one is enough; then the best with
+        further ones beside it.
         """
         best: list[Hypothesis] = []
 
@@ -91,9 +97,9 @@ class Fits:
                 best.sort(key=lambda h: -h.log_odds)
             return bool(best) and best[0] is not before
 
-        for several in [begun] if begun else self._likely(names):
+        for several in [begun] if begun else self._likely(names, counts):
             add(several)
-        while best and len(best[0].found) < len(WEIGHTS.subsets):
+        while best and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break
         # Further values explain more always.
@@ -104,8 +110,10 @@ class Fits:
         found = best_subsets(self._first_order(dict.fromkeys(names, 0.0)), 1, 1)
         return float(np.max(found.gains, initial=1.0))
 
-    def _likely(self, names: Sequence[str]) -> Iterator[list[dict[str, float]]]:
-        """One, two and three of the names that explain most to first order, as they begin.
+    def _likely(
+        self, names: Sequence[str], counts: Collection[int]
+    ) -> Iterator[list[dict[str, float]]]:
+        """So many of the names that explain most to first order, as they begin.
 
         What is large later may be so in the first blocks only.
         """
@@ -124,7 +132,8 @@ class Fits:
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, count // len(views))
                     found |= dict.fromkeys(map(tuple, subsets.members[:most].tolist()))
-            yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
+            if size in counts:
+                yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
         """Some values with the one that to first order leaves least of what these leave."""
@@ -144,7 +153,10 @@ class Fits:
         return other_values(found, off, self.right)
 
     def _first_order(self, changes: Mapping[str, float]) -> Blocks:
-        return linearised(*self._problem(changes))
+        key = tuple(changes.items())
+        if key not in self._known:
+            self._known[key] = linearised(*self._problem(changes))
+        return self._known[key]
 
     def _problem(self, changes: Mapping[str, float]) -> tuple[Errors, Array, Array, Array]:
         """Errors, values, their sizes and the floors, as `linear_fits` takes them."""

@@ -1,0 +1,71 @@
+"""The mechanical energy of a file alone tells whether what is wrong does work."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.energies import of_energy
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
+from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, initial_state
+from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
+from heyoka_bike.scoring.score import score
+
+TIME = np.arange(1001) / 100
+KEYS = ("roll_angle", "potential_energy", "kinetic_energy", "mechanical_energy")
+
+
+@pytest.fixture(scope="module")
+def right(bicycle, reference):
+    starts = {
+        n: Start(*(float(reference[n].rows[k][0]) for k in ("forward_speed", "roll_rate")))
+        for n in reference
+    }
+    return Program(bicycle, starts)
+
+
+def made(simulator, program, keys=KEYS, **amounts):
+    table = {"time": TIME}
+    for n, start in program.starts.items():
+        first = initial_state(program.bicycle, start)
+        columns = simulator.run(program.bicycle, first, TIME, dict(program.amounts) | amounts)
+        table |= {f"{key}_{n}": columns[key] for key in keys}
+    return table
+
+
+def energy(table, reference):
+    (found,) = of_energy(score(table, reference))
+    return found
+
+
+@pytest.mark.parametrize("code", ["sign_IHxz", "no_gyroscopic_R", "trail_normal"])
+@pytest.mark.parametrize("keys", [KEYS, KEYS[1:3]])
+def test_what_does_no_work_keeps_it(simulator, right, reference, code, keys):
+    """Of a wrong bicycle, and of a term that is missing at right angles to its velocity."""
+    program = apply(right, [m for m in (*MISTAKES, *EQUATION_MISTAKES) if m.code == code])
+    found = energy(made(simulator, program, keys), reference)
+    assert isinstance(found, EnergyKept)
+    assert found.left < 1e-6 * max(found.exchanged.values())
+
+
+def test_a_spring_stores_what_the_sum_lacks(simulator, right, reference):
+    table = made(simulator, right, steer_stiffness=0.5)
+    found = energy(table, reference)
+    assert isinstance(found, EnergyVaries)
+    for n, (change, time) in found.largest.items():
+        e = table[f"mechanical_energy_{n}"]
+        row = int(np.argmax(np.abs(e - e[0])))
+        assert time == TIME[row]
+        assert change == pytest.approx(e[row] - e[0], rel=1e-6)
+
+
+def test_a_damper_takes_it_steadily(simulator, right, reference):
+    found = energy(made(simulator, right, velocity_damping=0.01), reference)
+    assert isinstance(found, EnergyTrend)
+    assert max(found.changes) < 0.0
+
+
+def test_it_is_said_where_the_time_is_spent(simulator, right, reference):
+    table = made(simulator, right, KEYS[1:], steer_stiffness=0.5)
+    said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
+    assert said == ["energy_varies", "stopped_early"]
