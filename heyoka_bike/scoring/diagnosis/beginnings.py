@@ -13,6 +13,8 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -124,15 +126,21 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
     keys = {c.key for m in maneuvers for c in m.columns if c.key in LATERAL and c.unit == "rad"}
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
-                if c.key == key and c.values and (order := _power(c)) is not None}  # fmt: skip
+                if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
         # What is a start in one and a force in another tells nothing.
         if each and (min(each.values()) > 1 or max(each.values()) == 1):
             yield BeginsAs(key, min(each.values()), tuple(each))
 
 
+def _is_wrong(c: ColumnScore) -> bool:
+    """True if a column is off by what is seen in a plot: integrators are off by less."""
+    return bool(c.values) and (c.as_understood.measures.max_rel_error or 0.0) > TOLERANCE
+
+
 def _power(c: ColumnScore) -> int | None:
     """The power of the time with which a column's error begins; None if the rows do not show it."""
-    time, error, floor = c.trace.time, np.abs(c.trace.error), c.floor or 0.0
+    time, error = c.trace.time, np.abs(c.trace.error)
+    floor = max(c.floor or 0.0, ROUNDING * c.scale)
     if time[0] != 0.0 or error[0] > floor:
         return None
     shown = np.flatnonzero(error > CLEARLY * floor)
