@@ -930,16 +930,16 @@ def _(e: seen.Unsymmetric) -> Finding:
 def _(e: seen.BeginsAs) -> Finding:
     power = {1: "the time", 2: "its square", 3: "its cube, or a higher power"}[e.order]
     rate = e.key.replace("angle", "rate")
-    model = (
-        f"So neither the times nor the first {rate} are other ones: a force or a term of the model "
-        "is off"
+    others = (
+        f"neither the times nor the first {rate} are other ones. A force or a term of the model"
     )
+    written = "integrators and a column that is written otherwise"
     why = {
-        1: f"So it is no force: another first {rate}, other times and integrators begin so",
-        2: f"{model} from the first row on, as those of velocities are, or the speed at the start. "
-        "Some integrators begin so, too",
-        3: f"{model} that is zero upright and straight, as those of angles are, or sets in. "
-        "Some integrators begin so, too",
+        1: f"So it is no force: another first {rate}, other times, {written} begin so",
+        2: f"So {others} that acts from the first row on, as those of velocities do, begins so; "
+        f"another speed, some {written}, too",
+        3: f"So {others} that is zero upright and straight, as those of angles are, or that sets "
+        f"in begins so; some {written}, too",
     }[e.order]
     each = maneuvers(e.maneuvers)
     said = f"The error of {e.key} of {each} begins in proportion to {power}. {why}"

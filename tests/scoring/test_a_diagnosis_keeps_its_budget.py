@@ -78,7 +78,8 @@ def test_without_time_nothing_is_claimed(file, reference):
     found, looks = after(report, reference, 1)
     assert looks == 2
     assert found.is_stopped_early
-    assert codes(found) == ["stopped_early"]
+    # How the error begins, and what the energy shows, is seen without a search.
+    assert {*codes(found)} <= {"begins_as", "energy_varies", "stopped_early"}
     assert found.explanation is None
     assert not {*codes(found)} & {*CAUSES, *CONCLUSIONS}
 
@@ -126,10 +127,8 @@ def test_the_commands_end_with_a_code_of_their_own(tmp_path, capsys):
     assert main(["diagnose", path, "--budget", "1e-9", "--format", "json"]) == 4
     told = json.loads(capsys.readouterr().out)
     assert told["stopped_early"] is True
-    assert told["findings"][0] == {
-        "code": "stopped_early", "severity": "warning", "evidence": {"seconds": 1e-9},
-        "message": told["findings"][0]["message"],
-    }  # fmt: skip
+    stopped = next(f for f in told["findings"] if f["code"] == "stopped_early")
+    assert (stopped["severity"], stopped["evidence"]) == ("warning", {"seconds": 1e-9})
     asked = ["score", path, "--diagnose", "--budget", "1e-9"]
     assert main([*asked, "--format", "json"]) == 4
     assert json.loads(capsys.readouterr().out)["stopped_early"] is True
@@ -164,4 +163,5 @@ def test_in_python_a_budget_that_is_none_is_refused(budget):
 def test_in_python_it_is_a_keyword(tmp_path):
     found = diagnose(wrong(tmp_path), budget=1e-9)
     assert found.is_stopped_early
-    assert codes(found) == ["stopped_early"]
+    assert codes(found)[-1] == "stopped_early"
+    assert not {*codes(found)} & {*CAUSES, *CONCLUSIONS}

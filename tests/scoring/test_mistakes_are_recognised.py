@@ -194,7 +194,10 @@ def test_a_correct_program_is_not_accused(reference, simulator, level):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert found.classes == ()
     assert found.causes.fitted == ()
-    assert said_of(found, score(results, reference))[0].code == "no_mistake_found"
+    said = [f.code for f in said_of(found, score(results, reference))]
+    # What such columns, which are no motion's, leave of the equations is told, and no cause.
+    assert said[0] == "left_of_equations" or said[0] == "no_mistake_found"
+    assert "no_mistake_found" in said[:2]
 
 
 @pytest.mark.parametrize(("method", "step", "shown"), CLOSEST)

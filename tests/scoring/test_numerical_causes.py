@@ -33,8 +33,12 @@ def told(results, reference):
     return sayings.findings(causes(score(results, reference)))
 
 
+# What is said of the motion, whatever its errors look like; these are no motion's.
+OF_MOTION = {"begins_as", "energy_varies", "energy_kept"}
+
+
 def names(found):
-    return [f.code for f in found]
+    return [f.code for f in found if f.code not in OF_MOTION]
 
 
 def with_errors(reference, level, more):
@@ -90,7 +94,7 @@ def test_energy_that_falls_in_one_maneuver_only_is_not_damping(reference):
         lost = 1e-6 if number == 2 and key in ("kinetic_energy", "mechanical_energy") else 0.0
         return -lost * reference[number].time * values
 
-    assert names(told(with_errors(reference, 0.0, changed), reference)) == ["energy_varies"]
+    assert names(told(with_errors(reference, 0.0, changed), reference)) == ["smooth_error"]
 
 
 @pytest.mark.parametrize("level", [1e-8, 1e-5])
@@ -109,9 +113,14 @@ def test_noise_of_one_column_beside_a_smooth_error_is_named(reference):
     def noise(key, values, number):
         return 1e-4 * random.standard_normal(len(values)) if key == "steer_angle" else 0.0
 
-    (found,) = told(with_errors(reference, 1e-2, noise), reference)
+    found = told(with_errors(reference, 1e-2, noise), reference)[-1]
     assert found.code == "rough_error"
-    assert {*found.evidence["columns"]} == {f"{n}.steer_angle" for n in reference}
+    # Where it makes a thousandth of the column.
+    assert {*found.evidence["columns"]} == {
+        f"{n}.steer_angle"
+        for n in reference
+        if 1e-3 * np.max(np.abs(reference[n]["steer_angle"])) < 1e-4
+    }
     assert found.message.startswith("A part of the error of")
 
 

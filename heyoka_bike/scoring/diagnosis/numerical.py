@@ -11,7 +11,10 @@ from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
+    BeginsAs,
     BlownUp,
+    EnergyKept,
+    EnergyVaries,
     ErrorOfRounding,
     Evidence,
     IterationNoise,
@@ -90,7 +93,10 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
-    found = (*described(report), *_rough(report)) or (SmoothError(missing),)
+    found = (*described(report), *_rough(report))
+    if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
+        # As an integrator's error may be, too.
+        found = (*found, SmoothError(missing))
     return found if single is None else (*found, SinglePrecisionBeside(single))
 
 

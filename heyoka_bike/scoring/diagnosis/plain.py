@@ -190,12 +190,16 @@ def _departs(m: ManeuverScore, columns: Sequence[ColumnScore]) -> Departs | None
     if not columns:
         return None
     error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
-    off = np.maximum(error, max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns)))
-    time = columns[0].trace.time
+    floor = max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns))
+    off, time = np.maximum(error, floor), columns[0].trace.time
     rows = _departure(off, time)
     if rows is None or off[rows[0]] > TOLERANCE:
         return None
     last, row = rows
+    # Errors of steps that a tolerance chooses may differ as much, from one step to the next.
+    is_right = off[last] <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * floor)
+    if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
+        return None
     right = float(np.max(off[: last + 1]))
     end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
     is_back = m.rows - end >= FEWEST_TELLING_ROWS
