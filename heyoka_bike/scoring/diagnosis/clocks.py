@@ -21,7 +21,7 @@ from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
 
@@ -74,7 +74,7 @@ class _Wrong:
         """True if so little is left, and so much less than there was, that the times are meant."""
         falls = (left * BY_FAR < self.before) | (left <= self.floors)
         # To fall to the digits from next to them shows nothing.
-        is_shown = bool(np.any(left * CLEARLY < self.before))
+        is_shown = bool(np.any(left * BY_FAR < self.before))
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
