@@ -239,6 +239,18 @@ def test_one_column_that_is_held_is_named_alone(reference):
     assert all(f.evidence["columns"] == ["steer_rate"] for f in found)
 
 
+def test_a_speed_that_settles_in_single_precision_is_not_held(reference, tmp_path):
+    """It stands still for more and more rows, and at last for all that are left."""
+    time = np.linspace(0.0, 10.0, 10001)
+    values = reference[3].approximate(time, list(BENCHMARK_COLUMNS))
+    lines = (" ".join([f"{t:.3f}", *map(str, np.array(row, np.float32))])
+             for t, *row in zip(time, *values.values(), strict=True))  # fmt: skip
+    path = tmp_path / "r.txt"
+    path.write_text("time " + " ".join(values) + "\n" + "\n".join(lines) + "\n")
+    found = shown(score(path, reference, maneuver=3))
+    assert "rows_repeated" not in [f.code for f in found]
+
+
 @pytest.mark.parametrize("digits", [6, 9, 12])
 def test_an_error_that_begins_later_and_grows_is_a_departure(reference, digits):
     """As of a force that sets in: with the square of the time since then."""

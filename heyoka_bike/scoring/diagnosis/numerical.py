@@ -9,6 +9,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
     BeginsAs,
@@ -93,7 +94,9 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
-    found = (*described(report), *_rough(report))
+    # What is left below this part needs no cause.
+    rough = tuple(_rough(report)) if worst > WEIGHTS.nothing else ()
+    found = (*described(report), *rough)
     if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
         # As an integrator's error may be, too.
         found = (*found, SmoothError(missing))

@@ -98,7 +98,11 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - _last_step(c) for c in whole}
-        others = [c for c in whole if still[c.key] < FEWEST_TELLING_ROWS]
+        # Of few digits a motion that dies away stands still for a while, too, and goes on.
+        others = [
+            c for c in whole
+            if still[c.key] < max(FEWEST_TELLING_ROWS, AS_GOOD * _still_before(c))
+        ]  # fmt: skip
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
         if not held or any(_worst(c) > TOLERANCE for c in others):
@@ -107,6 +111,11 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated
         rows = min(still[c.key] for c in shown)
         time = float(held[0].trace.time[m.rows - rows])
         yield RowsRepeated(m.maneuver, time, rows, tuple(c.key for c in shown), not others)
+
+
+def _still_before(c: ColumnScore) -> int:
+    """The most rows that hold the same number, of those before the last step."""
+    return int(np.max(np.diff(np.flatnonzero(np.diff(c.trace.value))), initial=0))
 
 
 def _last_step(c: ColumnScore) -> int:
