@@ -441,6 +441,14 @@ def _moves_rightly(sample: Sample, found: Understandings) -> float:
     return max(off, default=1.0)
 
 
+def _leans_rightly(sample: Sample, found: Understandings) -> float:
+    """Return by how much roll and steer are off, in scales, as they are taken; 1 without both."""
+    errors = {k: sample.typical(k, found[k]) / sample.scale[k]
+              for k in sample.values if k in LATERAL and sample.scale[k]}  # fmt: skip
+    is_told = len({key.split("_")[0] for key in errors}) > 1
+    return max(errors.values()) if is_told else 1.0
+
+
 def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
     """A column as taken, with the odds that it is of none of the definitions."""
     u, having = found[key], [s for s in samples if key in s.values]
@@ -525,7 +533,10 @@ def _with_offset(
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
-    off_by = max(min(accuracy(s, before, ZEROED), _moves_rightly(s, before)) for s in having)
+    off_by = max(
+        min(accuracy(s, before, ZEROED), _moves_rightly(s, before), _leans_rightly(s, before))
+        for s in having
+    )
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)

@@ -90,6 +90,20 @@ def test_a_right_speed_shows_the_motion_of_an_energy_of_another_zero(reference, 
     assert taken.as_understood.offset == 0.0
 
 
+@pytest.mark.parametrize("keys", [("roll_rate", "steer_angle"), ("roll_angle", "steer_rate")])
+def test_right_roll_and_steer_show_the_motion_of_an_energy_of_another_zero(reference, keys):
+    right = {key: reference[2][key] for key in keys}
+    energy = {
+        "time": reference[2].time,
+        "mechanical_energy": reference[2]["mechanical_energy"] - 1e3,
+    }
+    assert score({**energy, **right}, reference, maneuver=2).is_right
+    # One alone may be right where the other is not; and a wrong motion shows nothing.
+    for others in ({keys[0]: right[keys[0]]}, {k: 1.01 * x for k, x in right.items()}):
+        taken = score({**energy, **others}, reference, maneuver=2)[2]["mechanical_energy"]
+        assert taken.as_understood.offset == 0.0
+
+
 @pytest.mark.parametrize("definition", SPEEDS)
 def test_speeds_of_the_riders_centre_of_mass_are_known(reference, definition):
     speed = reference[2][f"forward_speed_{definition}"]
