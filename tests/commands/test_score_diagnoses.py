@@ -115,6 +115,7 @@ def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values
     "rows",
     [
         pytest.param(slice(300, 301), marks=pytest.mark.proof),
+        pytest.param(slice(300, 360, 4), marks=pytest.mark.proof),
         pytest.param(slice(0, 3), marks=pytest.mark.proof),
         pytest.param(slice(0, 1), marks=pytest.mark.slow),
     ],

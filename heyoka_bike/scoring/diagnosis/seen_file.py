@@ -39,6 +39,7 @@ from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.explanation import Curve
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.units import factor
@@ -191,6 +192,9 @@ class SeenFile:
         """
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
+        if any(len(part.time) < FEWEST_TELLING_ROWS for part in parts):
+            # A file that begins later has no beginning.
+            parts = [p.part for p in self._parts]
         begun = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
         kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.simulated]

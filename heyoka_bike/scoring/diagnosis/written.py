@@ -111,7 +111,7 @@ def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
     values = values[1:][np.isfinite(values[1:])]
     least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
     if quantum is not None:
-        least = max(least, float(np.max(quantum.at(values))) / 2)
+        least = max(least, float(np.max(quantum.at(values), initial=0.0)) / 2)
     return np.unique(values), least
 
 
