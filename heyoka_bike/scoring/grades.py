@@ -59,6 +59,11 @@ def digits_of(error: float, scale: float) -> float:
     return digits(error / scale if scale else 0.0) or 0.0
 
 
+def has_right_digits(error: float) -> bool:
+    """True if an error in scales is that of a column which is called right."""
+    return digits_of(error, 1.0) >= RIGHT_DIGITS
+
+
 def grade(
     error: float | None,
     *,

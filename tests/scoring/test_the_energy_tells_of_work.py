@@ -3,34 +3,20 @@
 import numpy as np
 import pytest
 
+from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.energies import of_energy
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
-from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, initial_state
 from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
 from heyoka_bike.scoring.score import score
 
-TIME = np.arange(1001) / 100
 KEYS = ("roll_angle", "potential_energy", "kinetic_energy", "mechanical_energy")
 
 
 @pytest.fixture(scope="module")
 def right(bicycle, reference):
-    starts = {
-        n: Start(*(float(reference[n].rows[k][0]) for k in ("forward_speed", "roll_rate")))
-        for n in reference
-    }
-    return Program(bicycle, starts)
-
-
-def made(simulator, program, keys=KEYS, **amounts):
-    table = {"time": TIME}
-    for n, start in program.starts.items():
-        first = initial_state(program.bicycle, start)
-        columns = simulator.run(program.bicycle, first, TIME, dict(program.amounts) | amounts)
-        table |= {f"{key}_{n}": columns[key] for key in keys}
-    return table
+    return right_program(bicycle, reference)
 
 
 def energy(table, reference):
@@ -43,13 +29,13 @@ def energy(table, reference):
 def test_what_does_no_work_keeps_it(simulator, right, reference, code, keys):
     """Of a wrong bicycle, and of a term that is missing at right angles to its velocity."""
     program = apply(right, [m for m in (*MISTAKES, *EQUATION_MISTAKES) if m.code == code])
-    found = energy(made(simulator, program, keys), reference)
+    found = energy(simulated(simulator, program, keys), reference)
     assert isinstance(found, EnergyKept)
     assert found.left < 1e-6 * max(found.exchanged.values())
 
 
 def test_a_spring_stores_what_the_sum_lacks(simulator, right, reference):
-    table = made(simulator, right, steer_stiffness=0.5)
+    table = simulated(simulator, right, KEYS, steer_stiffness=0.5)
     found = energy(table, reference)
     assert isinstance(found, EnergyVaries)
     for n, (change, time) in found.largest.items():
@@ -60,12 +46,12 @@ def test_a_spring_stores_what_the_sum_lacks(simulator, right, reference):
 
 
 def test_a_damper_takes_it_steadily(simulator, right, reference):
-    found = energy(made(simulator, right, velocity_damping=0.01), reference)
+    found = energy(simulated(simulator, right, KEYS, velocity_damping=0.01), reference)
     assert isinstance(found, EnergyTrend)
     assert max(found.changes) < 0.0
 
 
 def test_it_is_said_where_the_time_is_spent(simulator, right, reference):
-    table = made(simulator, right, KEYS[1:], steer_stiffness=0.5)
+    table = simulated(simulator, right, KEYS[1:], steer_stiffness=0.5)
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
     assert said == ["energy_varies", "stopped_early"]

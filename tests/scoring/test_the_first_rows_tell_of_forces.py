@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
+from generators.simulated_tables import TIME, right_program, simulated
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.claims import LINEAR
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.numerical import causes
-from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, initial_state
 from heyoka_bike.scoring.evidence import BeginsAs, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.score import score
 
-TIME = np.arange(1001) / 100
 SYMMETRIC = (
     "sign_IHxz", "trail_normal", "spin_F_missing", "centre_B_from_hub", "roll_rate_in_degrees",
     "speed_in_km_h", "one_step_early", "no_gyroscopic",
@@ -22,21 +21,14 @@ SYMMETRIC = (
 
 @pytest.fixture(scope="module")
 def right(bicycle, reference):
-    starts = {
-        n: Start(*(float(reference[n].rows[k][0]) for k in ("forward_speed", "roll_rate")))
-        for n in reference
-    }
-    return Program(bicycle, starts)
+    return right_program(bicycle, reference)
 
 
 def made(simulator, program, key, **amounts):
     """One column of all maneuvers, written with 12 digits."""
-    table = {"time": TIME}
-    for n, start in program.starts.items():
-        first, meant = initial_state(program.bicycle, start), program.clock(TIME, 0.01)
-        columns = simulator.run(program.bicycle, first, meant, dict(program.amounts) | amounts)
-        table[f"{key}_{n}"] = np.array([float(f"{x:.12g}") for x in columns[key]])
-    return table
+    table = simulated(simulator, program, (key,), **amounts)
+    return {name: x if name == "time" else np.array([float(f"{v:.12g}") for v in x])
+            for name, x in table.items()}  # fmt: skip
 
 
 def test_a_force_along_the_motion_is_told_with_its_size(simulator, right, reference):
@@ -71,11 +63,7 @@ def test_mistakes_of_a_symmetric_model_are_neither(simulator, right, reference, 
 
 def orders(simulator, program, reference, **amounts):
     """With which power of the time the angles' errors begin, where it is seen."""
-    table = {"time": TIME}
-    for n, start in program.starts.items():
-        first, meant = initial_state(program.bicycle, start), program.clock(TIME, 0.01)
-        columns = simulator.run(program.bicycle, first, meant, dict(program.amounts) | amounts)
-        table |= {f"{key}_{n}": columns[key] for key in ("roll_angle", "steer_angle")}
+    table = simulated(simulator, program, ("roll_angle", "steer_angle"), **amounts)
     return {x.order for x in beginnings(score(table, reference)) if isinstance(x, BeginsAs)}
 
 

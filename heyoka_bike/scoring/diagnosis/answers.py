@@ -39,7 +39,7 @@ from heyoka_bike.scoring.evidence import (
     SmoothError,
     TooFar,
 )
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT_DIGITS, digits_of
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -95,7 +95,7 @@ def answers(
     # Where nothing is left of the motion, its equations say nothing either.
     is_told = not forces and not any(isinstance(x, TooFar) for x in shape)
     described = tuple(_described(diagnosis.causes)) if is_told else ()
-    if digits_of(nothing.max_rel_error, 1.0) >= RIGHT_DIGITS:
+    if has_right_digits(nothing.max_rel_error):
         # An integrator's error of a right file is none to look for.
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):

@@ -38,7 +38,7 @@ from heyoka_bike.scoring.evidence import (
     TimeShift,
 )
 from heyoka_bike.scoring.explanation import Curve, Explanation
-from heyoka_bike.scoring.grades import RIGHT_DIGITS, TOLERANCE, digits_of
+from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
@@ -297,7 +297,7 @@ def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
     largest = max(x.max_rel_error for x in errors.values())
     right = {
         n: x.max_rel_error for n, x in errors.items()
-        if digits_of(x.max_rel_error, 1.0) >= RIGHT_DIGITS
+        if has_right_digits(x.max_rel_error)
         and x.max_rel_error * BY_FAR**2 < largest
     }  # fmt: skip
     if not right:

@@ -12,7 +12,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT_DIGITS, TOLERANCE, digits_of
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -87,7 +87,7 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
         )
     elif (all(x < 0.0 for x in trends) or all(x > 0.0 for x in trends)) and varying:
         yield EnergyTrend(numbers, trends)
-    elif digits_of(worst, 1.0) < RIGHT_DIGITS and any(_does_work(known[n]) for n in varying):
+    elif not has_right_digits(worst) and any(_does_work(known[n]) for n in varying):
         yield EnergyVaries(varying)
 
 

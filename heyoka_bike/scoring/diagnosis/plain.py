@@ -189,13 +189,17 @@ def _departures(maneuvers: Sequence[ManeuverScore]) -> Iterator[Departs]:
         whole = whole_columns(m)
         # Beside a wrong motion only one of these definitions is sure.
         single = [c for c in whole if len(m.part.reference.definitions[c.key]) == 1]
-        found = next(filter(None, (_departs(m, columns) for columns in (whole, single))), None)
+        found = _departs(m, whole)
+        if found is None and len(single) < len(whole):
+            found = _departs(m, single, tuple(c.key for c in single))
         if found is not None:
             yield found
 
 
-def _departs(m: ManeuverScore, columns: Sequence[ColumnScore]) -> Departs | None:
-    """How some columns of a maneuver depart from the right ones, if they do."""
+def _departs(
+    m: ManeuverScore, columns: Sequence[ColumnScore], keys: tuple[str, ...] = ()
+) -> Departs | None:
+    """How some columns of a maneuver depart from the right ones, if they do; `keys` are named."""
     if not columns:
         return None
     error = np.max([np.abs(c.trace.error) / c.scale for c in columns], axis=0)
@@ -213,7 +217,6 @@ def _departs(m: ManeuverScore, columns: Sequence[ColumnScore]) -> Departs | None
     end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
     is_back = m.rows - end >= FEWEST_TELLING_ROWS
     ahead, relief = _ahead(columns, slice(row, None))
-    keys = tuple(c.key for c in columns)
     return Departs(
         m.maneuver,
         float(time[last]),
@@ -222,7 +225,7 @@ def _departs(m: ManeuverScore, columns: Sequence[ColumnScore]) -> Departs | None
         float(off[row]),
         float(time[end - 1]) if is_back else None,
         float(ahead) if relief > WEIGHTS.nearly and not is_back else None,
-        () if len(keys) == len(whole_columns(m)) else keys,
+        keys,
     )
 
 

@@ -39,7 +39,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     shows_equations,
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
-from heyoka_bike.scoring.grades import RIGHT_DIGITS, digits_of
+from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
@@ -126,7 +126,7 @@ class Search:
         written are looked at, which takes little time.
         """
         error = max(self.file.right.after.values(), default=1.0)
-        is_near = digits_of(error, 1.0) >= RIGHT_DIGITS and not self.is_thorough
+        is_near = has_right_digits(error) and not self.is_thorough
         return is_near or self.ends_at_a_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
@@ -216,6 +216,10 @@ def _equations_are_not_enough(search: Search) -> bool:
     # A force that no cause explains in the equations is explained by no value of whole runs.
     is_seen = seen.visibility is not Visibility.NOTHING
     return is_seen and not (seen.is_open or _tells_all(seen))
+
+
+def _asks_whole_runs(search: Search) -> bool:
+    return _goes_on(search) and _equations_are_not_enough(search)
 
 
 def _shows_another_start(search: Search) -> bool:
@@ -443,7 +447,7 @@ SEARCH = (
     Trial(
         "whole runs",
         "which value do whole runs show?",
-        lambda search: _goes_on(search) and _equations_are_not_enough(search),
+        _asks_whole_runs,
         lambda search: _of_whole_runs(search.file, COUNTS[:1]),
     ),
     Trial(
@@ -455,7 +459,7 @@ SEARCH = (
     Trial(
         "several values",
         "which two or three values do whole runs show?",
-        lambda search: _goes_on(search) and _equations_are_not_enough(search),
+        _asks_whole_runs,
         lambda search: _of_whole_runs(search.file, COUNTS[1:]),
     ),
     Trial(

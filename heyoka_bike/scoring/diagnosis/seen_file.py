@@ -212,8 +212,8 @@ class SeenFile:
             for key, v in self.right.understood.items():
                 if (floor := self.right.floors.get((p.part.number, key))) is not None:
                     scale = p.part.reference.scale(key) or 1.0
-                    off = in_si(p.part, self.right.understood, key)[p.compared]
-                    shown |= np.abs(off - right[v.column.name]) > BY_FAR * floor * scale
+                    values = in_si(p.part, self.right.understood, key)[p.compared]
+                    shown |= np.abs(values - right[v.column.name]) > BY_FAR * floor * scale
             if shown.any():
                 until.append(float(p.time[p.pick][np.argmax(shown)]))
         return max(_BEGINNING, max(until)) if until else max(float(p.time[-1]) for p in self._parts)
