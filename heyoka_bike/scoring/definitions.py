@@ -442,11 +442,10 @@ def _moves_rightly(sample: Sample, found: Understandings) -> float:
 
 
 def _leans_rightly(sample: Sample, found: Understandings) -> float:
-    """Return by how much roll and steer are off, in scales, as they are taken; 1 without both."""
-    errors = {k: sample.typical(k, found[k]) / sample.scale[k]
-              for k in sample.values if k in LATERAL and sample.scale[k]}  # fmt: skip
-    is_told = len({key.split("_")[0] for key in errors}) > 1
-    return max(errors.values()) if is_told else 1.0
+    """Return by how much roll and steer are off, in scales, as they are taken; 1 without either."""
+    errors = [sample.typical(k, found[k]) / sample.scale[k]
+              for k in sample.values if k in LATERAL and sample.scale[k]]  # fmt: skip
+    return max(errors, default=1.0)
 
 
 def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from generators.made_results import codes, made
+from generators.simulated_tables import simulated
 from heyoka_bike import diagnose, score
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.programs.program import Program, Start
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 
 ZEROED = ("potential_energy", "mechanical_energy")
@@ -90,18 +92,33 @@ def test_a_right_speed_shows_the_motion_of_an_energy_of_another_zero(reference, 
     assert taken.as_understood.offset == 0.0
 
 
-@pytest.mark.parametrize("keys", [("roll_rate", "steer_angle"), ("roll_angle", "steer_rate")])
-def test_right_roll_and_steer_show_the_motion_of_an_energy_of_another_zero(reference, keys):
+@pytest.mark.parametrize("keys", [("roll_angle",), ("roll_rate", "steer_angle"), ("steer_rate",)])
+def test_right_roll_or_steer_shows_the_motion_of_an_energy_of_another_zero(reference, keys):
     right = {key: reference[2][key] for key in keys}
     energy = {
         "time": reference[2].time,
         "mechanical_energy": reference[2]["mechanical_energy"] - 1e3,
     }
     assert score({**energy, **right}, reference, maneuver=2).is_right
-    # One alone may be right where the other is not; and a wrong motion shows nothing.
-    for others in ({keys[0]: right[keys[0]]}, {k: 1.01 * x for k, x in right.items()}):
-        taken = score({**energy, **others}, reference, maneuver=2)[2]["mechanical_energy"]
-        assert taken.as_understood.offset == 0.0
+    # A wrong motion shows nothing.
+    wrong = {k: 1.1 * x for k, x in right.items()}
+    taken = score({**energy, **wrong}, reference, maneuver=2)[2]["mechanical_energy"]
+    assert taken.as_understood.offset == 0.0
+
+
+def test_a_start_with_more_energy_is_no_other_zero(reference, bicycle):
+    for speed in (4.601, 4.61, 4.65, 4.8):
+        program = Program(bicycle, {2: Start(speed=speed, roll_rate=0.5)})
+        file = simulated(Simulator(), program, ("roll_angle", "mechanical_energy"))
+        assert score(file, reference)[2]["mechanical_energy"].as_understood.offset == 0.0
+
+
+def test_few_digits_of_a_speed_hide_no_zero_of_the_energy(reference):
+    file = {"time": reference[3].time}
+    file |= {key: reference[3][key] for key in ("roll_angle", "roll_rate")}
+    file["forward_speed"] = np.round(reference[3]["forward_speed"], 4)
+    file["mechanical_energy"] = reference[3]["mechanical_energy"] - 1e3
+    assert score(file, reference, maneuver=3)[3]["mechanical_energy"].is_right
 
 
 @pytest.mark.parametrize("definition", SPEEDS)
