@@ -88,18 +88,21 @@ class Fits:
         """
         best: list[Hypothesis] = []
 
+        def goes_on() -> bool:
+            return not best or not is_enough(best[0])
+
         def add(several: Iterable[Mapping[str, float]]) -> bool:
-            """Judge what is refined, unless there is enough; true if something is better."""
+            """Judge what is refined; true if something is better."""
             before = best[0] if best else None
-            if before is None or not is_enough(before):
-                found = [h for changes in several for h in judged(self._refined(changes))]
-                best.extend(h for h in found if h.log_odds > least)
-                best.sort(key=lambda h: -h.log_odds)
+            found = [h for changes in several for h in judged(self._refined(changes))]
+            best.extend(h for h in found if h.log_odds > least)
+            best.sort(key=lambda h: -h.log_odds)
             return bool(best) and best[0] is not before
 
         for several in [begun] if begun else self._likely(names, counts):
-            add(several)
-        while best and len(best[0].found) < max(counts):
+            if goes_on():
+                add(several)
+        while best and goes_on() and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break
         # Further values explain more always.
