@@ -31,6 +31,7 @@ from heyoka_bike.scoring.evidence import (
     WheelRate,
 )
 from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
@@ -40,8 +41,7 @@ SUMMED = 1e-10
 """Of the duration: how late a million steps summed in binary64 may be."""
 
 ROWS_COMPARED = 251
-"""Rows of a maneuver that tell one motion from another: the fastest mode of the benchmark decays in
-0.05 s, and a run takes 10 s."""
+"""Rows of a maneuver that tell one motion from another: a run is 200 times the fastest mode."""
 
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
@@ -50,6 +50,8 @@ MOST_SAMPLED = 4001
 _GIVEN_AT_START = (*LATERAL, "forward_speed")
 # A column farther from the reference than half its scale says nothing about what it is.
 HALF = 0.5
+FASTEST_MODE = 0.05
+"""Time in which the fastest mode of the benchmark decays by e [s]."""
 # Beyond this a product of two values overflows on the way; no program means it.
 _LARGEST_VALUE = 1e150
 # Units in which times are so many times as large as in seconds.
@@ -58,15 +60,12 @@ _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _SHORTEST_RUN = 0.1
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
-_FAR_FROM_MANEUVER = 0.1
-# Times that begin so many runs late are those of a clock; and a run spans such a part of itself.
+_FAR_FROM_MANEUVER = 1.0 / CLEARLY
+# Times that begin so many runs late are those of a clock.
 _LONG_AGO = 1e5
 # Seconds since 1970, from 2001 to 2096, and what clocks count.
 _TODAY = (1e9, 4e9)
 _UNITS_OF_CLOCKS = ("s", "ms", "us", "ns")
-_PART_OF_RUN = 0.1
-# A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
-_TIMES_NEARER = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +230,14 @@ def spread(count: int, most: int) -> NDArray[np.intp]:
     return np.linspace(0, count - 1, most).astype(np.intp)
 
 
+def are_even(time: Array, step: float) -> bool:
+    """True of times that are whole numbers of steps, to a thousandth of one."""
+    if not step > 0.0:
+        return False
+    count = time / step
+    return bool(np.max(np.abs(count - np.round(count)), initial=0.0) < TOLERANCE)
+
+
 def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
     """The reference with all columns of the results, without those that it does not have."""
     written = {key for rows in results.maneuvers for key in rows.values}
@@ -284,7 +291,7 @@ def _unit_of_clock(time: float) -> str:
 
 def _is_run(span: float, duration: float) -> bool:
     """True if times span a good part of the run, and not far more."""
-    return _PART_OF_RUN * duration <= span <= duration / _PART_OF_RUN
+    return _SHORTEST_RUN * duration <= span <= duration / _SHORTEST_RUN
 
 
 def _as_meant(results: Results, reference: Reference) -> Results:
@@ -349,12 +356,13 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     """The part with the rate of a wheel in the place of the speed known as that, by its values."""
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
-    if own <= HALF / _TIMES_NEARER:
+    # 1 rad/s of a wheel of 0.3 m is 1.08 km/h, so that one is as near as this to the other.
+    if own <= HALF / CLEARLY:
         return part, ()
     for name in ("rR", "rF"):
         radius = f"{float(Fraction(reference.parameters[name]))} m"
         units = {**part.units, "forward_speed": f"{radius} rad s-1"}
-        if _distance(replace(speed, units=units)) < own / _TIMES_NEARER:
+        if _distance(replace(speed, units=units)) < own / CLEARLY:
             return replace(part, units=units), (WheelRate(radius),)
     return part, ()
 
@@ -462,7 +470,7 @@ def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
     for key in keys:
         away = {meaning: far(key, meaning) for meaning in keys}
         nearest = min(away, key=away.__getitem__)
-        order[key] = nearest if away[nearest] < away[key] / _TIMES_NEARER else key
+        order[key] = nearest if away[nearest] < away[key] / CLEARLY else key
         if away[order[key]] >= limit:
             return {}
     is_moved = any(far(key, key) >= limit for key, meaning in order.items() if key != meaning)

@@ -47,7 +47,7 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
-from heyoka_bike.scoring.ratios import CLEARLY, ODDS_CLAIMED
+from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.units import UNITS, factor, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
@@ -61,11 +61,9 @@ _LOG_ODDS_AGAINST_ODD_ROW = float(np.log(1000.0))
 # One row of so many is left out of the typical error.
 _ROWS_FOR_ONE_LEFT_OUT = 100
 _LN_10 = float(np.log(10.0))
-# Of the rows.
-_PART_OF_ROWS = 0.9
-# Of what hardly varies, such as a speed, units that are not tried, ft/s or a wheel's rad/s, come
-# within a tenth of one that is.
-_PART_OF_STEADY_COLUMN = 0.02
+NEAR_STEADY = 0.02
+"""Of what hardly varies, such as a speed, the error of what is near: units that are not tried, ft/s
+or a wheel's rad/s, come within a tenth of one that is."""
 # What is expected is so many times as likely before as any other definition.
 _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 # One file in so many has a column of a definition that is not known here.
@@ -400,7 +398,7 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
     varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
-    limit = HALF if varies else _PART_OF_STEADY_COLUMN
+    limit = HALF if varies else NEAR_STEADY
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
@@ -463,7 +461,7 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
         allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))
-        error = max(float(errors[int(_PART_OF_ROWS * (len(errors) - 1))]), allowed)
+        error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
         if error > allowed:
             odds -= min(

@@ -16,6 +16,9 @@ MOST_DIGITS = 32.0
 RIGHT_DIGITS = 6.0
 """Correct digits of what is called right: what the examples of ``--require`` ask for."""
 
+RIGHT = 10.0**-RIGHT_DIGITS
+"""The same as a part of what is right."""
+
 TOLERANCE = 1e-3
 """Of the column's scale: the error that `time_to_tolerance` waits for; it is seen in a plot."""
 

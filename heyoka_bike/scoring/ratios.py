@@ -19,6 +19,12 @@ CLEARLY = 10.0
 BY_FAR = 100.0
 """What becomes so many times smaller is explained, with nothing else to speak for it."""
 
+FEW_COLUMNS = 2
+"""In so many columns whatever is fitted explains more than it should: only by far is enough."""
+
+MOST_ROWS = 0.9
+"""Of rows: the others may be of an end, an event or a gap, and are written otherwise."""
+
 ODDS_CLAIMED = 20.0
 """Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one
 claim in twenty may be wrong at the most."""

@@ -42,7 +42,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import Alignment, Part, merge
+from heyoka_bike.scoring.alignment import HALF, Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.evidence import (
     DefinitionsOfPrograms,
@@ -57,7 +57,7 @@ from heyoka_bike.scoring.evidence import (
     Staying,
     StepsUnknown,
 )
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.reading.given import results_of, several
@@ -103,8 +103,6 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
 _ORDERS_APART = 0.3
 # Errors that fall by less than this power of the step or tolerance do not fall.
 _LEAST_EXPONENT = 0.2
-# Two runs have the same error if their difference is less than this part of it.
-_PART_OF_SAME_CURVE = 0.3
 
 
 def columns_of(runs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
@@ -210,7 +208,7 @@ def _exponent(by: str, found: Sequence[float]) -> ErrorFalls:
 
 def _is_same(a: Array, b: Array) -> bool:
     """True if the errors of two runs are the same curve."""
-    return bool(len(a)) and rms(a - b) < _PART_OF_SAME_CURVE * rms(b)
+    return bool(len(a)) and rms(a - b) < HALF * rms(b)
 
 
 def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
@@ -418,8 +416,6 @@ def _defined(programs: Sequence[Run]) -> Iterator[DefinitionsOfPrograms]:
             yield DefinitionsOfPrograms(key, who)
 
 
-# Steps that differ by less than this are the same for a program.
-_SAME_STEP = 1e-6
 # No step or time of a run of seconds [s] is less or more.
 _SHORTEST_SECONDS, _LONGEST_SECONDS = 1e-9, 1e9
 
@@ -569,7 +565,7 @@ def _rows_apart(a: Alignment) -> float | None:
 def _are_unknown(steps: Sequence[float | None]) -> bool:
     """True if the steps do not tell the runs apart."""
     known = sorted(step for step in steps if step is not None)
-    return len(known) < len(steps) or any(b - a <= _SAME_STEP * b for a, b in pairwise(known))
+    return len(known) < len(steps) or any(b - a <= RIGHT * b for a, b in pairwise(known))
 
 
 def _is_of_run(one: _Files, group: Sequence[_Files]) -> bool:
@@ -580,7 +576,7 @@ def _is_of_run(one: _Files, group: Sequence[_Files]) -> bool:
 
 
 def _same(a: float | None, b: float | None) -> bool:
-    return a is not None and b is not None and abs(a - b) <= _SAME_STEP * max(a, b)
+    return a is not None and b is not None and abs(a - b) <= RIGHT * max(a, b)
 
 
 def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:

@@ -53,7 +53,7 @@ def _(e: seen.Explained) -> Finding:
         text += f". {_something_else(first, e.rest)}"
     text = f"{text}. {_advice(e)}"
     if others:
-        same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.most_said])
+        same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.few])
         text += f". The file cannot tell this from {same}"
     if first.found:
         changes = [[_as_evidence(x) for x in h.found] for h in e.hypotheses if h.found]

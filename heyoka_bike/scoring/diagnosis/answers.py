@@ -67,7 +67,7 @@ def answers(
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
-            for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.most_said], 1)
+            for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.few], 1)
         )
         return (*others, *causes, *units, *falls)
     if any(is_whole_cause(x) for x in first):

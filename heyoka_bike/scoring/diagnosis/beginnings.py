@@ -12,6 +12,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING
@@ -26,9 +27,9 @@ _LEAST_POWER = 1.5
 # Of the speed, with which something at the start is in proportion to the roll rate: terms of the
 # equations have its square, and errors of integrators a few times that.
 _HIGHEST_POWER = 8
-# Until then [s] the power of the time is seen in the error of an angle: the fastest mode, which
-# decays in 0.05 s, makes it appear less by up to a half.
-_UNTIL, _LESS = 0.05, 0.75
+# The power of the time is seen in the error of an angle until the fastest mode, which makes it
+# appear less by up to a half, has decayed.
+_LESS = 0.75
 _HIGHEST_TOLD = 3
 
 
@@ -50,12 +51,17 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
     time, error = c.trace.time[first], c.trace.error[first]
     if np.sum(first) <= _FEWEST or time[0] != 0.0:
         return None
-    floor = c.floor or 0.0
+    floor = _floor(c)
     late = time >= time[-1] / 2.0
     if np.ptp(time[late]) == 0.0:
         return None
     is_shown = np.min(np.abs(error[late])) > CLEARLY * floor and abs(error[0]) <= floor
     return (time, error) if is_shown else None
+
+
+def _floor(c: ColumnScore) -> float:
+    """What the digits of a column, or rounding on the way, hide."""
+    return max(c.floor or 0.0, ROUNDING * c.scale)
 
 
 def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
@@ -140,14 +146,14 @@ def _is_wrong(c: ColumnScore) -> bool:
 def _power(c: ColumnScore) -> int | None:
     """The power of the time with which a column's error begins; None if the rows do not show it."""
     time, error = c.trace.time, np.abs(c.trace.error)
-    floor = max(c.floor or 0.0, ROUNDING * c.scale)
+    floor = _floor(c)
     if time[0] != 0.0 or error[0] > floor:
         return None
     shown = np.flatnonzero(error > CLEARLY * floor)
-    if not len(shown) or not 0.0 < time[shown[0]] <= _UNTIL:
+    if not len(shown) or not 0.0 < time[shown[0]] <= FASTEST_MODE:
         return None
     first = int(shown[0])
-    later = int(np.searchsorted(time, 2.0 * time[first] * (1.0 - _UNTIL)))
+    later = int(np.searchsorted(time, 2.0 * time[first] * (1.0 - 1.0 / BY_FAR)))
     if later >= len(time) or later == first or not error[later] > error[first]:
         return None
     power = np.log(error[later] / error[first]) / np.log(time[later] / time[first])

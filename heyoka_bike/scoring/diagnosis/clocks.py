@@ -21,14 +21,13 @@ from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
 
-# Columns that tell the two unknowns of a maneuver's own clock, and the one of the whole file.
-_COLUMNS_OF_OWN, _COLUMNS_OF_ONE = 3, 2
-# A larger scale or shift is seen when the file is read, or looks like another motion.
-_MOST_SCALED, _PART_SHIFTED = 0.2, 0.1
+# A larger scale, or shift in parts of the run, is seen when the file is read, or looks like another
+# motion.
+_LARGEST = 0.2
 # Digits of a step that somebody chose.
 _DIGITS_OF_STEP = 3
 
@@ -125,7 +124,7 @@ def one_clock(report: Report) -> AsMeant | None:
     """Rows that are the right ones of times on one scale, where no maneuver tells its own clock."""
     every = [_Wrong(m) for m in report.maneuvers]
     counts = [len(wrong.columns) for wrong in every]
-    if sum(counts) < _COLUMNS_OF_ONE or max(counts) >= _COLUMNS_OF_OWN or not all(counts):
+    if sum(counts) < FEW_COLUMNS or max(counts) > FEW_COLUMNS or not all(counts):
         return None
     clock = _fitted(every, (0,))
     if clock is None or not all(x.are_right(x.left(_meant(x.time, clock))) for x in every):
@@ -170,7 +169,7 @@ def _rounded(clock: tuple[float, float]) -> tuple[float, float]:
 def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
     """Scale and shift of the times that make all columns of a maneuver right."""
     wrong = _Wrong(m)
-    if len(wrong.columns) < _COLUMNS_OF_OWN:
+    if len(wrong.columns) <= FEW_COLUMNS:
         return None
     clocks = [_fitted([wrong], of) for of in ((1,), (0,), (0, 1))]
     found = [(c, wrong.left(_meant(wrong.time, c))) for c in clocks if c is not None]
@@ -205,6 +204,6 @@ def _fitted(every: Sequence[_Wrong], of: Sequence[int]) -> Array | None:
             slopes.append(np.array(each))
         matrix, goal = np.concatenate(slopes, axis=1).T, -np.concatenate(errors)
         clock[list(of)] += np.linalg.lstsq(matrix, goal, rcond=None)[0]
-        if abs(clock[0]) > _MOST_SCALED or abs(clock[1]) > _PART_SHIFTED * end:
+        if max(abs(clock[0]), abs(clock[1]) / end) > _LARGEST:
             return None
     return clock

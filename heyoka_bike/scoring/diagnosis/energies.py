@@ -17,11 +17,6 @@ from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-# Tenths of the run may go the other way by this part of the whole change of the energy.
-_PART_THAT_GOES_BACK = 0.02
-# An energy that changes by less than this part of the largest error is not what makes it: the
-# energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
-_PART_OF_ERROR = 1e-4
 _PARTS = ("potential_energy", "kinetic_energy")
 
 
@@ -65,7 +60,7 @@ class _Energy:
         means = np.array([np.mean(part) for part in np.array_split(self.change, 10)])
         change = float(means[-1] - means[0])
         back = float(np.min(np.diff(means) * np.sign(change)))
-        if abs(change) <= CLEARLY * self.floor or back < -_PART_THAT_GOES_BACK * abs(change):
+        if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
         return change / self.size
 
@@ -101,10 +96,11 @@ def _is_kept(x: _Energy) -> bool:
 
 
 def _is_next_to(x: _Energy, worst: float) -> bool:
-    """True if it changes by next to nothing, beside its parts, or the worst error in scales."""
-    return _is_kept(x) or (
-        x.exchanged is None and abs(x.largest[0]) < _PART_OF_ERROR * worst * x.size
-    )
+    """True if it changes by next to nothing, beside its parts, or the worst error in scales.
+
+    The energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
+    """
+    return _is_kept(x) or (x.exchanged is None and BY_FAR**2 * abs(x.largest[0]) < worst * x.size)
 
 
 def _does_work(x: _Energy) -> bool:

@@ -72,41 +72,36 @@ class Weights:
         What leaves more than this part of the columns off by half their scale explains no file.
     nothing
         What is left below this part needs no other cause.
-    most_said
-        Causes, or classes of them that cannot be told apart, that are worth a sentence.
-    simulated, pairs, refined
-        Causes that the equations do not speak against: so many mistakes of the library, alone and
-        two together, are simulated, and so many fitted values are found by whole runs.
+    few
+        Causes, or classes of them that cannot be told apart, that are worth a sentence; single
+        causes that are tried with others by whole runs; and values that are found together.
+    some
+        Pairs of mistakes of the library that are simulated, and mistakes of the start: one that is
+        made comes far nearer to the file's own start, but for what follows within the first rows.
+        Of values that are found, so many are refined, half as many pairs, and a third of triples.
+    many
+        Mistakes of the library that are simulated where the equations do not speak against them.
+    refined
+        Fitted values that the equations speak for, and that are found by whole runs.
     rivals
         Causes that are tried together: of each one with each of the library in the equations, and
         of the very best by whole runs where the file does not show its motion; and sets of unknowns
         that are tried with one more.
-    leaders
-        Single causes that are tried with others by whole runs.
-    starts
-        Mistakes of the start that are simulated. One that is made comes far nearer to the file's
-        own start, but for what follows within the first rows.
     also
         Two mistakes that explain so many times more than each of them are compared: whole runs
         tell more of a small one beside a large one.
     promise
         To first order a large change explains little: this power of its relief is hoped for, of
         accelerations, and of whole runs, whose first quarter counts by itself.
-    subsets
-        Of one, two and three unknowns, how many subsets are refined.
     above
         The best cause leaves of the equations so many times what the rates are off from the slopes
         of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
         solves for the rates), in those of engines that slip and yield up to 662.
-    blown_up
-        Where the rates are off by more than so much of themselves.
     shows
         The equations are judged where what remains is so many times what is uncertain, or that is
         less than such a part of the accelerations.
     sure
         A value of the start is another one if it is off by so many times what the rows disagree.
-    reached
-        A program whose motion ends before this part of the file's rows did not write them.
     """
 
     values: float = 6.0
@@ -123,21 +118,16 @@ class Weights:
     nearly: float = 30.0
     strange: float = 0.25
     nothing: float = 1e-8
-    most_said: int = 3
-    simulated: int = 20
-    pairs: int = 6
+    few: int = 3
+    some: int = 6
+    many: int = 20
     refined: int = 2
     rivals: int = 12
-    leaders: int = 3
-    starts: int = 8
     also: float = 1.05
     promise: tuple[float, float] = (4.0, 2.0)
-    subsets: tuple[tuple[int, int], ...] = ((1, 6), (2, 3), (3, 2))
     above: float = 1000.0
-    blown_up: float = 0.3
     shows: tuple[float, float] = (30.0, 1e-5)
     sure: float = 3.0
-    reached: float = 0.5
 
 
 WEIGHTS = Weights()

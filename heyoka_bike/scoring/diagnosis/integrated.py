@@ -20,6 +20,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import SMALL_STEP, Array
+from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.programs.integrators import (
     METHODS,
@@ -32,6 +33,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import Columns, NumericalMet
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, blocks
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY
 
@@ -39,12 +41,10 @@ CARRIED = 1e-12
 """What a thousand carried errors are good to, in sizes of columns: each is to 1e-13."""
 
 # Errors are carried from row to row over times not longer than this [s], by one step of RK4: the
-# fastest mode of the benchmark falls by e^-0.4 in it, which that has to 1e-4.
-_LONGEST = 0.02
+# fastest mode of the benchmark falls by e^-0.5 in it, which that has to 3e-4.
+_LONGEST = FASTEST_MODE / 2
 # Rows of a maneuver at which errors are carried; between them they lie on lines.
 ROWS_FOLLOWED = 2001
-# Rows are those of equal steps if they are off by less than this part of one.
-_EQUAL = 1e-6
 # Steps from row to row, or rows from step to step: with more, the method's error is that of a few,
 # scaled.
 _MOST_STEPS = 10
@@ -81,7 +81,7 @@ class Run:
     @property
     def rows(self) -> int:
         """Carried rows from one row of the file to the next."""
-        return ceil(self.spacing / _LONGEST * (1.0 - _EQUAL))
+        return ceil(self.spacing / _LONGEST - TOLERANCE)
 
     @cached_property
     def carried(self) -> Carried:
@@ -175,14 +175,6 @@ class _Fit:
     step: float
 
 
-def are_equal_steps(time: Array, spacing: float) -> bool:
-    """True of rows that are a whole number of times some spacing from the start [s]."""
-    if spacing <= 0.0:
-        return False
-    steps = time / spacing
-    return bool(np.max(np.abs(steps - np.round(steps)), initial=0.0) < _EQUAL * len(time))
-
-
 def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
     """Yield methods that leave the errors of all runs, with their steps.
 
@@ -229,7 +221,7 @@ def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns,
     """What the method leaves that is run from the start, by name [SI]; empty if that is long."""
     starts = [run.start() for run in runs]
     equations, start = starts[0][0], np.concatenate([y for _, y in starts], axis=1)
-    count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - _EQUAL)
+    count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - TOLERANCE)
     if count * evaluations(method, equations, start, step) > _EVALUATIONS:
         return ()
     states = steps_made(method, equations, start, step, count)

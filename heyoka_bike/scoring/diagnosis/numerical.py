@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
@@ -29,16 +28,11 @@ from heyoka_bike.scoring.evidence import (
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
+from heyoka_bike.scoring.noise import FEWEST_ROWS, Roughness, roughness
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
-# Fourth differences leave nothing of a smooth error and all of what jumps. Of white noise they are
-# so many times as large as the noise: sqrt(1+16+36+16+1).
-_GAIN = 70**0.5
-_FEWEST = 100
-# Correlation from row to row, above which nothing jumps.
-_SMOOTH = 0.5
 # Parts of the error: what shows at all, and what noise of iterations must be; Exudyn's with tight
 # ones is below 2e-4, with loose ones above 5e-3.
 _SMALLEST_TOLD = 1e-4
@@ -47,31 +41,15 @@ _NOISE = 2e-3
 _ALTERNATING_PART = 0.95
 # More than this part of the error is noise where all of it jumps.
 _PART_OF_ROWS_ROUGH = 0.3
-# Of white noise, with the scatter of a thousand rows.
-_WHITE = (-0.8, 0.4)
-_SCATTER = 0.1
+_FIFTHS = 5
 
 
-class _Roughness(NamedTuple):
-    """The part of a column's error that jumps from row to row, medians of the fifths of the run.
-
-    A start that settles, or an event, is not in them.
-
-    Attributes
-    ----------
-    part
-        Size of what jumps, of that of the error.
-    size
-        The same, of the column's scale.
-    at_one, at_two
-        Correlation of the fourth differences with themselves one and two rows on: near 1 of a
-        smooth error, -0.8 and 0.4 of white noise, -1 and 1 of one that alternates.
-    """
+class _Rough(NamedTuple):
+    """What jumps in a column's error, in parts of the error and of the column's scale."""
 
     part: float
     size: float
-    at_one: float
-    at_two: float
+    shape: Roughness
 
 
 def causes(report: Report) -> tuple[Evidence, ...]:
@@ -126,10 +104,10 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.at_one < _SMOOTH and r.part > _SMALLEST_TOLD
+        if r is not None and r.shape.at_one < HALF and r.part > _SMALLEST_TOLD
     }
     numbers = [m.maneuver for m in report.maneuvers]
-    noisy = {place: r for place, r in jumping.items() if _is_white(r)}
+    noisy = {place: r for place, r in jumping.items() if r.shape.is_white}
     wholly = [r for r in noisy.values() if r.part > _PART_OF_ROWS_ROUGH]
     in_rates = [n for n in numbers if _in_rates(n, jumping)]
     ringing = [n for n in numbers if _rings(n, jumping)]
@@ -144,15 +122,11 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
 
-def _is_white(r: _Roughness) -> bool:
-    return abs(r.at_one - _WHITE[0]) < _SCATTER and abs(r.at_two - _WHITE[1]) < 2 * _SCATTER
-
-
-def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
+def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
     """True if both rates of a maneuver jump, much more than their angles."""
     for kind in ("roll", "steer"):
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
-        if rate is None or rate.at_one >= 0 or rate.part < _NOISE:
+        if rate is None or rate.shape.at_one >= 0 or rate.part < _NOISE:
             return False
         # Noise of velocities hardly shows in the angles, their integrals; that of output does.
         if angle is not None and rate.part < CLEARLY * angle.part:
@@ -160,26 +134,19 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> boo
     return True
 
 
-def _rings(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
+def _rings(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
     """True if the steer rate of a maneuver alternates from row to row."""
     rate = jumping.get((number, "steer_rate"))
-    return rate is not None and -rate.at_one > _ALTERNATING_PART and rate.at_two > _ALTERNATING_PART
+    if rate is None:
+        return False
+    return min(-rate.shape.at_one, rate.shape.at_two) > _ALTERNATING_PART
 
 
-def _roughness(c: ColumnScore) -> _Roughness | None:
+def _roughness(c: ColumnScore) -> _Rough | None:
     """Return the roughness of a column's error; None if it is not above the digits written."""
-    if c.values < _FEWEST:
+    if c.values < FEWEST_ROWS:
         return None
-    fifths = np.array_split(np.diff(c.trace.error, 4) / _GAIN, 5)
-    size = float(np.median([np.std(x) for x in fifths]))
-    if size <= CLEARLY * (c.floor or 0.0):
+    found = roughness(c.trace.error, _FIFTHS)
+    if found.size <= CLEARLY * (c.floor or 0.0):
         return None
-    at_one, at_two = (float(np.median([_correlation(x, k) for x in fifths])) for k in (1, 2))
-    part = size / float(np.std(c.trace.error))
-    return _Roughness(part, size / (c.scale or 1.0), at_one, at_two)
-
-
-def _correlation(x: Array, rows: int) -> float:
-    a, b = x[:-rows], x[rows:]
-    both = float(np.dot(a, a) * np.dot(b, b)) ** 0.5
-    return float(np.dot(a, b)) / both if both else 0.0
+    return _Rough(found.size / float(np.std(c.trace.error)), found.size / (c.scale or 1.0), found)

@@ -13,6 +13,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
@@ -27,30 +28,20 @@ from heyoka_bike.scoring.evidence import (
     RowsRepeated,
     Scaled,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
-# Of the rows of two maneuvers, so many hold the same numbers.
-_PART_OF_EQUAL_ROWS = 0.9
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
 # Of the time: no error that begins at the start grows so fast.
 _LARGEST_POWER = 20.0
-# What a start may be off by, in parts of itself, and in what the digits tell.
-_PART_OF_RIGHT_START = 1e-6
-# Of the rows, between which times are told, and times that are the same.
-_MOST_ROWS, _SAME_TIME = (0.05, 0.95), 0.1
-# So many columns tell the time: of correct programs one is left a sixth of the error, in one
-# maneuver a thirtieth.
-_OTHERS = 3
-# Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
-# energy less than so much, as other units of the angle do not make it.
-_LEAN_OF_LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
+# Lying on the floor, the lowest that a bicycle gets.
+_LEAN_OF_LYING = np.pi / 2
 # ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
@@ -81,7 +72,8 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
         if not {"roll_angle", "potential_energy"} <= traces.keys():
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
-        low = height.value < _LEFT_OF_HEIGHT * height.reference
+        # Other units of the angle do not lower it.
+        low = height.value < HALF * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
         )
@@ -254,18 +246,20 @@ def other_times(report: Report) -> OtherTimes | None:
         columns = whole_columns(m)
         # Of a motion that keeps its energy the parts of it are one column.
         energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
-        if len(columns) - max(len(energies) - 1, 0) < _OTHERS or m.rows <= FEWEST_TELLING_ROWS:
+        # Of correct programs two are left a sixth of the error, in one maneuver a thirtieth.
+        count = len(columns) - max(len(energies) - 1, 0)
+        if count <= FEW_COLUMNS or m.rows <= FEWEST_TELLING_ROWS:
             return None
         ahead, left = _ahead(columns, slice(None), axis=0)
         if not all(_falls(c, ahead) for c in columns):
             return None
         relief.append(left)
-        low, high = np.quantile(ahead, _MOST_ROWS).tolist()
+        low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
         found[m.maneuver] = low, high
     if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
-    is_one = most - least < _SAME_TIME * abs(most + least)
+    is_one = CLEARLY * (most - least) < abs(most + least)
     return OtherTimes(found, tuple(relief), bool(is_one))
 
 
@@ -329,7 +323,7 @@ def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
         or not np.ptp(a.reference[:n] - b.reference[:n])
     ):
         return False
-    return float(np.mean(a.value[:n] == b.value[:n])) > _PART_OF_EQUAL_ROWS
+    return float(np.mean(a.value[:n] == b.value[:n])) > MOST_ROWS
 
 
 def _worst(c: ColumnScore) -> float:
@@ -347,11 +341,11 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
             meant = m.part.reference.definitions[c.key]
             starts = m.part.reference.approximate(np.zeros(1), [x.name for x in meant])
             off = min(abs(here - float(x[0])) for x in starts.values())
-            if off > max(_PART_OF_RIGHT_START * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
+            if off > max(RIGHT * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
                 told = None
                 if given:
                     ratio, taken = here / given, c.as_understood.unit
-                    told = unit_told_by(ratio, c.unit, taken, _PART_OF_RIGHT_START)
+                    told = unit_told_by(ratio, c.unit, taken, RIGHT)
                 yield AnotherStart(m.maneuver, c.key, here, given, c.unit, told)
 
 

@@ -255,12 +255,12 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     # What changes next to nothing of the equations is neither shown by them nor refuted.
     relief = 1.0 / w.also if residual.is_resolved else 0.0
-    most = w.pairs if residual.visibility is Visibility.NOTHING else w.simulated
+    most = w.some if residual.visibility is Visibility.NOTHING else w.many
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.simulated]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.many]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
-    return [h.mistakes for h in (*likely, *pairs[: w.pairs])], [h.mistakes for h in others]
+    return [h.mistakes for h in (*likely, *pairs[: w.some])], [h.mistakes for h in others]
 
 
 def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
@@ -348,7 +348,7 @@ def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
         key=lambda h: -h.log_odds,
     )
     leaders = [h for h in likeliest if h.log_odds > likeliest[0].log_odds - WEIGHTS.refuted]
-    leaders = leaders[: WEIGHTS.leaders]
+    leaders = leaders[: WEIGHTS.few]
     if file.has_one_speed:
         # What linear programs have in common.
         leaders += [h for h in likeliest if h.codes == (LINEARISED,) and h not in leaders]

@@ -12,7 +12,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import ROWS_COMPARED, Part, spread
+from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, are_even, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.evidence import (
@@ -22,13 +22,7 @@ from heyoka_bike.scoring.diagnosis.evidence import (
     log_odds_before,
     log_ratio,
 )
-from heyoka_bike.scoring.diagnosis.integrated import (
-    CARRIED,
-    ROWS_FOLLOWED,
-    Run,
-    are_equal_steps,
-    integrated,
-)
+from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run, integrated
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
@@ -197,7 +191,7 @@ class SeenFile:
             parts = [p.part for p in self._parts]
         begun = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
-        kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.simulated]
+        kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.many]
         self.tried += begun.tried - len(kept)
         return [h.mistakes for h in kept]
 
@@ -266,7 +260,7 @@ class SeenFile:
         BudgetSpentError
             The time of the diagnosis is spent.
         """
-        if not all(are_equal_steps(p.part.time, p.step) for p in self._parts):
+        if not all(are_even(p.part.time, p.step) for p in self._parts):
             return
         runs = [
             self._integrated(p, right)
@@ -425,7 +419,7 @@ class SeenFile:
         for p, columns in zip(self._parts, expected, strict=True):
             there = np.any([np.isfinite(v[p.compared]) for v in p.part.values.values()], axis=0)
             reached = np.isfinite(columns["roll_angle"][there])
-            if there.any() and np.mean(reached) < WEIGHTS.reached:
+            if there.any() and np.mean(reached) < HALF:
                 return False
         return True
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.alignment import Part, are_even
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, is_right_column, places
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
@@ -40,7 +40,7 @@ from heyoka_bike.scoring.evidence import (
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -51,11 +51,8 @@ T = TypeVar("T")
 # A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS = 5
-_STEPS_OFF = 2.0
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
-# Steps of the rows that differ by less than this part are even.
-_EVEN = 0.01
 
 
 def _coarse_grids(report: Report) -> AsMeant | None:
@@ -84,7 +81,7 @@ def _coarse_grids(report: Report) -> AsMeant | None:
     # Counts of two rows may be off by one each.
     by_grid = (
         (m[key].as_understood.measures.max_abs_error or 0.0)
-        <= _STEPS_OFF * steps[key] * factor(m[key].as_understood.unit)[0]
+        <= 2 * steps[key] * factor(m[key].as_understood.unit)[0]
         for key, of in on_grid.items()
         for m in report.maneuvers
         if m.maneuver in of
@@ -231,7 +228,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
         # Where the digits tell such a difference from the slope of the angle.
         telling = np.abs(slope - smooth[rows]) > CLEARLY * least
         if np.sum(telling) >= FEWEST_TELLING_ROWS and all(
-            np.mean(part) > _PART_OF_ROWS for part in (is_difference, is_difference[telling])
+            np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
         ):
             found.add(how)
     return found
@@ -239,8 +236,6 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
 
 # Of polynomials through so few rows that a corner in the motion reaches no further.
 _DEGREE_OF_SLOPES = 4
-# An end, or a row at which the step changes, is written otherwise.
-_PART_OF_ROWS = 0.98
 
 
 @dataclass(frozen=True, slots=True)
@@ -404,14 +399,14 @@ def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
 def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """A moving average over an odd number of even rows, of any definition; NaN at both ends."""
     time, value = c.trace.time, c.trace.value
-    steps = np.diff(time)
-    if c.values < m.rows or np.ptp(steps) > _EVEN * steps[0]:
+    if c.values < m.rows or not are_even(time - time[0], float(np.ptp(time)) / (len(time) - 1)):
         return None
     names = [x.name for x in m.part.reference.definitions[c.key]]
     right = np.array([*m.part.reference.approximate(time, names).values()])
     sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
     best: tuple[float, _Deviation] | None = None
-    for half in range(1, len(time) // _PART_AVERAGED):
+    # Ends as long as a fifth of the rows leave enough to tell it.
+    for half in range(1, int(len(time) / CLEARLY)):
         count = 2 * half + 1
         smooth = (sums[:, count:] - sums[:, :-count]) / count
         left = np.sqrt(np.mean((value[half:-half] - smooth) ** 2, axis=1))
@@ -425,8 +420,6 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
 
 
 _WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
-# An average over more of the rows leaves too few to tell it.
-_PART_AVERAGED = 16
 
 
 def _bounded(report: Report) -> AsMeant | None:

@@ -19,11 +19,11 @@ from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.evidence import DefinitionUnknown
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-FAR_WORSE = 1000.0
+FAR_WORSE = BY_FAR * CLEARLY
 """Columns of one motion are wrong by parts of their scales that differ by up to 100 (the steer rate
 follows the fastest mode, the energies hardly move): one that is worse by more means another
 thing."""

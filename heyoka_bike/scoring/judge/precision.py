@@ -8,25 +8,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence import FewDigits, SinglePrecision
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.noise import FEWEST_ROWS, roughness
 from heyoka_bike.scoring.reading.digits import are_single
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
 _BITS_OF_SINGLE = 24
-_ENOUGH_ROWS = 50
 # Rows that are looked at.
 _ROWS_LOOKED_AT = 4000
 # Rounding to 24 bits leaves 1.7e-8 to 3.4e-8 of a value, root mean square; a value that is computed
 # from some rounded ones, a few times that.
 _NOISE_OF_SINGLE = (1.2e-8, 3e-7)
-# Root mean square of third over second differences: 1.83 for white noise, far less for a smooth
-# error. With a thousand rows it scatters by 0.03.
-_RATIO_OF_WHITE_NOISE = (1.6, 2.0)
 # The noise is said of a file if that many of its columns have it.
 _PART_OF_COLUMNS = 2 / 3
 
@@ -35,7 +31,7 @@ def single_precision(report: Report) -> Iterator[SinglePrecision]:
     """Say that a file was written or computed in single precision, though with more digits."""
     every = [(m.part, c) for m in report.maneuvers for c in m.columns]
     # A constant is a number of any precision.
-    telling = [(p, c) for p, c in every if c.values >= _ENOUGH_ROWS and np.ptp(c.trace.value)]
+    telling = [(p, c) for p, c in every if c.values >= FEWEST_ROWS and np.ptp(c.trace.value)]
     single = {c.key for part, c in telling if _is_single(part, c)}
     others = {c.key for _, c in telling} - single
     noisy = [c.key for _, c in telling if _has_its_noise(c)]
@@ -61,17 +57,12 @@ def _has_its_noise(c: ColumnScore) -> bool:
     """
     if c.as_understood.measures.max_abs_error in (None, 0.0) or c.is_at_floor(FLOORS_OF_ROUNDING):
         return False
-    error: Array = c.trace.error[:_ROWS_LOOKED_AT]
+    found = roughness(c.trace.error[:_ROWS_LOOKED_AT])
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])
-    second, third = (rms(np.diff(error, n)) for n in (2, 3))
     # The largest rounding of the digits written: noise of that size may be theirs.
-    if second / 6**0.5 <= (c.floor or 0.0) or not size:
+    if found.size <= (c.floor or 0.0) or not size:
         return False
-    noise = second / 6**0.5 / size
-    return (
-        _NOISE_OF_SINGLE[0] < noise < _NOISE_OF_SINGLE[1]
-        and _RATIO_OF_WHITE_NOISE[0] < third / second < _RATIO_OF_WHITE_NOISE[1]
-    )
+    return found.is_white and _NOISE_OF_SINGLE[0] < found.size / size < _NOISE_OF_SINGLE[1]
 
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.

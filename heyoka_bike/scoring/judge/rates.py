@@ -11,19 +11,15 @@ import numpy as np
 from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.evidence import RateContradiction
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import AS_GOOD
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
 RATES = ("roll_rate", "steer_rate")
-
-# The angle's own error must explain less than this part of what its rate is wrong by: an error of
-# the integrator moves both alike, differences of a good angle do not.
-_MOST_EXPLAINED = 1 / 3
-# Rows farther apart than this [s] do not show the derivative: the fastest mode decays in 0.05 s.
-_FARTHEST_ROWS = 0.05
 
 
 def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
@@ -62,10 +58,11 @@ def from_derivative(
     t = rate.trace.time
     step = np.diff(t)
     usual = float(median(step)) if len(step) else 0.0
-    if not 0.0 < usual <= _FARTHEST_ROWS:
+    # Rows farther apart do not show the derivative.
+    if not 0.0 < usual <= FASTEST_MODE:
         return None, False
     # Repeated times and event steps have no step to speak of.
-    near = (step > usual / 10) & (step <= _FARTHEST_ROWS)
+    near = (step > usual / 10) & (step <= FASTEST_MODE)
     with np.errstate(over="ignore"):
         slope = np.diff(angle.trace.error)[near] / step[near]
     if not np.isfinite(slope).all():
@@ -75,7 +72,8 @@ def from_derivative(
     if _distance_left_open(reference, rate, angle) > found / 2:
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
-    return found, found > FLOORS_OF_ROUNDING * rounding and rms(slope) < _MOST_EXPLAINED * found
+    # An error of the integrator moves both alike, differences of a good angle do not.
+    return found, found > max(FLOORS_OF_ROUNDING * rounding, AS_GOOD * rms(slope))
 
 
 def _distance_left_open(

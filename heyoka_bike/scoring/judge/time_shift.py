@@ -11,24 +11,18 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
-from heyoka_bike.scoring.alignment import ROWS_COMPARED, Part, spread
+from heyoka_bike.scoring.alignment import FASTEST_MODE, HALF, ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.evidence import TimeShift
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
-# Times that are tried first [s]: the fastest mode decays in 0.05 s.
-_FIRST_STEP = 0.02
-# Below this part of their size the columns are not wrong enough to ask.
-_VISIBLY_WRONG = 0.02
-# ... and shifted they have to be clearly better in each maneuver, and this good. Definitions of the
-# roll angle differ by 0.03 of it.
+# Distance of the times that are tried first [s].
+_FIRST_STEP = FASTEST_MODE / 2
+# In parts of their size the error of columns that fit: definitions of the roll angle differ by 0.03
+# of it. Shifted they have to be clearly better in each maneuver, too.
 _FITS = 0.05
-# Of all maneuvers.
-_FEW_COLUMNS = 2
-# Half the rows at least must have a place in the run.
-_PART_WITHIN_RUN = 0.5
 # Halvings of the golden section: from a hundredth of a second to a nanosecond.
 _ROUNDS_OF_GOLDEN_SECTION = 40
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
@@ -52,7 +46,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     Signs and units of the columns are those that fit best, definitions those by default.
     """
     motions = [few for part in parts if (few := _some_rows(part)) is not None]
-    if not motions or any(_error(m, 0.0) < _VISIBLY_WRONG for m in motions):
+    if not motions or any(_error(m, 0.0) < _FITS for m in motions):
         return None
     longest = max(float(m.time[-1]) for m in motions)
     if longest <= 0.0:
@@ -67,7 +61,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
     # One value resembles others more in few columns, see `ratios`.
-    needed = CLEARLY if sum(len(m.values) for m in motions) > _FEW_COLUMNS else BY_FAR
+    needed = CLEARLY if sum(len(m.values) for m in motions) > FEW_COLUMNS else BY_FAR
     if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None
     limit = _AS_GOOD_AS_BEST * _joint(motions, best)
@@ -93,7 +87,7 @@ def _error(part: Part, shift: float, *, exact: bool = True) -> float:
     """
     time, reference = part.time - shift, part.reference
     inside = (time >= 0.0) & (time <= float(reference.duration))
-    if np.mean(inside) < _PART_WITHIN_RUN:
+    if np.mean(inside) < HALF:
         return np.inf
     time = time[inside]
     if exact:

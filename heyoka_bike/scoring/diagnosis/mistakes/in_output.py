@@ -16,6 +16,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     clock_mistake,
     output_mistake,
 )
+from heyoka_bike.scoring.grades import RIGHT
 
 # Rates by the angles that they are derivatives of: those of another roll angle are of another
 # definition of the rate.
@@ -120,8 +121,6 @@ _SUMMED = (
 
 
 _FEWEST_ROWS = 3
-# Times are even, and end where they are said to, to this part of a step.
-_OF_A_STEP = 1e-4
 
 
 def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
@@ -139,7 +138,7 @@ def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
         ("one_row_less", rows, "", rows / (rows - 1)),
     ):
         step = duration / steps
-        if np.max(np.abs(times - step * np.arange(rows))) > _OF_A_STEP * step:
+        if np.max(np.abs(times - step * np.arange(rows))) > RIGHT * step:
             continue
         spread = f"{rows} rows are spread over {duration:g} s{without}"
         found.append(

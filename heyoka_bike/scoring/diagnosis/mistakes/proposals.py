@@ -14,13 +14,13 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS, Column
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.definitions import NEAR_STEADY
 from heyoka_bike.scoring.diagnosis.programs.program import Columns, Mistake, output_mistake
 from heyoka_bike.scoring.units import UNITS, factor
 
-# Angles and rates have either sign; a moved column is as near to its quantity as an oscillation
-# has to be, or a speed or energy that hardly varies.
+# Units of angles and rates, which have either sign; a moved column is as near to its quantity as
+# an oscillation has to be, or a speed or energy that hardly varies.
 _OSCILLATING = ("rad", "rad s-1")
-_PART_OF_NEAR_COLUMN = {"rad": HALF, "rad s-1": HALF, "m s-1": 0.02, "J": 0.02}
 
 # What may stand in the place of a column: the others, and what programs have beside them.
 _COLUMNS_PROPOSED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
@@ -106,7 +106,8 @@ def _distances(values: Array, expected: Array, unit: str, *, is_own: bool) -> Ar
     typical = np.take_along_axis(np.sort(errors, axis=2), middle, axis=2)[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.maximum(typical / size, np.finfo(np.float64).eps))
-    is_near = is_own | (typical < _PART_OF_NEAR_COLUMN[unit] * size)
+    limit = HALF if unit in _OSCILLATING else NEAR_STEADY
+    is_near = is_own | (typical < limit * size)
     return np.where(is_near, np.where(size > 0.0, logs, 0.0), inf)
 
 

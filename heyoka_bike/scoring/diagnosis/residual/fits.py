@@ -32,7 +32,7 @@ from heyoka_bike.scoring.ratios import CLEARLY
 SPLIT = 4
 """Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
 
-COUNTS = tuple(size for size, _ in WEIGHTS.subsets)
+COUNTS = tuple(range(1, WEIGHTS.few + 1))
 """Of how many values together are found."""
 
 Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
@@ -127,13 +127,13 @@ class Fits:
             (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise),
             float(np.log(self.needed)) / max(WEIGHTS.promise),
         )
-        for size, count in WEIGHTS.subsets[: len(names)]:
+        for size in COUNTS[: len(names)]:
             found: dict[tuple[int, ...], None] = {}
             for i, view in enumerate(views):
                 subsets = best_subsets(view, size, WEIGHTS.rivals, members[i])
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
-                    most = max(1, count // len(views))
+                    most = max(1, WEIGHTS.some // size // len(views))
                     found |= dict.fromkeys(map(tuple, subsets.members[:most].tolist()))
             if size in counts:
                 yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]

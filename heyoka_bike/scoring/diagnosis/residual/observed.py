@@ -17,7 +17,7 @@ from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.following import following, in_binary64
-from heyoka_bike.scoring.alignment import Part, spread
+from heyoka_bike.scoring.alignment import HALF, Part, spread
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
@@ -44,8 +44,6 @@ _HALF_WIDTH, _IN_ROWS = 0.15, 4.0
 _MOST_ROUNDS = 30
 # A lean from which there is no way back [rad].
 _LARGEST_LEAN = 1.2
-# ... and how much is then left of the potential energy at the start.
-_LOW = 0.5
 # Nothing of a bicycle is so large, but what has blown up [SI].
 _LARGEST_CONDITION = 1e6
 # Rows of the beginning, from which the right equations lead back to t = 0, in so many steps.
@@ -158,7 +156,7 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
         return part
     is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LARGEST_LEAN
     height = part.values.get("potential_energy", np.zeros_like(part.time))
-    lies = ~is_up & (height < _LOW * height[0])
+    lies = ~is_up & (height < HALF * height[0])
     # Without a height: angles in degrees come back.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:

@@ -19,6 +19,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
@@ -135,7 +136,7 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        is_blown_up = max(slopes) > WEIGHTS.blown_up or bool(np.max(rest) == _NO_LIMIT)
+        is_blown_up = max(slopes) > HALF or bool(np.max(rest) == _NO_LIMIT)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
         is_judged = is_resolved or bool(np.median(rest / resolved) < share)
@@ -359,7 +360,7 @@ class Residual:
         relief = {h.codes[0]: h.relief for h in found}
         ranked = sorted(library, key=lambda m: -relief[m.code])
         pairs = []
-        for i, first in enumerate(ranked[: WEIGHTS.pairs]):
+        for i, first in enumerate(ranked[: WEIGHTS.some]):
             for second in ranked[i + 1 :]:
                 # What two mistakes add is nearly the sum of what each does. A small one beside a
                 # large one may make it worse alone.
@@ -368,7 +369,7 @@ class Residual:
                 if about > WEIGHTS.also * max(relief[first.code], 1.0):
                     pairs.append((about, first, second))
         pairs.sort(key=lambda x: -x[0])
-        for _, *pair in pairs[: WEIGHTS.pairs]:
+        for _, *pair in pairs[: WEIGHTS.some]:
             both_made = self._judged(*(m for m in library if m in pair))
             if both_made.relief > WEIGHTS.also * max(relief[m.code] for m in pair):
                 found.append(both_made)
@@ -418,7 +419,7 @@ class Residual:
 
         right = distance(self.program)
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
-        return [library[i] for x, i in sorted(near)[: WEIGHTS.starts] if x < right]
+        return [library[i] for x, i in sorted(near)[: WEIGHTS.some] if x < right]
 
     def other_starts(self) -> list[FittedValues]:
         """The start of each maneuver that its own rows lead back to, in what is another."""
