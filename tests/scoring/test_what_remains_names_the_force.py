@@ -14,7 +14,8 @@ from generators.correct_programs import adaptive, fixed_step
 from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
 from generators.mistaken_programs import correct, results_of
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from generators.simulated_tables import right_program, simulated
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.alignment import align
@@ -22,7 +23,7 @@ from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
@@ -180,6 +181,32 @@ def test_other_definitions_of_the_columns_are_other_motions_no_forces(reference,
 
     found = causes_of(made(reference, written), reference, equations)
     assert max(found.shares["roll"], found.shares["steer"]) < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("changes", "speed"),
+    [({"steer_damping": 0.05}, "contact"),
+     pytest.param({"g": -0.01, "c": 0.005}, "hub_heading", marks=pytest.mark.proof)],
+)  # fmt: skip
+def test_definitions_that_an_error_of_the_motion_hides_are_found(
+    bicycle, reference, simulator, changes, speed
+):
+    """By the definitions that fit the right motion best no cause explains what is left."""
+    program = right_program(bicycle, reference)
+    program = apply(program, (other_values(changes, dict.fromkeys(changes, 0.0), program),))
+    names = {"roll_angle": "tait_bryan_xyz", "roll_rate": "tait_bryan_xyz_rate",
+             "forward_speed": speed}  # fmt: skip
+    meant = {k: next(c.name for c in COMPARED[k] if c.definition == d) for k, d in names.items()}
+    keys = [meant.get(key, key) for key in BENCHMARK_COLUMNS]
+    made = simulated(simulator, program, keys)
+    table = {"time": made["time"]}
+    for n in reference:
+        table |= {f"{key}_{n}": made[f"{meant.get(key, key)}_{n}"] for key in BENCHMARK_COLUMNS}
+    (found, *_) = diagnose(table, reference).diagnosis
+    assert found.code == "parameters"
+    told = {x["unknown"]: x["value"] for of in found.evidence["changes"] for x in of}
+    right = {"g": 9.81, "c": 0.08}
+    assert told == pytest.approx({k: x + right.get(k, 0.0) for k, x in changes.items()}, rel=1e-6)
 
 
 def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):

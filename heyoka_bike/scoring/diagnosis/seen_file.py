@@ -30,10 +30,11 @@ from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe, readings
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe
+from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.units import factor
@@ -359,27 +360,77 @@ class SeenFile:
 
     def _residual(self, library: Sequence[Mistake]) -> Residual | None:
         """Put the motion into the equations, as it is understood best."""
-        equations = Equations.binary64(self.program.bicycle)
         best: Residual | None = None
         tried: list[Understandings] = []
+        taken: Understandings = {}
         for understood in readings([p.part for p in self._parts], self.right.understood):
             if understood in tried:
                 continue
             tried.append(understood)
-            seen = (observe(p.part, understood, equations) for p in self._parts)
-            motions = [m for m in seen if m is not None]
-            if not motions:
-                continue
-            made = Residual(motions, self.program, library, self._deadline)
+            made = self._put_in(understood, library)
             # Rates that contradict the angles are not understood.
-            if best is None or _clearer(made) > _clearer(best):
-                best = made
+            if made is not None and (best is None or _clearer(made) > _clearer(best)):
+                best, taken = made, understood
                 if best.visibility and not best.is_open:
                     break
+        if best is not None and best.is_open:
+            best = self._by_other_definitions(taken, library) or best
         if best is not None:
             # While there is time: all that follows asks for them.
             _ = best.fitted
         return best
+
+    def _put_in(
+        self,
+        understood: Understandings,
+        library: Sequence[Mistake],
+        causes: tuple[Cause, ...] = (),
+    ) -> Residual | None:
+        """What the equations leave of the motion as it is understood so; None if it shows none.
+
+        Columns of other definitions are taken back by the lengths of a program with some causes.
+        """
+        bicycle = apply(self.program, causes).bicycle
+        equations = Equations.binary64(bicycle)
+        parameters = {name: float(x) for name, x in bicycle.values.items()}
+        seen = (observe(p.part, understood, equations, parameters) for p in self._parts)
+        motions = [m for m in seen if m is not None]
+        return Residual(motions, self.program, library, self._deadline) if motions else None
+
+    def _by_other_definitions(
+        self, understood: Understandings, library: Sequence[Mistake]
+    ) -> Residual | None:
+        """The residual by other definitions of roll and speed, if a cause explains all by these.
+
+        Which ones are meant is hidden by an error of the motion. Those of which one unknown
+        explains most, to first order, leave least that it does not.
+        """
+        taken, most = understood, self._promise(understood)
+        for keys in (("roll_angle", "roll_rate"), ("forward_speed",)):
+            before, begun = most, taken
+            for read in other_definitions(taken, keys):
+                promise = self._promise(read)
+                if promise > most:
+                    taken, most = read, promise
+                if most > BY_FAR * before:
+                    break
+            made = self._put_in(taken, library) if taken is not begun else None
+            if made is not None and made.is_open and made.largest is not None:
+                made = self._put_in(taken, library, made.largest.mistakes)
+            if made is not None and not made.is_open and made.best is not None:
+                return made
+        return None
+
+    def _promise(self, understood: Understandings) -> float:
+        """How much one unknown explains if a file is understood so, and how little is left.
+
+        Zero where it then shows no motion.
+        """
+        equations = Equations.binary64(self.program.bicycle)
+        seen = (observe(p.part, understood, equations, converged=RIGHT) for p in self._parts)
+        motions = [m for m in seen if m is not None]
+        found = Residual(motions, self.program, (), self._deadline) if motions else None
+        return found.promise if found is not None and found.visibility else 0.0
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""

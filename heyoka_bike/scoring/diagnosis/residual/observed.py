@@ -7,12 +7,11 @@ known far better than the derivative at a row, and as well at any spacing that r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
@@ -75,13 +74,10 @@ class Observed:
     kinematic_uncertain : ndarray, shape (2, w)
     definitions : mapping of str to str
         Names of the columns of `STATE`, as they were understood.
-    beginning : ndarray, shape (5,), or None
-        The columns of `STATE` at t = 0, to which the right equations lead back from the rows after
-        the first: that may be as given, whatever was computed. None where the rows begin later.
+    is_begun
+        True if its first rows are those of a start.
     has_beginning
-        True if it is that of columns of the file; otherwise slopes tell it, and the speed is given.
-    scatter : ndarray, shape (5,)
-        By how much these rows disagree about it.
+        True if these have the rates; otherwise slopes tell them, and the speed is given.
     has_state
         True if the file has all columns of `STATE`.
     """
@@ -95,9 +91,8 @@ class Observed:
     kinematic: Array
     kinematic_uncertain: Array
     definitions: Mapping[str, str]
-    beginning: Array | None
+    is_begun: bool
     has_beginning: bool
-    scatter: Array
     has_state: bool
 
     def without_speed(self) -> Observed:
@@ -119,37 +114,6 @@ class Observed:
         return float(np.max(np.maximum(off, known) / size))
 
 
-def readings(
-    parts: Sequence[Part], understood: Mapping[str, Understanding]
-) -> Iterator[Mapping[str, Understanding]]:
-    """Ways to understand a file, the likeliest by the correct motion first.
-
-    Beside the correct motion the file of another one may seem to have other definitions and signs.
-    Rates follow their angles.
-    """
-    yield understood
-    plain = {key: replace(u, column=COMPARED[key][0]) for key, u in understood.items()}
-    yield plain
-    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
-        if angle in plain and rate in plain and _turns_back(parts, plain, angle, rate):
-            plain = plain | {rate: replace(plain[rate], sign=-plain[rate].sign)}
-    yield plain
-    turned = [key for key in ("steer_angle", "steer_rate") if key in plain]
-    yield plain | {key: replace(plain[key], sign=-plain[key].sign) for key in turned}
-
-
-def _turns_back(
-    parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
-) -> bool:
-    """True if an angle mostly falls where its rate says that it grows."""
-    total = 0.0
-    for part in parts:
-        if angle in part.values and rate in part.values and len(part.time) > 1:
-            slope = np.gradient(in_si(part, understood, angle), part.time)
-            total += float(np.nansum(np.sign(slope) * np.sign(in_si(part, understood, rate))))
-    return total < 0.0
-
-
 def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
     if "roll_angle" not in part.values or "roll_angle" not in understood:
@@ -165,23 +129,30 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
 
 
 def observe(
-    part: Part, understood: Mapping[str, Understanding], equations: Equations
+    part: Part,
+    understood: Mapping[str, Understanding],
+    equations: Equations,
+    parameters: Mapping[str, float] | None = None,
+    converged: float = _CONVERGED,
 ) -> Observed | None:
-    """The motion of a part; None where the columns or rows do not show it."""
+    """The motion of a part; None where the columns or rows do not show it.
+
+    Columns of other definitions are taken back by the equations and parameters of a bicycle, that
+    of the reference unless it is given, and as far as is asked for [SI].
+    """
     written = _rows_that_move(part, understood)
     if written is None:
         return None
     time, columns, names = written
-    parameters = in_binary64(part.reference.parameters)
+    parameters = parameters or in_binary64(part.reference.parameters)
     speed = float(part.reference.approximate(time[:1], ["forward_speed"])["forward_speed"][0])
-    state = _default_definitions(columns, names, time, equations, parameters, speed)
+    state = _default_definitions(columns, names, time, equations, parameters, speed, converged)
     windows = _windows(time)
     if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
     digits = np.array([_digits(part, understood, k) for k in columns])
     slopes, off = _mean_slopes(time, np.array([state[k] for k in columns]), windows, digits)
     rates = np.array([windows @ state[k] for k in ("roll_rate", "steer_rate")])
-    began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
     is_begun = bool(time[0] <= 2 * (time[1] - time[0]))
     found = Observed(
         number=part.number,
@@ -193,10 +164,9 @@ def observe(
         kinematic=slopes[:2] - rates,
         kinematic_uncertain=off[:2],
         definitions={k: name for k, name in names.items() if k in part.values},
-        beginning=np.median(began, axis=1) if is_begun else None,
+        is_begun=is_begun,
         # Slopes tell less of the first rows.
         has_beginning=is_begun and ANGLE_OF.keys() <= part.values.keys(),
-        scatter=np.ptp(began, axis=1),
         has_state={*STATE} <= part.values.keys(),
     )
     return found if "forward_speed" in columns else found.without_speed()
@@ -233,8 +203,13 @@ def _rows_that_move(
     return (time, columns, names) if moves and is_bounded else None
 
 
-def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> Array:
-    """The columns of `STATE` at t = 0 by each row, shape (5, rows): Runge and Kutta's method."""
+def start_shown(m: Observed, equations: Equations) -> tuple[Array, Array]:
+    """The columns of `STATE` at t = 0, and by how much rows disagree about them, shape (5,) each.
+
+    To these the right equations lead back from the rows after the first, by Runge and Kutta's
+    method: that may be as given, whatever was computed.
+    """
+    time, state = m.time[_BEGINNING], {k: x[_BEGINNING] for k, x in m.state.items()}
 
     def slope(y: Array) -> Array:
         return np.array(equations.rates(list(y)))
@@ -243,8 +218,8 @@ def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> 
     for _ in range(_STEPS_BACK):
         y = RK4(slope, y, h)
     y[5] *= equations.k.length
-    found: Array = np.delete(y, 1, axis=0)
-    return found
+    found = np.delete(y, 1, axis=0)
+    return np.median(found, axis=1), np.ptp(found, axis=1)
 
 
 def in_si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
@@ -317,6 +292,7 @@ def _default_definitions(
     equations: Equations,
     parameters: Mapping[str, float],
     speed: float,
+    converged: float,
 ) -> dict[str, Array]:
     """The columns in the default definitions, and the yaw; NaN if they are not found.
 
@@ -341,7 +317,7 @@ def _default_definitions(
             off["forward_speed"] = speed + _integral(time, rate) - state["forward_speed"]
         apart = float(np.max(np.abs([*off.values()])))
         state |= {k: state[k] + np.nan_to_num(x) for k, x in off.items()}
-        if apart < _CONVERGED:
+        if apart < converged:
             break
     else:
         if not apart < _PART_LOST:

@@ -44,7 +44,12 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, state_vector
+from heyoka_bike.scoring.diagnosis.residual.observed import (
+    STATE,
+    Observed,
+    start_shown,
+    state_vector,
+)
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
 
@@ -213,6 +218,11 @@ class Residual:
     def is_open(self) -> bool:
         """True if there is a force or a term that no cause explains, and no integrator makes."""
         return self.leaves_force(_largest_relief(*self.known, *self.fitted))
+
+    @property
+    def largest(self) -> Hypothesis | None:
+        """The cause that explains most, however likely it is; None without any."""
+        return max((*self.known, *self.fitted), key=lambda h: h.relief, default=None)
 
     @property
     def is_met(self) -> bool:
@@ -405,14 +415,16 @@ class Residual:
         self._deadline.check()
         return self.of(program)
 
+    def _start_shown(self, m: Observed) -> tuple[Array, Array]:
+        return start_shown(m, equations_of(tuple(self.program.bicycle.values.items())))
+
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Mistakes of the start that come nearer to the file's own than the right one does."""
-        own = {m.number: m.beginning for m in self.motions if m.has_beginning}
+        own = {m.number: self._start_shown(m)[0] for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
             found = 0.0
             for n, state in own.items():
-                assert state is not None
                 size = np.abs(_given(self.program, n)) + np.abs(state) + 1e-3
                 found += float(np.sum(np.abs(_given(program, n) - state) / size))
             return found
@@ -425,12 +437,13 @@ class Residual:
         """The start of each maneuver that its own rows lead back to, in what is another."""
         found = []
         for m in self.motions:
-            if m.beginning is None:
+            if not m.is_begun:
                 continue
-            off = m.beginning - _given(self.program, m.number)
+            start, scatter = self._start_shown(m)
+            off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
             # By more than the rows disagree, and not next to nothing of what is off most.
-            least = WEIGHTS.sure * m.scatter + TOLERANCE * np.max(np.abs(off) / size) * size
+            least = WEIGHTS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
             changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}

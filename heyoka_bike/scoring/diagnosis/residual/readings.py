@@ -1,0 +1,71 @@
+"""Ways to understand a file: beside the right motion a wrong one may seem to have other columns."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from math import log
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.definitions import Understanding
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.residual.observed import in_si
+
+
+def readings(
+    parts: Sequence[Part], understood: Mapping[str, Understanding]
+) -> Iterator[Mapping[str, Understanding]]:
+    """Ways to understand a file, the likeliest by the correct motion first.
+
+    Beside the correct motion the file of another one may seem to have other definitions and signs.
+    Rates follow their angles.
+    """
+    yield understood
+    plain = {key: replace(u, column=COMPARED[key][0]) for key, u in understood.items()}
+    yield plain
+    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
+        if angle in plain and rate in plain and _turns_back(parts, plain, angle, rate):
+            plain = plain | {rate: replace(plain[rate], sign=-plain[rate].sign)}
+    yield plain
+    turned = [key for key in ("steer_angle", "steer_rate") if key in plain]
+    yield plain | {key: replace(plain[key], sign=-plain[key].sign) for key in turned}
+
+
+def other_definitions(
+    understood: Mapping[str, Understanding], keys: Sequence[str]
+) -> Iterator[Mapping[str, Understanding]]:
+    """Ways to understand some columns by other definitions, the likeliest first.
+
+    Without those that are refuted even by a motion that is wrong: it is nearer to another one by
+    far. A rate may follow the definition of its angle.
+    """
+    having = [key for key in keys if key in understood]
+    ways = []
+    for key in having:
+        u = understood[key]
+        odds = {u.column.definition: 0.0, **u.odds}
+        likely = sorted(odds, key=lambda name: odds[name])
+        each = {c.definition: c for c in COMPARED[key]}
+        least = WEIGHTS.refuted / log(10.0)
+        ways.append([
+            replace(u, column=each[name], indistinguishable=())
+            for name in likely if name in each and odds[name] - odds[likely[0]] < least
+        ])  # fmt: skip
+    for several in product(*ways):
+        read = dict(zip(having, several, strict=True))
+        if any(read[key].column != understood[key].column for key in having):
+            yield {**understood, **read}
+
+
+def _turns_back(
+    parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
+) -> bool:
+    """True if an angle mostly falls where its rate says that it grows."""
+    total = 0.0
+    for part in parts:
+        if angle in part.values and rate in part.values and len(part.time) > 1:
+            slope = np.gradient(in_si(part, understood, angle), part.time)
+            total += float(np.nansum(np.sign(slope) * np.sign(in_si(part, understood, rate))))
+    return total < 0.0
