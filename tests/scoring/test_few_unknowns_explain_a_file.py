@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 
 from generators.made_results import exact_columns, rows
 from generators.mistaken_programs import correct, motion, results, results_of
+from generators.simulated_tables import right_program, simulated
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
@@ -23,6 +24,7 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks, solve
@@ -174,6 +176,22 @@ def test_values_are_found_where_the_equations_do_not_show_them(
     assert [n for n, _ in values] == [name]
     (found,) = values.values()
     assert found.value == pytest.approx(value, rel=1e-4)
+
+
+@pytest.mark.proof
+def test_whole_runs_tell_forces_apart_that_to_first_order_do_the_same(
+    bicycle, reference, simulator
+):
+    """Whatever slows the bicycle down does so, in a speed and an energy."""
+    keys = ("forward_speed", "mechanical_energy")
+    program = right_program(bicycle, reference)
+    made = simulated(simulator, program, keys, wheel_friction=0.005)
+    table = {k: np.array([float(f"{x:.10g}") for x in made[k]])
+             for k in ("time", *(f"{key}_3" for key in keys))}  # fmt: skip
+    (found,) = diagnose(table, reference).diagnosis
+    ((change,),) = found.evidence["changes"]
+    assert change["unknown"] == "wheel_friction"
+    assert change["value"] == pytest.approx(0.005, rel=1e-6)
 
 
 @pytest.mark.proof

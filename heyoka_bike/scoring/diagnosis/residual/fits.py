@@ -27,7 +27,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     solve,
     uncertain,
 )
-from heyoka_bike.scoring.ratios import CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 
 SPLIT = 4
 """Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
@@ -134,7 +134,10 @@ class Fits:
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, WEIGHTS.some // size // len(views))
-                    found |= dict.fromkeys(map(tuple, subsets.members[:most].tolist()))
+                    # Whole runs tell those apart that to first order explain as much, by far.
+                    alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
+                    count = max(most, np.sum(alike)) if size == 1 else most
+                    found |= dict.fromkeys(map(tuple, subsets.members[:count].tolist()))
             if size in counts:
                 yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
 
