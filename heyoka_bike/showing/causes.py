@@ -13,6 +13,7 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.showing.sayings import finding, findings, in_units, register
 
@@ -316,9 +317,11 @@ def _proof(e: seen.Explained) -> str:
             f"{_part(share)}; with this, {relief:.1g} times less"
         )
     if e.rest is None and e.left:
+        # An integrator's error is seldom seen in a plot.
+        other = ", or another cause" if e.left > TOLERANCE else ""
         said += (
             f". What is left, typically {_of_scale(e.left)}, is the integrator's error, or what "
-            "this does not describe exactly"
+            f"this does not describe exactly{other}"
         )
     return said
 

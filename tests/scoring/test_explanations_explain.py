@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.scoring.diagnosis.claims import left_over
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValues, Found
@@ -73,3 +74,11 @@ def test_nothing_is_left_at_the_floor():
     h = hypothesis(dict.fromkeys(PLACES, 1e-5))
     assert not h.leaves_nothing
     assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).leaves_nothing
+
+
+@pytest.mark.parametrize(("others", "is_told"), [(1e-9, True), (1e-4, False)])
+def test_a_column_that_alone_stays_wrong_is_told_beside_a_cause(others, is_told):
+    """A rate that is a row late, say; errors of integrators are nearly as large in all columns."""
+    place = (2, "roll_rate")
+    left = dict.fromkeys(PLACES, others) | {place: 2e-2}
+    assert left_over(hypothesis(left, before=10.0), None) == (place if is_told else None)

@@ -8,6 +8,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.judge.own_definitions import FAR_WORSE
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
@@ -62,7 +63,7 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
     Much is left in a column that the cause does not touch; or little of it is explained; or far
-    more than in the motion, whose errors an integrator makes; or the equations
+    more than in the other columns of the motion, whose errors an integrator makes; or the equations
     leave what no integrator does. None if there is no such column: the cause is all that is wrong.
     """
     above = above_digits(h)
@@ -78,5 +79,8 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     is_exact = not any(x.name in FORCES for x in h.found)
     if is_exact and residual is not None and residual.leaves_more(h.mistakes):
         return worst
-    of_motion = max((x for (_, key), x in h.after.items() if key in LATERAL), default=above[worst])
-    return worst if above[worst] > CLEARLY * max(of_motion, WEIGHTS.nothing) else None
+    others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
+    # Columns of roll and steer of one motion may be off by parts of their scales that differ, too.
+    times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
+    is_alone = bool(others) and above[worst] > times * max(*others, WEIGHTS.nothing)
+    return worst if is_alone else None

@@ -75,14 +75,17 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     errors = (c.max_rel_error or 0.0 for m in report.maneuvers for c in m.columns)
     worst = max(errors, default=0.0)
     varying = {n: x.largest for n, x in known.items() if x.is_seen and not _is_next_to(x, worst)}
+    # What integrators leave of a right file says nothing of forces.
+    is_right = has_right_digits(worst)
     if all(_is_kept(x) for x in known.values()):
-        yield EnergyKept(
-            max(abs(x.largest[0]) for x in known.values()),
-            {n: x.exchanged for n, x in known.items() if x.exchanged is not None},
-        )
+        if not is_right:
+            yield EnergyKept(
+                max(abs(x.largest[0]) for x in known.values()),
+                {n: x.exchanged for n, x in known.items() if x.exchanged is not None},
+            )
     elif (all(x < 0.0 for x in trends) or all(x > 0.0 for x in trends)) and varying:
         yield EnergyTrend(numbers, trends)
-    elif not has_right_digits(worst) and any(_does_work(known[n]) for n in varying):
+    elif not is_right and any(_does_work(known[n]) for n in varying):
         yield EnergyVaries(varying)
 
 
