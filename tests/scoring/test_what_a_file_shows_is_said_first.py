@@ -13,7 +13,7 @@ from generators.fixed_steps import Equations as Discretised
 from generators.made_results import made
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis import plain
-from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
 from heyoka_bike.scoring.diagnosis.plain import other_times
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -114,6 +114,17 @@ def test_a_motion_that_is_right_up_to_a_row_is_told_so(reference, what):
     assert found.code == "departs"
     assert (found.evidence["maneuver"], found.evidence["time"]) == (2, 5.0)
     assert found.evidence["shift"] == (shift and pytest.approx(shift, rel=0.02))
+
+
+def test_many_rows_that_are_left_out_are_told_by_their_time(reference):
+    rows = np.r_[:321, 358:1001]
+    table = {"time": 0.01 * np.arange(len(rows))}
+    table |= {f"{k}_{n}": reference[n][k][rows] for n in reference for k in BENCHMARK_COLUMNS}
+    found = diagnose(table, reference).diagnosis
+    assert [f.code for f in found] == ["departs"] * 3
+    for f in found:
+        assert f.evidence["time"] == pytest.approx(3.21)
+        assert f.evidence["shift"] == pytest.approx(0.37, abs=1e-6)
 
 
 def test_a_departure_within_the_first_rows(reference):

@@ -6,58 +6,34 @@ one scale for the whole file has one, and a scale and a shift of each maneuver h
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
+from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
-from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
 
-# A larger scale, or shift in parts of the run, is seen when the file is read, or looks like another
-# motion.
-_LARGEST = 0.2
 # Digits of a step that somebody chose.
 _DIGITS_OF_STEP = 3
 
 
-class _Wrong:
-    """The wrong columns of a maneuver, held against the reference at any times."""
+class _Wrong(AtOtherTimes):
+    """The wrong columns of a maneuver."""
 
     def __init__(self, m: ManeuverScore) -> None:
         whole = whole_columns(m) if m.rows >= FEWEST_TELLING_ROWS else []
-        self.columns = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
-        self.time = m.part.time
-        self.end = float(m.part.reference.duration)
-        self._reference = m.part.reference
-        self._names = [
-            next(d.name for d in self._reference.definitions[c.key] if d.definition == c.definition)
-            for c in self.columns
-        ]
-        self._values = np.array([c.trace.value / c.scale for c in self.columns])
-
-    def off(self, meant: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Errors at these times, in scales, and the rows that are then within the run."""
-        rows = (meant >= 0.0) & (meant <= self.end)
-        right = self._reference.approximate(np.clip(meant, 0.0, self.end), self._names)
-        each = [right[n] / c.scale for n, c in zip(self._names, self.columns, strict=True)]
-        return self._values - np.array(each), rows
-
-    def left(self, meant: Array) -> Array:
-        """What these times leave of each column."""
-        errors, rows = self.off(meant)
-        return np.array([rms(x[rows]) for x in errors])
+        wrong = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
+        super().__init__(m, wrong)
 
     @cached_property
     def before(self) -> Array:
@@ -126,8 +102,8 @@ def one_clock(report: Report) -> AsMeant | None:
     counts = [len(wrong.columns) for wrong in every]
     if sum(counts) < FEW_COLUMNS or max(counts) > FEW_COLUMNS or not all(counts):
         return None
-    clock = _fitted(every, (0,))
-    if clock is None or not all(x.are_right(x.left(_meant(x.time, clock))) for x in every):
+    clock = fitted_clock(every, (0,))
+    if clock is None or not all(x.are_right(x.left(meant_by(x.time, clock))) for x in every):
         return None
     scale = 1.0 + float(clock[0])
     parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
@@ -171,8 +147,8 @@ def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
     wrong = _Wrong(m)
     if len(wrong.columns) <= FEW_COLUMNS:
         return None
-    clocks = [_fitted([wrong], of) for of in ((1,), (0,), (0, 1))]
-    found = [(c, wrong.left(_meant(wrong.time, c))) for c in clocks if c is not None]
+    clocks = [fitted_clock([wrong], of) for of in ((1,), (0,), (0, 1))]
+    found = [(c, wrong.left(meant_by(wrong.time, c))) for c in clocks if c is not None]
     # Where both together lead too far, nothing is held against one of them.
     least = found[-1][1] if clocks[-1] is not None else np.inf
     for clock, left in found:
@@ -180,30 +156,3 @@ def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
         if is_as_good and wrong.are_right(left):
             return 1.0 + float(clock[0]), float(clock[1])
     return None
-
-
-def _meant(time: Array, clock: Array) -> Array:
-    return time * (1.0 + float(clock[0])) + float(clock[1])
-
-
-def _fitted(every: Sequence[_Wrong], of: Sequence[int]) -> Array | None:
-    """Less one, the scale, and the shift [s], by Newton's method with some of both; None if far."""
-    clock = np.zeros(2)
-    end = max(wrong.end for wrong in every)
-    for _ in range(ROUNDS_OF_NEWTON):
-        errors, slopes = [], []
-        for wrong in every:
-            here, rows = wrong.off(_meant(wrong.time, clock))
-            errors.append(here[:, rows].ravel())
-            each = []
-            for i in of:
-                there = clock.copy()
-                there[i] += SMALL_STEP
-                moved = wrong.off(_meant(wrong.time, there))[0]
-                each.append(((moved - here) / SMALL_STEP)[:, rows].ravel())
-            slopes.append(np.array(each))
-        matrix, goal = np.concatenate(slopes, axis=1).T, -np.concatenate(errors)
-        clock[list(of)] += np.linalg.lstsq(matrix, goal, rcond=None)[0]
-        if max(abs(clock[0]), abs(clock[1]) / end) > _LARGEST:
-            return None
-    return clock

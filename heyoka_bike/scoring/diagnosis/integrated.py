@@ -247,8 +247,11 @@ def _fit(runs: Sequence[Run], method: FixedStep, steps: int, rows: int) -> _Fit:
             errors.append(written / run.sizes[name])
             terms.append(off[name] / run.sizes[name])
             floors.append(run.floors[name])
-    if not all(np.isfinite(x).all() for x in terms):
+    # Of a method that blows up squares overflow.
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = blocks(errors, [t[:, None] for t in terms], floors)
+    if not np.isfinite(made.products).all():
         return _Fit(method, steps, rows, 0.0, 1.0, 0.0)
-    factor, gain = best_multiple(blocks(errors, [t[:, None] for t in terms], floors))
+    factor, gain = best_multiple(made)
     length = runs[0].carried.spacing * rows / steps * max(factor, 0.0) ** (1.0 / method.order)
     return _Fit(method, steps, rows, factor, gain, length)

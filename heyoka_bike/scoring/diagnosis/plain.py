@@ -15,6 +15,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
     ColumnBeside,
@@ -208,7 +209,7 @@ def _departs(
     right = float(np.max(off[: last + 1]))
     end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
     is_back = m.rows - end >= FEWEST_TELLING_ROWS
-    ahead, relief = _ahead(columns, slice(row, None))
+    ahead, relief = _shift_from(m, columns, row)
     return Departs(
         m.maneuver,
         float(time[last]),
@@ -216,9 +217,23 @@ def _departs(
         right,
         float(off[row]),
         float(time[end - 1]) if is_back else None,
-        float(ahead) if relief > WEIGHTS.nearly and not is_back else None,
+        ahead if relief > WEIGHTS.nearly and not is_back else None,
         keys,
     )
+
+
+def _shift_from(
+    m: ManeuverScore, columns: Sequence[ColumnScore], first: int
+) -> tuple[float, float]:
+    """By how much rows from one on are ahead of those written [s], and the factor that explains."""
+    there = AtOtherTimes(m, columns, slice(first, None))
+    clock = fitted_clock([there], (1,))
+    if clock is None:
+        return 0.0, 1.0
+    left, rows = there.off(meant_by(there.time, clock))
+    before, _ = there.off(there.time)
+    least = float(np.finfo(np.float64).tiny)
+    return float(clock[1]), rms(before[:, rows].ravel()) / max(rms(left[:, rows].ravel()), least)
 
 
 def _departure(off: Array, time: Array) -> tuple[int, int] | None:
@@ -250,7 +265,7 @@ def other_times(report: Report) -> OtherTimes | None:
         count = len(columns) - max(len(energies) - 1, 0)
         if count <= FEW_COLUMNS or m.rows <= FEWEST_TELLING_ROWS:
             return None
-        ahead, left = _ahead(columns, slice(None), axis=0)
+        ahead, left = _ahead(columns)
         if not all(_falls(c, ahead) for c in columns):
             return None
         relief.append(left)
@@ -280,23 +295,21 @@ def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
     return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
 
 
-def _ahead(
-    columns: Sequence[ColumnScore], rows: slice, axis: int | None = None
-) -> tuple[Array, float]:
-    """Time by which rows are ahead of those written, and the factor by which it lets errors fall.
+def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
+    """Time by which each row is ahead of that written, and the factor by which errors fall so.
 
-    One time for all rows, or along axis 0 that of each [s]; to second order.
+    To second order.
     """
     error = np.array([c.trace.error / c.scale for c in columns])
     right = np.array([c.trace.reference / c.scale for c in columns])
     # Two rows at one time have no slope, and then no time is found.
     with np.errstate(all="ignore"):
         slope = np.gradient(right, columns[0].trace.time, axis=1)
-        bend = np.gradient(slope, columns[0].trace.time, axis=1)[:, rows]
-        error, slope, ahead = error[:, rows], slope[:, rows], np.zeros(())
+        bend = np.gradient(slope, columns[0].trace.time, axis=1)
+        ahead = np.zeros(error.shape[1])
         for _ in range(3):
             way = slope + ahead / 2.0 * bend
-            ahead = np.sum(error * way, axis) / np.sum(way**2, axis)
+            ahead = np.sum(error * way, axis=0) / np.sum(way**2, axis=0)
         return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
 
 
@@ -450,16 +463,16 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
     def left(fit: Scaled) -> float:
         return rms(value - fit.factor * right - fit.offset / sizes)
 
+    def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
+        rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
+        # Each value must let the error fall by far.
+        return BY_FAR**count * rms(rest) < rms(c.trace.error)
+
     one = [
         Scaled(solved(both[:, :1], value)[0], 0.0),
         Scaled(1.0, solved(both[:, 1:], value - right)[0]),
     ]
     for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
-        if len(value) > count and all(_explains(fit, c) for c in columns):
+        if len(value) > count and all(explains(fit, c, count) for c in columns):
             return fit
     return None
-
-
-def _explains(fit: Scaled, c: ColumnScore) -> bool:
-    left = c.trace.value - fit.factor * c.trace.reference - fit.offset
-    return BY_FAR * rms(left) < rms(c.trace.error)

@@ -1,0 +1,71 @@
+"""Columns held against the reference at other times than those that are written."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import ROUNDS_OF_NEWTON, SMALL_STEP, Array
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+
+# A larger scale, or shift in parts of the run, is seen when the file is read, or looks like another
+# motion.
+_LARGEST = 0.2
+
+
+class AtOtherTimes:
+    """Some columns of a maneuver, in some of its rows, held against the reference at any times."""
+
+    def __init__(
+        self, m: ManeuverScore, columns: Sequence[ColumnScore], rows: slice = slice(None)
+    ) -> None:
+        self.columns = columns
+        self.time = m.part.time[rows]
+        self.end = float(m.part.reference.duration)
+        self._reference = m.part.reference
+        self._names = [
+            next(d.name for d in self._reference.definitions[c.key] if d.definition == c.definition)
+            for c in self.columns
+        ]
+        self._values = np.array([c.trace.value[rows] / c.scale for c in self.columns])
+
+    def off(self, meant: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Errors at these times, in scales, and the rows that are then within the run."""
+        rows = (meant >= 0.0) & (meant <= self.end)
+        right = self._reference.approximate(np.clip(meant, 0.0, self.end), self._names)
+        each = [right[n] / c.scale for n, c in zip(self._names, self.columns, strict=True)]
+        return self._values - np.array(each), rows
+
+    def left(self, meant: Array) -> Array:
+        """What these times leave of each column."""
+        errors, rows = self.off(meant)
+        return np.array([rms(x[rows]) for x in errors])
+
+
+def meant_by(time: Array, clock: Array) -> Array:
+    """Times on another clock: one plus the scale, and the shift [s]."""
+    return time * (1.0 + float(clock[0])) + float(clock[1])
+
+
+def fitted_clock(every: Sequence[AtOtherTimes], of: Sequence[int]) -> Array | None:
+    """Less one, the scale, and the shift [s], by Newton's method with some of both; None if far."""
+    clock = np.zeros(2)
+    end = max(wrong.end for wrong in every)
+    for _ in range(ROUNDS_OF_NEWTON):
+        errors, slopes = [], []
+        for wrong in every:
+            here, rows = wrong.off(meant_by(wrong.time, clock))
+            errors.append(here[:, rows].ravel())
+            each = []
+            for i in of:
+                there = clock.copy()
+                there[i] += SMALL_STEP
+                moved = wrong.off(meant_by(wrong.time, there))[0]
+                each.append(((moved - here) / SMALL_STEP)[:, rows].ravel())
+            slopes.append(np.array(each))
+        matrix, goal = np.concatenate(slopes, axis=1).T, -np.concatenate(errors)
+        clock[list(of)] += np.linalg.lstsq(matrix, goal, rcond=None)[0]
+        if max(abs(clock[0]), abs(clock[1]) / end) > _LARGEST:
+            return None
+    return clock
