@@ -759,6 +759,21 @@ class RateOfDifferences(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class RateOfOtherRow(Evidence):
+    """A rate that is that of its own angle at another row, whatever the motion is.
+
+    Attributes
+    ----------
+    key
+    rows
+        By how many rows it is late.
+    """
+
+    key: str
+    rows: float
+
+
+@dataclass(frozen=True, slots=True)
 class OtherClock(Evidence):
     """The rows of one maneuver, or all of them, are the right ones of other times.
 
@@ -839,6 +854,20 @@ class OtherColumn(Evidence):
 @dataclass(frozen=True, slots=True)
 class UnsignedColumn(Evidence):
     """A column holds the right values without their signs, in some maneuvers.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WholeTurns(Evidence):
+    """An angle is the right one but for whole turns, in some maneuvers.
 
     Attributes
     ----------

@@ -704,6 +704,16 @@ def _(e: seen.RateOfDifferences) -> Finding:
 
 
 @_finding.register
+def _(e: seen.RateOfOtherRow) -> Finding:
+    row = "half a row" if abs(e.rows) < 1.0 else "one row"
+    said = (
+        f"{e.key} is the rate of its own angle {row} {'before' if e.rows > 0.0 else 'after'}, in "
+        "every maneuver. Write both at the same time; the rest is diagnosed without it"
+    )
+    return warning("rate_of_other_row", said, column=e.key, rows=e.rows)
+
+
+@_finding.register
 def _(e: seen.OtherClock) -> Finding:
     if e.scale == 1.0:
         when = f"{abs(e.shift):.6g} s {'later' if e.shift > 0.0 else 'earlier'}"
@@ -767,6 +777,15 @@ def _(e: seen.UnsignedColumn) -> Finding:
         "an absolute value, or a square root of a square, where it is written"
     )
     return warning("unsigned_column", said, column=e.key, maneuvers=list(e.maneuvers))
+
+
+@_finding.register
+def _(e: seen.WholeTurns) -> Finding:
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)} is the right angle but for whole turns, 2 pi in "
+        "radians: look for a wrap to 0 and 2 pi where it is written"
+    )
+    return warning("whole_turns", said, column=e.key, maneuvers=list(e.maneuvers))
 
 
 @_finding.register
@@ -1093,7 +1112,7 @@ def _(e: seen.Departs) -> Finding:
         what = f"to {e.t_back:.6g} s. All rows after these are right: look at these alone"
     elif e.shift is not None:
         why = "left out" if e.shift > 0.0 else "made twice"
-        what = f"on, where it is the right motion {_later(e.shift)}: a row or a step was {why}"
+        what = f"on, where it is the right motion {_later(e.shift)}: rows or steps were {why}"
     else:
         what = (
             "on. A mistake in the model or at the start is seen from the first rows on: look at "

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("heyoka")
 
+from scipy.interpolate import CubicSpline
 
 from generators.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
@@ -204,6 +205,34 @@ def test_a_column_without_its_signs(reference):
     assert (found.evidence["column"], found.evidence["maneuvers"]) == ("roll_angle", [1, 2])
 
 
+def test_an_angle_that_is_wrapped(reference):
+    held = columns(reference)
+    for n in held:
+        held[n]["roll_angle"] = np.mod(held[n]["roll_angle"], 2 * np.pi)
+    found, rest = said(reference, held)
+    assert (found.code, found.evidence["column"]) == ("whole_turns", "roll_angle")
+    # In maneuver 3 the bicycle leans to the right only.
+    assert found.evidence["maneuvers"] == [1, 2]
+    assert rest.code == "remainder"
+
+
+@pytest.mark.parametrize("numbers", [(1, 2, 3), (2,)])
+def test_an_energy_without_the_rotation_of_the_wheels_is_no_ratio(reference, numbers):
+    """In each maneuver a ratio, in that of one maneuver alone with a zero, explains it nearly."""
+    mistake = next(m for m in MISTAKES if m.code == "energy_without_rotation_of_wheels")
+    program = correct(reference)
+    held = {n: {"kinetic_energy": written_by(program, mistake, n, reference)} for n in numbers}
+    (found,) = said(reference, held)
+    assert (found.code, found.evidence["mistakes"]) == ("mistake", [mistake.code])
+
+
+def written_by(program, mistake, n, reference):
+    """The kinetic energy by a program with a mistake of what is written."""
+    time = reference[n].time[ROWS]
+    made = Simulator().run(program.bicycle, initial_state(program.bicycle, program.starts[n]), time)
+    return apply(program, (mistake,)).rows[0](made, time)["kinetic_energy"]
+
+
 def test_values_without_their_exponents_are_no_average(reference):
     """9.3e-05 was written as 9.3: an average of most rows is as good, as nothing is wrong there."""
     held = columns(reference)
@@ -366,6 +395,28 @@ def test_a_clipped_column(reference):
     assert found.evidence["maneuvers"] == [2]
 
 
+def test_columns_that_are_all_clipped_in_their_first_and_last_rows(reference):
+    held = columns(reference)
+    of = {key: held[3][key].copy() for key in ("roll_angle", "steer_angle")}
+    of["roll_angle"] = np.clip(of["roll_angle"], of["roll_angle"][2], of["roll_angle"][-13])
+    of["steer_angle"] = np.clip(of["steer_angle"], -3.5e-4, 2.7e-3)
+    assert [(f.code, f.evidence["column"]) for f in said(reference, {3: of})] == [
+        ("clipped_column", "roll_angle"), ("clipped_column", "steer_angle"),
+    ]  # fmt: skip
+
+
+def test_each_maneuver_has_a_grid_of_its_own_digits(reference):
+    """Ten digits of an energy are more places in one maneuver than in another."""
+    held = columns(reference)
+    steps = {1: 1e-6, 2: 1e-6, 3: 1e-5}
+    for n, step in steps.items():
+        held[n]["kinetic_energy"] = np.rint(held[n]["kinetic_energy"] / step) * step
+    report = score(table(reference, held), reference)
+    seen = as_meant(report, [step for step in STEPS if step.name == "grid"]).seen
+    found = {n: x.step for x in seen for n in x.maneuvers}
+    assert found == pytest.approx(steps)
+
+
 @pytest.mark.parametrize("how", ["backward", "forward", "central"])
 def test_a_rate_of_differences_beside_another_mistake(how, reference):
     """The column is put aside, and the mistake of the model is found without it."""
@@ -385,6 +436,19 @@ def test_a_rate_of_differences_beside_another_mistake(how, reference):
     first, second, *_ = said(reference, held)
     assert (first.code, first.evidence["how"]) == ("rate_of_differences", how)
     assert (second.code, second.evidence["mistakes"]) == ("mistake", ["inertia_2_decimals"])
+
+
+@pytest.mark.parametrize("rows", [1.0, -1.0, 0.5, -0.5])
+def test_a_rate_of_another_row_beside_a_wrong_motion(reference, rows):
+    held = of_another_bicycle(reference, IFyy="0.25")
+    for n in held:
+        slopes = CubicSpline(reference[n].time[ROWS], held[n]["roll_rate"])
+        held[n]["roll_rate"] = slopes(reference[n].time[ROWS] - rows * 0.02)
+    shifted, cause, *_ = said(reference, held)
+    assert (shifted.code, shifted.evidence["column"]) == ("rate_of_other_row", "roll_rate")
+    assert shifted.evidence["rows"] == rows
+    ((change,),) = cause.evidence["changes"]
+    assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.25))
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-4])

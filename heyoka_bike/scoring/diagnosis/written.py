@@ -25,6 +25,7 @@ from heyoka_bike.scoring.alignment import Part, are_even
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, is_right_column, places
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
+from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
 from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
 from heyoka_bike.scoring.evidence import (
@@ -34,10 +35,12 @@ from heyoka_bike.scoring.evidence import (
     Evidence,
     OtherColumn,
     RateOfDifferences,
+    RateOfOtherRow,
     SmoothedColumns,
     UnsignedColumn,
+    WholeTurns,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
@@ -51,6 +54,8 @@ T = TypeVar("T")
 # A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS = 5
+# The smallest ones tell the step, whose error counts least in them.
+_DISTANCES = 100
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
 
@@ -58,47 +63,52 @@ _FEWEST_CLIPPED = 5
 def _coarse_grids(report: Report) -> AsMeant | None:
     """Columns whose values are all multiples of a step that is far coarser than their digits."""
     levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
-    found = {place: _step_of(*x) for place, x in levels.items()}
-    steps = {key: step for (_, key), step in found.items() if step is not None}
-    # Few levels show no step, but are of one that other maneuvers show, or all of them together.
+    steps = _steps(levels)
+    if not steps:
+        return None
+    errors = grouped(
+        ((m.maneuver, c.key) in steps, c.as_understood.measures.max_rel_error or 0.0)
+        for m, c in places(report)
+    )
+    rest = max(errors.get(False, [1.0]))
+    by_number = {m.maneuver: m for m in report.maneuvers}
+    units = {key: factor(_column(report, key).as_understood.unit)[0] for _, key in steps}
+    # Counts of two rows may be off by one each.
+    by_grid = (
+        (by_number[n][key].as_understood.measures.max_abs_error or 0.0) <= 2 * step * units[key]
+        for (n, key), step in steps.items()
+    )
+    of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in by_number}
+    if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
+        # Beside the others it tells nothing of the motion.
+        on_grid = {key for _, key in steps}
+        parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
+    else:
+        parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
+    alike = grouped(((key, step), n) for (n, key), step in steps.items())
+    seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
+    return AsMeant(tuple(seen), tuple(parts))
+
+
+def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:
+    """The step of which all levels are multiples, of those columns that have one.
+
+    Few levels show no step, but are of one that other maneuvers show, or all of them together.
+    """
+    found = {place: step for place, x in levels.items() if (step := _step_of(*x)) is not None}
+    known = {key: step for (_, key), step in found.items()}
     for key, each in grouped(
-        (key, x) for (_, key), x in levels.items() if key not in steps
+        (key, x) for (_, key), x in levels.items() if key not in known
     ).items():
         every = np.unique(np.concatenate([values for values, _ in each]))
         if (step := _step_of(every, max(least for _, least in each))) is not None:
-            steps[key] = step
-    on_grid = grouped(
-        (key, n)
-        for (n, key), (values, least) in levels.items()
-        if key in steps and _are_multiples(values, steps[key], least)
-    )
-    if not on_grid:
-        return None
-    errors = grouped(
-        (c.key in on_grid, c.as_understood.measures.max_rel_error or 0.0) for _, c in places(report)
-    )
-    rest = max(errors.get(False, [1.0]))
-    # Counts of two rows may be off by one each.
-    by_grid = (
-        (m[key].as_understood.measures.max_abs_error or 0.0)
-        <= 2 * steps[key] * factor(m[key].as_understood.unit)[0]
-        for key, of in on_grid.items()
-        for m in report.maneuvers
-        if m.maneuver in of
-    )
-    if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
-        # Beside the others it tells nothing of the motion.
-        parts = [m.part.only(m.part.values.keys() - on_grid.keys()) for m in report.maneuvers]
-    else:
-        parts = [
-            _on_grid(m.part, {key: steps[key] for key, of in on_grid.items() if m.maneuver in of})
-            for m in report.maneuvers
-        ]
-    seen = (
-        CoarseGrid(key, tuple(of), steps[key] * factor(_column(report, key).as_understood.unit)[0])
-        for key, of in on_grid.items()
-    )
-    return AsMeant(tuple(seen), tuple(parts))
+            known[key] = step
+    for (n, key), (values, least) in levels.items():
+        # The same step in all maneuvers, but where one has more places than another.
+        is_same = abs(found.get((n, key), known.get(key, 0.0)) / known.get(key, 1.0) - 1.0) < RIGHT
+        if key in known and is_same and _are_multiples(values, known[key], least):
+            found[n, key] = known[key]
+    return {place: found[place] for place in levels if place in found}
 
 
 def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
@@ -130,11 +140,22 @@ def _step_of(levels: Array, least: float) -> float | None:
     apart = apart[apart > FLOORS_OF_ROUNDING * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
-    step = float(apart.min())
-    # By the whole span and then by the largest level, in which rounding counts less and less.
-    for whole in (float(levels[-1] - levels[0]), float(np.max(np.abs(levels)))):
-        step = whole / max(round(whole / step), 1)
+    step = _common(np.sort(apart)[:_DISTANCES])
+    # By longer and longer spans and the largest level, in which rounding counts less and less.
+    ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
+    for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
+        step = float(whole) / max(round(float(whole) / step), 1)
     return step if _are_multiples(levels, step, least) else None
+
+
+def _common(distances: Array) -> float:
+    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm."""
+    step = float(distances[0])
+    while True:
+        rest = np.abs(distances - step * np.rint(distances / step))
+        if not (BY_FAR * rest > step).any():
+            return step
+        step = float(np.min(rest[BY_FAR * rest > step]))
 
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:
@@ -234,6 +255,45 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     return found
 
 
+def _shifted_rate(report: Report) -> AsMeant | None:
+    """A rate that is that of its own angle some rows before or after, where the other one is not.
+
+    Where both are, whole programs that make this mistake are compared.
+    """
+    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}
+    told = {key: rows for key, of in each.items() if len(of) == 1 for rows in of if rows}
+    if not told or len(told) == len(rates) > 1:
+        return None
+    seen = tuple(RateOfOtherRow(key, rows) for key, rows in told.items())
+    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
+    return AsMeant(seen, tuple(parts))
+
+
+def _rows_off(m: ManeuverScore, key: str) -> float:
+    """By how many rows a rate is later than the slope of its angle; 0 if not by a half or one."""
+    if key not in m or ANGLE_OF[key] not in m:
+        return 0.0
+    rate, angle = m[key], m[ANGLE_OF[key]]
+    time = rate.trace.time
+    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(time, angle.trace.time):
+        return 0.0
+    step = float(np.ptp(time)) / (len(time) - 1)
+    if not are_even(time - time[0], step):
+        return 0.0
+    powers = local_polynomials(time, angle.trace.value, _DEGREE_OF_SLOPES)
+    inner = slice(_DEGREE_OF_SLOPES, -_DEGREE_OF_SLOPES)
+
+    def off(rows: float) -> float:
+        k = np.arange(1, _DEGREE_OF_SLOPES + 1)
+        slope = powers[:, 1:] @ (k * (-rows * step) ** (k - 1))
+        return rms((rate.trace.value - slope)[inner])
+
+    best = min(ROWS_LATE, key=off)
+    size = rms(rate.trace.value)
+    return best if BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size) else 0.0
+
+
 # Of polynomials through so few rows that a corner in the motion reaches no further.
 _DEGREE_OF_SLOPES = 4
 
@@ -245,7 +305,7 @@ class _Deviation:
     Attributes
     ----------
     how
-        ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
+        ``another``, ``unsigned``, ``wrapped``, ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
         NaN in rows of which it tells nothing.
     about
@@ -285,7 +345,9 @@ def _deviating_columns(report: Report) -> AsMeant | None:
             # Of two the simpler one, which is tried first, unless the other explains more.
             if relief > best and left < TOLERANCE * c.scale:
                 found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
-    found = _without_exchanged_everywhere(report, _alike_everywhere(report, found, others))
+    found = _without_exchanged_everywhere(
+        report, _of_one_ratio(report, _alike_everywhere(report, found, others))
+    )
     if not found or not _is_beside_right(report, found):
         return None
     parts = []
@@ -313,6 +375,24 @@ def _alike_everywhere(
         if not is_right_column(c) and (m.maneuver, c.key) not in found.keys() | others
     }  # fmt: skip
     return {place: d for place, d in found.items() if place[1] not in unexplained}
+
+
+def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
+    """What was found, but for ratios that differ between maneuvers, and leave more than digits.
+
+    One program writes them all: energies that lack a part are near some ratio in each.
+    """
+    refuted = set()
+    for key, each in grouped((key, n) for (n, key), d in found.items() if d.how == "ratio").items():
+        columns = {m.maneuver: m[key] for m in report.maneuvers if m.maneuver in each}
+        left = {n: c.trace.error - found[n, key].values for n, c in columns.items()}
+        is_all = all(
+            np.max(np.abs(left[n])) <= max(FLOORS_OF_ROUNDING * (c.floor or 0.0), RIGHT * c.scale)
+            for n, c in columns.items()
+        )
+        if not is_all and scaled([*columns.values()]) is None:
+            refuted.add(key)
+    return {place: d for place, d in found.items() if place[1] not in refuted}
 
 
 def _without_exchanged_everywhere(
@@ -365,6 +445,14 @@ def _another(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("another", deviation, (), keys[nearest])
 
 
+def _wrapped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+    """The right angle, and whole turns."""
+    if c.unit != "rad":
+        return None
+    turns = 2 * np.pi * np.rint(c.trace.error / (2 * np.pi))
+    return _Deviation("wrapped", turns, ()) if turns.any() else None
+
+
 def _unsigned(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """The right values without their signs."""
     right = c.trace.reference
@@ -384,12 +472,11 @@ def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """Values at a bound where the right ones are beyond it."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
+    least = FLOORS_OF_ROUNDING * (c.floor or 0.0)
     bounds = [
-        bound if np.sum(value == bound) >= _FEWEST_CLIPPED else inf
-        for bound, inf in ((low, -np.inf), (high, np.inf))
+        low if np.min(right) < low - least else -np.inf,
+        high if np.max(right) > high + least else np.inf,
     ]
-    if not np.any(np.isfinite(bounds)):
-        return None
     clipped = np.minimum(np.maximum(right, bounds[0]), bounds[1])
     # What was at a bound cannot be known.
     deviation = np.where(clipped == right, 0.0, clipped - right)
@@ -419,7 +506,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return best[1] if best else None
 
 
-_WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
+_WAYS = (_another, _unsigned, _wrapped, _ratio, _clipped, _averaged)
 
 
 def _bounded(report: Report) -> AsMeant | None:
@@ -489,6 +576,8 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 yield OtherColumn(key, tuple(of), str(other))
             elif how == "unsigned":
                 yield UnsignedColumn(key, tuple(of))
+            elif how == "wrapped":
+                yield WholeTurns(key, tuple(of))
             elif how == "ratio":
                 by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))
@@ -517,13 +606,14 @@ STEPS = (
     Look("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
     Look("exchanged", "are an angle and its rate in each other's place?", _exchanged_with_rate),
     Look("differences", "is a rate the difference of its own angle?", _own_differences),
+    Look("shifted", "is a rate that of another row?", _shifted_rate),
     Look("counted", "are the rows right at multiples of a step?", counted_rows),
     Look("one clock", "are the rows right at times on another scale?", one_clock),
     Look("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
     Look(
         "columns",
-        "is a column another one, or the right one without its sign, times a ratio, with another "
-        "zero, bounded or averaged?",
+        "is a column another one, or the right one without its sign, with whole turns, times a "
+        "ratio, with another zero, bounded or averaged?",
         _deviating_columns,
     ),
     Look("bounds", "does a column stay at a bound?", _bounded),

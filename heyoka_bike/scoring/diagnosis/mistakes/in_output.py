@@ -153,6 +153,14 @@ def misspaced(times: Array, duration: float) -> tuple[Mistake, ...]:
     return tuple(found)
 
 
+ROWS_LATE = {
+    1.0: ("one_row_late", "one row before"),
+    -1.0: ("one_row_early", "one row after"),
+    0.5: ("half_row_late", "half a row before"),
+    -0.5: ("half_row_early", "half a row after"),
+}
+"""By how many rows a rate may be late: the name of that, and whose it then is."""
+
 OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     clock_mistake("one_step_late", "each row is written one step late", _MOMENT, shift=-1.0),
     clock_mistake("one_step_early", "each row is written one step early, or the first one at "
@@ -163,11 +171,8 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                      "where the rates come from", _differences(which))
       for which in ("forward", "backward", "central")),
     *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _MOMENT,
-                     _rates_shifted(rows))
-      for code, says, rows in (
-          ("one_row_late", "one row before", -1.0), ("one_row_early", "one row after", 1.0),
-          ("half_row_late", "half a row before", -0.5),
-          ("half_row_early", "half a row after", 0.5))),
+                     _rates_shifted(-rows))
+      for rows, (code, says) in ROWS_LATE.items()),
     output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
                    "their axles", _SUMMED, _energies(without="spin_energy")),
     *(output_mistake(f"energy_without_spin_{wheel}", f"the kinetic energy is without the {name} "
@@ -176,6 +181,12 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
       for wheel, name in (("R", "rear"), ("F", "front"))),
     output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
                    _SUMMED, _energies(without="rotation_energy")),
+    output_mistake("energy_without_rotation_of_wheels", "the kinetic energy is without that of the "
+                   "wheels' rotation", _SUMMED, _energies(without="rotation_energy_of_wheels")),
+    *(output_mistake(f"energy_without_rotation_of_{body}", "the kinetic energy is without that of "
+                     f"the rotation of the {name}", _SUMMED,
+                     _energies(without=f"rotation_energy_of_{body}"))
+      for body, name in _BODIES.items()),
     *(output_mistake(f"{kind}_energy_without_{body}", f"the {kind} energy is without that of the "
                      f"{name}", _SUMMED,
                      _energies(without=f"kinetic_energy_of_{body}" if kind == "kinetic" else "",

@@ -25,8 +25,8 @@ from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 
 NAMES = (
     *(c.name for c in (*COLUMNS, *FOLLOWING)),
-    "spin_energy", "spin_energy_R", "spin_energy_F", "rotation_energy",
-    *(f"{kind}_energy_of_{body}" for kind in ("kinetic", "potential") for body in "RBHF"),
+    "spin_energy", "spin_energy_R", "spin_energy_F", "rotation_energy", "rotation_energy_of_wheels",
+    *(f"{x}_energy_of_{body}" for x in ("kinetic", "potential", "rotation") for body in "RBHF"),
 )  # fmt: skip
 """Names of the columns that are computed of a motion."""
 

@@ -88,9 +88,9 @@ class Simulator:
         dict of str to ndarray, shape (n,)
             Every column of `columns.COLUMNS` and `FOLLOWING`, and parts of the energies [J]:
             ``spin_energy``, of the wheels about their axles, also of each of them,
-            ``rotation_energy``, of the angular velocities of all bodies, spin included, and the
-            kinetic and potential energy of each body; NaN from where the motion meets a
-            singularity, or everywhere if the bicycle has no motion.
+            ``rotation_energy``, of the angular velocities of all bodies, of the wheels and of each
+            body, spin included, and the kinetic and potential energy of each body; NaN from where
+            the motion meets a singularity, or everywhere if the bicycle has no motion.
         """
         return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
@@ -414,6 +414,8 @@ def _energies(equations: Equations, states: Array) -> dict[str, Array]:
         "spin_energy_R": spins["R"],
         "spin_energy_F": spins["F"],
         "rotation_energy": sum(turning.values()),
+        "rotation_energy_of_wheels": turning["R"] + turning["F"],
+        **{f"rotation_energy_of_{b}": energy for b, energy in turning.items()},
         **{
             f"kinetic_energy_of_{b}": turning[b] + mass * dot(m.now[f"v_{b}"], m.now[f"v_{b}"]) / 2
             for b, mass in m.masses.items()
