@@ -759,6 +759,18 @@ class RateOfDifferences(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class Mirrored(Evidence):
+    """Maneuvers that are the right motion to the other side: it begins with the other roll rate.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    """
+
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class RateOfOtherRow(Evidence):
     """A rate that is that of its own angle at another row, whatever the motion is.
 

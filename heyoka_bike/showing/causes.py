@@ -14,7 +14,6 @@ from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE
-from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.showing.sayings import finding, findings, in_units, register
 
 __all__ = ["finding", "findings"]
@@ -139,14 +138,13 @@ def _(e: seen.Integrator) -> Finding:
 def _(e: seen.IntegratedBy) -> Finding:
     names = " or ".join(m.says for m in e.methods)
     h = e.hypothesis
-    is_sure = h.relief > BY_FAR
-    said = "The error is " if is_sure else "The nearest of the methods known here is "
-    said += f"that of {names}" if is_sure else names
+    said = "The error is " if e.is_sure else "The nearest of the methods known here is "
+    said += f"that of {names}" if e.is_sure else names
     said += (
         ". Run here, in roll, steer, their rates and the rolling rate, it leaves an error that is "
         f"smaller by a factor of {h.relief:.1g}. "
     )
-    if not is_sure:
+    if not e.is_sure:
         said += "In other coordinates the same method leaves another error"
     else:
         said += "Nothing else is seen" if e.rest is None else _something_else(h, e.rest)

@@ -704,6 +704,17 @@ def _(e: seen.RateOfDifferences) -> Finding:
 
 
 @_finding.register
+def _(e: seen.Mirrored) -> Finding:
+    is_are = "is" if len(e.maneuvers) == 1 else "are"
+    said = (
+        f"{maneuvers(e.maneuvers).capitalize()} {is_are} the right motion to the other side: all "
+        "columns of roll and steer are turned round, as if it began with the opposite roll rate. "
+        "Check the sign of the initial roll rate there"
+    )
+    return warning("mirrored", said, maneuvers=list(e.maneuvers))
+
+
+@_finding.register
 def _(e: seen.RateOfOtherRow) -> Finding:
     row = "half a row" if abs(e.rows) < 1.0 else "one row"
     said = (

@@ -73,3 +73,16 @@ def test_a_v_beside_a_kinetic_energy_is_what_its_values_are(reference, key):
     report = score({"time": m.time, **named}, maneuver=2)
     assert {*report[2]} == {*meant.values()}
     assert report.is_right
+
+
+def test_one_number_behind_letters_with_units_is_that_of_a_maneuver():
+    names = ["t", "V_2 [J]", "T_2 [J]", "E_2 [J]"]
+    (rows,) = read_results({name: ROWS + j for j, name in enumerate(names)}).maneuvers
+    assert rows.maneuver == 2
+    assert {*rows.values} == {"potential_energy", "kinetic_energy", "mechanical_energy"}
+
+
+@pytest.mark.parametrize("names", [["V2"], ["V2", "T2", "E2"], ["V2 [J]"]])
+def test_a_number_behind_a_letter_alone_may_be_of_anything(names):
+    with pytest.raises(InputError, match="not understood"):
+        read_results(dict.fromkeys(("t", *names), ROWS))

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from generators.mistaken_programs import correct, motion
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.as_meant import as_meant
@@ -203,6 +204,39 @@ def test_a_column_without_its_signs(reference):
     found = next(f for f in said(reference, held) if f.code == "unsigned_column")
     # In maneuver 3 the bicycle leans to the right only.
     assert (found.evidence["column"], found.evidence["maneuvers"]) == ("roll_angle", [1, 2])
+
+
+@pytest.mark.parametrize("keys", [KEYS, ("roll_angle", "steer_rate")])
+def test_a_maneuver_to_the_other_side_is_a_start(reference, keys):
+    held = {n: {key: of[key] for key in keys} for n, of in columns(reference).items()}
+    for key in {*keys} & {*LATERAL}:
+        held[2][key] *= -1
+    (found,) = said(reference, held)
+    assert (found.code, found.evidence["maneuvers"]) == ("mirrored", [2])
+    # In all maneuvers it is a convention.
+    for n in (1, 3):
+        for key in {*keys} & {*LATERAL}:
+            held[n][key] *= -1
+    assert "mirrored" not in [f.code for f in said(reference, held)]
+
+
+def test_a_wrong_motion_that_stops_is_diagnosed_up_to_there(reference):
+    held = of_another_bicycle(reference, IFyy="0.25")
+    for of in held.values():
+        for x in of.values():
+            x[400:] = x[400]
+    *stopped, cause = said(reference, held)
+    assert [(f.code, f.evidence["rows"]) for f in stopped] == [("rows_repeated", 101)] * 3
+    ((change,),) = cause.evidence["changes"]
+    assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.25))
+
+
+def test_rates_that_are_set_to_zero_are_not_held(reference):
+    held = columns(reference)
+    for n in held:
+        x = held[n]["steer_rate"]
+        held[n]["steer_rate"] = np.where(np.abs(x) < np.median(np.abs(x)), 0.0, x)
+    assert "rows_between" not in [f.code for f in said(reference, held)]
 
 
 def test_an_angle_that_is_wrapped(reference):
@@ -434,6 +468,7 @@ def test_a_rate_of_differences_beside_another_mistake(how, reference):
         }
         held[n]["steer_rate"] = rates[how]
     first, second, *_ = said(reference, held)
+    # Backward differences are nearly rates half a row before, and seen as what they are.
     assert (first.code, first.evidence["how"]) == ("rate_of_differences", how)
     assert (second.code, second.evidence["mistakes"]) == ("mistake", ["inertia_2_decimals"])
 
@@ -449,6 +484,15 @@ def test_a_rate_of_another_row_beside_a_wrong_motion(reference, rows):
     assert shifted.evidence["rows"] == rows
     ((change,),) = cause.evidence["changes"]
     assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.25))
+
+
+def test_beside_a_right_rate_the_angle_is_that_of_another_row(reference):
+    held = columns(reference)
+    for n in held:
+        x = held[n]["steer_angle"]
+        held[n]["steer_angle"] = np.r_[x[:1], x[:-1]]
+    first = said(reference, held)[0]
+    assert (first.code, list(first.evidence["columns"])) == ("columns_apart", ["steer_angle"])
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-4])

@@ -14,6 +14,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence import Evidence, SignContradiction
+from heyoka_bike.scoring.ratios import BY_FAR
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -107,6 +108,14 @@ class IntegratedBy(Evidence):
     hypothesis: Hypothesis
     methods: tuple[NumericalMethod, ...]
     rest: Place | None
+
+    @property
+    def is_sure(self) -> bool:
+        """True if no other method comes so near.
+
+        The explicit midpoint rule in other coordinates left a two hundredth beside Ralston's.
+        """
+        return self.hypothesis.relief > BY_FAR**2
 
 
 @dataclass(frozen=True, eq=False, slots=True)

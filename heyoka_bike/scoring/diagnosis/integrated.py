@@ -35,7 +35,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, bl
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY
+from heyoka_bike.scoring.ratios import CLEARLY
 
 CARRIED = 1e-12
 """What a thousand carried errors are good to, in sizes of columns: each is to 1e-13."""
@@ -193,7 +193,7 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
         deadline.check()
         step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
         # No program takes steps between which its rows lie.
-        if step is None or fit.gain < max(CLEARLY, found[0].gain / AS_GOOD):
+        if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
         method = fit.method
         says = f"{method.says} with a step of {step:.3g} s"

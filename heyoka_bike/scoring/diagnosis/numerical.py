@@ -8,7 +8,6 @@ import numpy as np
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
     BeginsAs,
@@ -25,7 +24,7 @@ from heyoka_bike.scoring.evidence import (
     TooFar,
     TooFewRows,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.noise import FEWEST_ROWS, Roughness, roughness
@@ -72,8 +71,8 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
-    # What is left below this part needs no cause.
-    rough = tuple(_rough(report)) if worst > WEIGHTS.nothing else ()
+    # A multistep method that changes its order jumps, too.
+    rough = () if has_right_digits(worst) else tuple(_rough(report))
     found = (*described(report), *rough)
     if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
         # As an integrator's error may be, too.

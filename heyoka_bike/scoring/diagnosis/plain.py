@@ -57,7 +57,7 @@ AtOnce = FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | Anot
 def shown(report: Report) -> tuple[AtOnce, ...]:
     """Return what is seen at once, whatever else is found."""
     maneuvers = report.maneuvers
-    found: list[AtOnce] = [*_falls_over(maneuvers), *_standing_still(maneuvers)]
+    found: list[AtOnce] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
     found += _between(maneuvers)
     found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
@@ -86,7 +86,7 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
         yield FallsOver(times)
 
 
-def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
+def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
     """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
@@ -150,7 +150,9 @@ def _flat(c: ColumnScore, order: int) -> float:
             np.abs(np.diff(x) if order == 1 else np.diff(np.diff(x) / step) * step[1:])
             for x in (c.trace.value[rows], c.trace.reference[rows])
         )
-    moves = right > CLEARLY * tiny
+    # What is set to zero is not held.
+    is_zero = (c.trace.value[rows] == 0.0)[order:]
+    moves = (right > CLEARLY * tiny) & ~is_zero
     # Between others it goes on by steps of any size; few digits make many of the same.
     if len(moves) < FEWEST_TELLING_ROWS or 2 * moves.sum() <= len(moves):
         return 0.0

@@ -19,20 +19,21 @@ from typing import TypeVar
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part, are_even
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, is_right_column, places
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
-from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
+from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled, standing_still
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
 from heyoka_bike.scoring.evidence import (
     ClippedColumn,
     CoarseGrid,
     ColumnRatio,
     Evidence,
+    Mirrored,
     OtherColumn,
     RateOfDifferences,
     RateOfOtherRow,
@@ -163,6 +164,45 @@ def _are_multiples(levels: Array, step: float, least: float) -> bool:
     return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least
 
 
+def _stopped(report: Report) -> AsMeant | None:
+    """Maneuvers whose last rows repeat one another in all columns: the motion ended before them."""
+    ended = {x.maneuver: x for x in standing_still(report.maneuvers) if x.are_all}
+    if not ended:
+        return None
+    parts = (
+        m.part.at(slice(m.rows - ended[m.maneuver].rows + 1)) if m.maneuver in ended else m.part
+        for m in report.maneuvers
+    )
+    return AsMeant(tuple(ended.values()), tuple(parts))
+
+
+def _mirrored(report: Report) -> AsMeant | None:
+    """Maneuvers whose columns of roll and steer are all turned round, beside others that are not.
+
+    That is the right motion of a start to the other side, which has the same speed and energies.
+    """
+    turned = [m for m in report.maneuvers if _is_mirrored(m)]
+    if not turned or len(turned) == len(report.maneuvers):
+        return None
+    numbers = tuple(m.maneuver for m in turned)
+    parts = (_turned(m.part) if m in turned else m.part for m in report.maneuvers)
+    return AsMeant((Mirrored(numbers),), tuple(parts))
+
+
+def _is_mirrored(m: ManeuverScore) -> bool:
+    lateral = [c for c in m.columns if c.key in LATERAL and c.values]
+    return len(lateral) > 1 and all(
+        rms(c.trace.value + c.trace.reference) < RIGHT * rms(c.trace.reference) for c in lateral
+    )
+
+
+def _turned(part: Part) -> Part:
+    """The rows with the other sign in the columns of roll and steer."""
+    values = {key: -x if key in LATERAL else x for key, x in part.values.items()}
+    lo = {key: -x if key in LATERAL else x for key, x in part.lo.items()}
+    return replace(part, values=values, lo=lo)
+
+
 def _exchanged_with_rate(report: Report) -> AsMeant | None:
     """An angle and its rate in each other's place.
 
@@ -277,6 +317,9 @@ def _rows_off(m: ManeuverScore, key: str) -> float:
     rate, angle = m[key], m[ANGLE_OF[key]]
     time = rate.trace.time
     if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(time, angle.trace.time):
+        return 0.0
+    # Beside a right rate the angle is another one; and differences are seen as such.
+    if is_right_column(rate) or _how_differenced(m, key):
         return 0.0
     step = float(np.ptp(time)) / (len(time) - 1)
     if not are_even(time - time[0], step):
@@ -604,6 +647,8 @@ def _column(report: Report, key: str) -> ColumnScore:
 
 STEPS = (
     Look("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
+    Look("stopped", "do the last rows repeat one another?", _stopped),
+    Look("mirrored", "does a maneuver begin to the other side?", _mirrored),
     Look("exchanged", "are an angle and its rate in each other's place?", _exchanged_with_rate),
     Look("differences", "is a rate the difference of its own angle?", _own_differences),
     Look("shifted", "is a rate that of another row?", _shifted_rate),

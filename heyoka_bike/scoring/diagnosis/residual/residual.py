@@ -416,7 +416,9 @@ class Residual:
         return self.of(program)
 
     def _start_shown(self, m: Observed) -> tuple[Array, Array]:
-        return start_shown(m, equations_of(tuple(self.program.bicycle.values.items())))
+        # Motions that have blown up lead nowhere.
+        with np.errstate(all="ignore"):
+            return start_shown(m, equations_of(tuple(self.program.bicycle.values.items())))
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Mistakes of the start that come nearer to the file's own than the right one does."""

@@ -2,8 +2,8 @@
 
 A name may end in a digit for other reasons than a maneuver: `u1` and `u2` are the speeds of Kane's
 method, and `V2` is the potential energy of some body. So a number is that of a maneuver only if its
-word is longer than a letter, or if the numbers are those of all maneuvers; and where other columns
-have none, only if that is said in words.
+word is longer than a letter, or if the numbers are those of all maneuvers, or one and the same
+behind several letters with units; and where other columns have none, only if that is said in words.
 """
 
 from __future__ import annotations
@@ -140,11 +140,15 @@ def _without_indices(names: Sequence[str], found: list[Found], count: int) -> li
     plain = {key for _, key, number, _ in columns if number is None}
     numbered = grouped(((key, x), (i, n)) for i, key, n, x in columns if n is not None)
     of_words = {n for _, _, n, is_letter in columns if n is not None and not is_letter}
+    # One number behind several letters, whose units tell what they mean, is that of the maneuver.
+    units = [split_unit(names[i])[1] for i, *_ in columns]
+    is_one = len({n for _, _, n, _ in columns}) == 1 and len(numbered) > 1 and None not in found
+    is_one = is_one and None not in units
     kept = []
     for (_, is_letter), group in numbered.items():
         own = {n for _, n in group}
         # That of a letter is one if those of words are, or if its own are those of all maneuvers.
-        if not is_letter or own <= of_words or (own == every and not plain):
+        if not is_letter or own <= of_words or (own == every and not plain) or is_one:
             kept.append(group)
     trusted = {i for group in kept for i, _ in group}
     are_most = every in [{n for _, n in group} for group in kept] or len(kept) > len(plain)
