@@ -100,6 +100,8 @@ def written(bicycle, states):
         "spin_energy_R": spins[0],
         "spin_energy_F": spins[1],
         "rotation_energy": sum(turning.values()),
+        "rotation_energy_of_wheels": turning["R"] + turning["F"],
+        **{f"rotation_energy_of_{b}": energy for b, energy in turning.items()},
         **{
             f"kinetic_energy_of_{b}": turning[b] + 0.5 * p[f"m{b}"] * np.sum(v**2, axis=0)
             for b, v in velocities.items()
