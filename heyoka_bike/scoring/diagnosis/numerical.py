@@ -8,6 +8,7 @@ import numpy as np
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence import (
     BeginsAs,
@@ -71,8 +72,11 @@ def causes(report: Report) -> tuple[Evidence, ...]:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
-    # A multistep method that changes its order jumps, too.
-    rough = () if has_right_digits(worst) else tuple(_rough(report))
+    # What is left below this part needs no cause.
+    rough = tuple(_rough(report)) if worst > WEIGHTS.nothing else ()
+    if has_right_digits(worst):
+        # A multistep method that changes its order jumps, too, and iterates as it should.
+        rough = tuple(x for x in rough if not isinstance(x, IterationNoise))
     found = (*described(report), *rough)
     if all(isinstance(x, BeginsAs | EnergyVaries | EnergyKept) for x in found):
         # As an integrator's error may be, too.
