@@ -797,12 +797,15 @@ class OtherClock(Evidence):
         Time meant = scale * time written + shift [s].
     rows
         The shift in distances of the rows; None if these are not even.
+    keys
+        The columns, where others are right at the times written; otherwise empty.
     """
 
     maneuver: int | None
     scale: float
     shift: float
     rows: float | None
+    keys: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,7 +119,10 @@ def _(e: seen.Integrator) -> Finding:
     first = e.methods[0]
     said = f"Of the methods known here the first error term of {names} is the nearest"
     if e.is_explained:
-        said = f"To its first term the error is that of {names}; other methods can share this term"
+        said = (
+            f"The error is that of a method of order {first.order}. Its first term is that of "
+            f"{names}, and other methods can share this term"
+        )
     if not first.is_of_rows:
         said += (
             ". Rows are no whole number of such steps apart: so it is another method of order "

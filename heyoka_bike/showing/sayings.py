@@ -736,6 +736,8 @@ def _(e: seen.OtherClock) -> Finding:
         more = f" and {e.shift:+.3g} s more" if e.shift else ""
         when = f"{e.scale:.7g} times those written{more}"
     rows_of, times_of = "The rows", "the times"
+    if e.keys:
+        rows_of = f"The rows of {', '.join(e.keys)}"
     if e.maneuver is not None:
         rows_of, times_of = f"{rows_of} of maneuver {e.maneuver}", f"{times_of} of this maneuver"
     said = (
@@ -743,7 +745,7 @@ def _(e: seen.OtherClock) -> Finding:
         "and at when the rows are"
     )
     numbers = {"scale": e.scale, "shift": e.shift, "rows": e.rows}
-    return warning("other_clock", said, maneuver=e.maneuver, **numbers)
+    return warning("other_clock", said, maneuver=e.maneuver, columns=list(e.keys), **numbers)
 
 
 @_finding.register

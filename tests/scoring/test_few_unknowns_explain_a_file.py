@@ -195,6 +195,20 @@ def test_whole_runs_tell_forces_apart_that_to_first_order_do_the_same(
 
 
 @pytest.mark.proof
+def test_a_value_that_is_nearly_a_mistake_of_the_library_is_told_by_whole_runs(
+    bicycle, reference, simulator
+):
+    """An axial inertia as small as the diametral one: no gyroscopic moment of a tumbling wheel."""
+    program = right_program(bicycle, reference)
+    value = Bicycle(bicycle.name, {**bicycle.values, "IFyy": bicycle["IFxx"]})
+    made = simulated(simulator, replace(program, bicycle=value), ("roll_angle", "steer_angle"))
+    table = {k: made[k][:301] for k in ("time", "roll_angle_3", "steer_angle_3")}
+    found = diagnose(table, reference).diagnosis[0]
+    ((change,),) = found.evidence["changes"]
+    assert (change["unknown"], change["value"]) == ("IFyy", pytest.approx(0.1405))
+
+
+@pytest.mark.proof
 def test_errors_of_a_correct_program_seen_in_two_columns_are_no_parameter(reference, simulator):
     """They resemble another inertia of the rear wheel by a factor of 47."""
     file = read_results(data_folder() / "results" / "maximal-best.txt.gz")

@@ -99,6 +99,17 @@ def few(reference, keys, times):
     }
 
 
+def test_columns_of_another_row_beside_right_ones_are_named(reference):
+    """Velocities of the row before, beside places of their own."""
+    held, late = columns(reference), ("roll_rate", "forward_speed", "steer_rate")
+    for key in late:
+        held[2][key] = np.r_[held[2][key][:1], held[2][key][:-1]]
+    first, *rest = said(reference, held)
+    assert (first.code, first.evidence["columns"]) == ("other_clock", [*late])
+    assert (first.evidence["maneuver"], first.evidence["shift"]) == (2, pytest.approx(-0.02))
+    assert [f.code for f in rest] in ([], ["remainder"])
+
+
 @pytest.mark.parametrize("keys", [("roll_angle",), KEYS])
 @pytest.mark.parametrize("is_single", [True, False])
 def test_times_that_are_added_up(keys, is_single, reference):

@@ -19,7 +19,8 @@ from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock
 from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, FEW_COLUMNS
+from heyoka_bike.scoring.measures import ROUNDING
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
 
@@ -105,6 +106,8 @@ def one_clock(report: Report) -> AsMeant | None:
     clock = fitted_clock(every, (0,))
     if clock is None or not all(x.are_right(x.left(meant_by(x.time, clock))) for x in every):
         return None
+    if any(_is_refuted(m, clock) for m in report.maneuvers):
+        return None
     scale = 1.0 + float(clock[0])
     parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
     return AsMeant((OtherClock(None, scale, 0.0, None),), parts)
@@ -125,10 +128,24 @@ def other_clocks(report: Report) -> AsMeant | None:
         if m.maneuver in clocks:
             scale, shift = clocks[m.maneuver]
             rows = shift / m.step if m.step else None
-            seen.append(OtherClock(m.maneuver, scale, shift, rows))
-            part = _on_clock(part, scale, shift)
+            if _is_refuted(m, np.array([scale - 1.0, shift])):
+                # These columns alone are those of other times, and are put aside.
+                keys = tuple(c.key for c in _Wrong(m).columns)
+                seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
+                part = part.only(part.values.keys() - {*keys})
+            else:
+                seen.append(OtherClock(m.maneuver, scale, shift, rows))
+                part = _on_clock(part, scale, shift)
         parts.append(part)
     return AsMeant(tuple(seen), tuple(parts))
+
+
+def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
+    """True if a column that is right would be wrong at the times of a clock."""
+    right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
+    left = right.left(meant_by(right.time, clock))
+    limits = [max((c.floor or 0.0) / c.scale, ROUNDING) for c in right.columns]
+    return bool(np.any(left > CLEARLY * np.array(limits)))
 
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:

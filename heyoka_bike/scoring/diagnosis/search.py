@@ -175,8 +175,26 @@ def _are_linear(search: Search) -> Iterable[Hypothesis]:
 def _by_equations(search: Search) -> Iterator[Hypothesis]:
     """Mistakes and values that the equations of motion speak for."""
     assert search.residual is not None
-    yield from search.file.judged(search.by_equations[0])
+    found = []
+    for h in search.file.judged(search.by_equations[0]):
+        found.append(h)
+        yield h
     yield from _values(search.file, search.residual)
+    best = max(found, key=lambda h: h.log_odds, default=None)
+    if best is not None and ends_search(best, search.residual) and not best.leaves_nothing:
+        yield from _beside_known(search.file, search.residual, best)
+
+
+def _beside_known(file: SeenFile, residual: Residual, best: Hypothesis) -> Iterator[Hypothesis]:
+    """Values that leave as little of the equations as a mistake of the library that leaves some.
+
+    Whole runs tell which of them it is: an axial inertia as small as the diametral one is nearly a
+    gyroscopic moment that is missing.
+    """
+    same = differences(apply(file.program, best.mistakes), file.program)
+    for h in residual.as_good_as_known:
+        if not h.parts <= same:
+            yield from _fitted(file, [], [h.mistakes[0]], counts=(1,))
 
 
 def _unresolved(search: Search) -> Iterable[Hypothesis]:

@@ -170,6 +170,15 @@ class Residual:
         return found
 
     @cached_property
+    def as_good_as_known(self) -> tuple[Hypothesis, ...]:
+        """Single values that explain nearly as much as the best mistake of the library."""
+        least = _largest_relief(*self.known) / CLEARLY
+        found = self._fits().fewest(
+            UNKNOWNS, lambda m: [self._judged(m)], lambda _: False, counts=(1,)
+        )
+        return tuple(h for h in found if h.relief > max(least, WEIGHTS.nearly))
+
+    @cached_property
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
         equations = equations_of(tuple(self.program.bicycle.values.items()))
