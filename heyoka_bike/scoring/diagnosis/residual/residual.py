@@ -171,10 +171,10 @@ class Residual:
 
     @cached_property
     def as_good_as_known(self) -> tuple[Hypothesis, ...]:
-        """Single values that explain nearly as much as the best mistake of the library."""
+        """Single parameters that explain nearly as much as the best mistake of the library."""
         least = _largest_relief(*self.known) / CLEARLY
         found = self._fits().fewest(
-            UNKNOWNS, lambda m: [self._judged(m)], lambda _: False, counts=(1,)
+            [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
         )
         return tuple(h for h in found if h.relief > max(least, WEIGHTS.nearly))
 
