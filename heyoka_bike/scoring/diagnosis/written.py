@@ -1,9 +1,10 @@
 """What is written of a motion, seen on the rows themselves; no program is simulated.
 
 The question: is a column a simple function of the right one, or of another column of the file? It
-may be on a coarse grid, clipped, times a constant ratio, smoothed, the difference of its own angle,
-another column; the rows may be those of other times (`clocks`). Each is seen on the numbers alone,
-and takes milliseconds, so these come before all that is simulated.
+may be clipped, times a constant ratio, smoothed, another column; on a coarse grid (`grids`), or the
+difference of its own angle (`rates`); the rows may be those of other times (`clocks`), or of a
+maneuver that ended (`whole_maneuvers`). Each is seen on the numbers alone, and takes milliseconds,
+so these come before all that is simulated.
 
 Each step returns what it saw as evidence, and the rows *as they were meant*: with the deviation
 taken back, a column that says nothing put aside, or a grid in the place of digits. What is left of
@@ -15,28 +16,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import Part, are_even
+from heyoka_bike.scoring.alignment import are_even
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, is_right_column, places
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
-from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
-from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
-from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled, standing_still
-from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
+from heyoka_bike.scoring.diagnosis.grids import coarse_grids
+from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
+from heyoka_bike.scoring.diagnosis.rates import exchanged_with_rate, own_differences, shifted_rate
+from heyoka_bike.scoring.diagnosis.whole_maneuvers import mirrored, stopped
 from heyoka_bike.scoring.evidence import (
     ClippedColumn,
-    CoarseGrid,
     ColumnRatio,
     Evidence,
-    Mirrored,
     OtherColumn,
-    RateOfDifferences,
-    RateOfOtherRow,
     SmoothedColumns,
     UnsignedColumn,
     WholeTurns,
@@ -44,301 +40,13 @@ from heyoka_bike.scoring.evidence import (
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
-from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
-T = TypeVar("T")
-
-# A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
-# distances are anything, all are multiples of one by chance once in 1e5 columns.
-_FEWEST_LEVELS = 5
-# The smallest ones tell the step, whose error counts least in them.
-_DISTANCES = 100
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
-
-
-def _coarse_grids(report: Report) -> AsMeant | None:
-    """Columns whose values are all multiples of a step that is far coarser than their digits."""
-    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
-    steps = _steps(levels)
-    if not steps:
-        return None
-    errors = grouped(
-        ((m.maneuver, c.key) in steps, c.as_understood.measures.max_rel_error or 0.0)
-        for m, c in places(report)
-    )
-    rest = max(errors.get(False, [1.0]))
-    by_number = {m.maneuver: m for m in report.maneuvers}
-    units = {key: factor(_column(report, key).as_understood.unit)[0] for _, key in steps}
-    # Counts of two rows may be off by one each.
-    by_grid = (
-        (by_number[n][key].as_understood.measures.max_abs_error or 0.0) <= 2 * step * units[key]
-        for (n, key), step in steps.items()
-    )
-    of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in by_number}
-    if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
-        # Beside the others it tells nothing of the motion.
-        on_grid = {key for _, key in steps}
-        parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
-    else:
-        parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
-    alike = grouped(((key, step), n) for (n, key), step in steps.items())
-    seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
-    return AsMeant(tuple(seen), tuple(parts))
-
-
-def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:
-    """The step of which all levels are multiples, of those columns that have one.
-
-    Few levels show no step, but are of one that other maneuvers show, or all of them together.
-    """
-    found = {place: step for place, x in levels.items() if (step := _step_of(*x)) is not None}
-    known = {key: step for (_, key), step in found.items()}
-    for key, each in grouped(
-        (key, x) for (_, key), x in levels.items() if key not in known
-    ).items():
-        every = np.unique(np.concatenate([values for values, _ in each]))
-        if (step := _step_of(every, max(least for _, least in each))) is not None:
-            known[key] = step
-    for (n, key), (values, least) in levels.items():
-        # The same step in all maneuvers, but where one has more places than another.
-        is_same = abs(found.get((n, key), known.get(key, 0.0)) / known.get(key, 1.0) - 1.0) < RIGHT
-        if key in known and is_same and _are_multiples(values, known[key], least):
-            found[n, key] = known[key]
-    return {place: found[place] for place in levels if place in found}
-
-
-def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
-    """The different values of a column, and half of what its digits can tell, as written."""
-    quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
-    # The first row is given, and need not be on the grid of what is measured.
-    values = values[1:][np.isfinite(values[1:])]
-    least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
-    if quantum is not None:
-        least = max(least, float(np.max(quantum.at(values), initial=0.0)) / 2)
-    return np.unique(values), least
-
-
-def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
-    """The rows with exact multiples of the steps, in the place of the digits written."""
-    quantum = {key: Quantum(base=10, places=0, step=step) for key, step in steps.items()}
-    values = {key: step * np.rint(part.values[key] / step) for key, step in steps.items()}
-    return replace(
-        part,
-        values={**part.values, **values},
-        quantum={**part.quantum, **quantum},
-        lo={key: x for key, x in part.lo.items() if key not in steps},
-    )
-
-
-def _step_of(levels: Array, least: float) -> float | None:
-    """The step of which all levels are multiples; None if there is none."""
-    apart = np.diff(levels)
-    apart = apart[apart > FLOORS_OF_ROUNDING * least]
-    if len(levels) < _FEWEST_LEVELS or not len(apart):
-        return None
-    step = _common(np.sort(apart)[:_DISTANCES])
-    # By longer and longer spans and the largest level, in which rounding counts less and less.
-    ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
-    for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
-        step = float(whole) / max(round(float(whole) / step), 1)
-    return step if _are_multiples(levels, step, least) else None
-
-
-def _common(distances: Array) -> float:
-    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm."""
-    step = float(distances[0])
-    while True:
-        rest = np.abs(distances - step * np.rint(distances / step))
-        if not (BY_FAR * rest > step).any():
-            return step
-        step = float(np.min(rest[BY_FAR * rest > step]))
-
-
-def _are_multiples(levels: Array, step: float, least: float) -> bool:
-    off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
-    return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least
-
-
-def _stopped(report: Report) -> AsMeant | None:
-    """Maneuvers whose last rows repeat one another in all columns: the motion ended before them."""
-    ended = {x.maneuver: x for x in standing_still(report.maneuvers) if x.are_all}
-    if not ended:
-        return None
-    parts = (
-        m.part.at(slice(m.rows - ended[m.maneuver].rows + 1)) if m.maneuver in ended else m.part
-        for m in report.maneuvers
-    )
-    return AsMeant(tuple(ended.values()), tuple(parts))
-
-
-def _mirrored(report: Report) -> AsMeant | None:
-    """Maneuvers whose columns of roll and steer are all turned round, beside others that are not.
-
-    That is the right motion of a start to the other side, which has the same speed and energies.
-    """
-    turned = [m for m in report.maneuvers if _is_mirrored(m)]
-    if not turned or len(turned) == len(report.maneuvers):
-        return None
-    numbers = tuple(m.maneuver for m in turned)
-    parts = (_turned(m.part) if m in turned else m.part for m in report.maneuvers)
-    return AsMeant((Mirrored(numbers),), tuple(parts))
-
-
-def _is_mirrored(m: ManeuverScore) -> bool:
-    lateral = [c for c in m.columns if c.key in LATERAL and c.values]
-    return len(lateral) > 1 and all(
-        rms(c.trace.value + c.trace.reference) < RIGHT * rms(c.trace.reference) for c in lateral
-    )
-
-
-def _turned(part: Part) -> Part:
-    """The rows with the other sign in the columns of roll and steer."""
-    values = {key: -x if key in LATERAL else x for key, x in part.values.items()}
-    lo = {key: -x if key in LATERAL else x for key, x in part.lo.items()}
-    return replace(part, values=values, lo=lo)
-
-
-def _exchanged_with_rate(report: Report) -> AsMeant | None:
-    """An angle and its rate in each other's place.
-
-    What is written as the angle is then the slope of what is written as the rate, whatever the
-    motion.
-    """
-    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
-    found = [key for key in rates if all(_is_slope_of_rate(m, key) for m in report.maneuvers)]
-    if not found:
-        return None
-    meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
-    numbers = tuple(m.maneuver for m in report.maneuvers)
-    seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
-    return AsMeant(tuple(seen), tuple(_in_place(m.part, meant) for m in report.maneuvers))
-
-
-def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
-    """True if an angle is the slope of its rate, and the rate is far from that of its angle."""
-    angle_key = ANGLE_OF[key]
-    if key not in m or angle_key not in m:
-        return False
-    rate, angle = m[key], m[angle_key]
-    is_whole = rate.values == angle.values == m.rows >= FEWEST_TELLING_ROWS
-    time = rate.trace.time
-    if not is_whole or not np.all(np.diff(time) > 0.0):
-        return False
-    x, v = angle.trace.value, rate.trace.value
-    off, off_exchanged = (
-        rms(local_polynomials(time, one, _DEGREE_OF_SLOPES)[:, 1] - other) / (rms(other) or 1.0)
-        for one, other in ((x, v), (v, x))
-    )
-    return BY_FAR * off_exchanged < min(off, 1.0)
-
-
-def _in_place(part: Part, meant: Mapping[str, str]) -> Part:
-    """The rows with some columns under the keys of others, in the units that these have."""
-
-    def of(columns: Mapping[str, T]) -> dict[str, T]:
-        return {meant.get(key, key): x for key, x in columns.items()}
-
-    return replace(part, values=of(part.values), lo=of(part.lo), quantum=of(part.quantum))
-
-
-def _own_differences(report: Report) -> AsMeant | None:
-    """A rate that is a difference of its own angle, where the other rate is not.
-
-    Where both are, whole programs that make this mistake are compared.
-    """
-    found: dict[str, set[str]] = {}
-    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
-    for key in rates:
-        found[key] = set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
-    told = {key: next(iter(sorted(ways))) for key, ways in found.items() if ways}
-    if not told or len(told) == len(rates) > 1:
-        return None
-    seen = tuple(RateOfDifferences(key, how) for key, how in told.items())
-    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
-    return AsMeant(seen, tuple(parts))
-
-
-def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
-    """``forward``, ``backward`` or ``central`` if a rate is such a difference, to its digits."""
-    if key not in m or ANGLE_OF[key] not in m:
-        return set()
-    rate, angle = m[key], m[ANGLE_OF[key]]
-    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
-        return set()
-    time, x = rate.trace.time, angle.trace.value
-    if not np.all(np.diff(time) > 0.0):
-        # Two rows at one time have no slope.
-        return set()
-    slopes = np.diff(x) / np.diff(time)
-    ways = {
-        "forward": (slopes, slice(0, -1)),
-        "backward": (slopes, slice(1, None)),
-        "central": ((x[2:] - x[:-2]) / (time[2:] - time[:-2]), slice(1, -1)),
-    }
-    smooth = local_polynomials(time, x, _DEGREE_OF_SLOPES)[:, 1]
-    step = float(np.min(np.diff(time)))
-    least = FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
-    found = set()
-    for how, (slope, rows) in ways.items():
-        is_difference = np.abs(rate.trace.value[rows] - slope) <= least
-        # Where the digits tell such a difference from the slope of the angle.
-        telling = np.abs(slope - smooth[rows]) > CLEARLY * least
-        if np.sum(telling) >= FEWEST_TELLING_ROWS and all(
-            np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
-        ):
-            found.add(how)
-    return found
-
-
-def _shifted_rate(report: Report) -> AsMeant | None:
-    """A rate that is that of its own angle some rows before or after, where the other one is not.
-
-    Where both are, whole programs that make this mistake are compared.
-    """
-    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
-    each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}
-    told = {key: rows for key, of in each.items() if len(of) == 1 for rows in of if rows}
-    if not told or len(told) == len(rates) > 1:
-        return None
-    seen = tuple(RateOfOtherRow(key, rows) for key, rows in told.items())
-    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
-    return AsMeant(seen, tuple(parts))
-
-
-def _rows_off(m: ManeuverScore, key: str) -> float:
-    """By how many rows a rate is later than the slope of its angle; 0 if not by a half or one."""
-    if key not in m or ANGLE_OF[key] not in m:
-        return 0.0
-    rate, angle = m[key], m[ANGLE_OF[key]]
-    time = rate.trace.time
-    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(time, angle.trace.time):
-        return 0.0
-    # Beside a right rate the angle is another one; and differences are seen as such.
-    if is_right_column(rate) or _how_differenced(m, key):
-        return 0.0
-    step = float(np.ptp(time)) / (len(time) - 1)
-    if not are_even(time - time[0], step):
-        return 0.0
-    powers = local_polynomials(time, angle.trace.value, _DEGREE_OF_SLOPES)
-    inner = slice(_DEGREE_OF_SLOPES, -_DEGREE_OF_SLOPES)
-
-    def off(rows: float) -> float:
-        k = np.arange(1, _DEGREE_OF_SLOPES + 1)
-        slope = powers[:, 1:] @ (k * (-rows * step) ** (k - 1))
-        return rms((rate.trace.value - slope)[inner])
-
-    best = min(ROWS_LATE, key=off)
-    size = rms(rate.trace.value)
-    return best if BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size) else 0.0
-
-
-# Of polynomials through so few rows that a corner in the motion reaches no further.
-_DEGREE_OF_SLOPES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -646,12 +354,12 @@ def _column(report: Report, key: str) -> ColumnScore:
 
 
 STEPS = (
-    Look("grid", "are values on a grid far coarser than their digits?", _coarse_grids),
-    Look("stopped", "do the last rows repeat one another?", _stopped),
-    Look("mirrored", "does a maneuver begin to the other side?", _mirrored),
-    Look("exchanged", "are an angle and its rate in each other's place?", _exchanged_with_rate),
-    Look("differences", "is a rate the difference of its own angle?", _own_differences),
-    Look("shifted", "is a rate that of another row?", _shifted_rate),
+    Look("grid", "are values on a grid far coarser than their digits?", coarse_grids),
+    Look("stopped", "do the last rows repeat one another?", stopped),
+    Look("mirrored", "does a maneuver begin to the other side?", mirrored),
+    Look("exchanged", "are an angle and its rate in each other's place?", exchanged_with_rate),
+    Look("differences", "is a rate the difference of its own angle?", own_differences),
+    Look("shifted", "is a rate that of another row?", shifted_rate),
     Look("counted", "are the rows right at multiples of a step?", counted_rows),
     Look("one clock", "are the rows right at times on another scale?", one_clock),
     Look("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),

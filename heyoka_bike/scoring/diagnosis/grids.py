@@ -1,0 +1,129 @@
+"""Grids: columns whose values are multiples of a step that is far coarser than their digits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, places
+from heyoka_bike.scoring.evidence import CoarseGrid
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
+from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.units import factor
+
+# A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
+# distances are anything, all are multiples of one by chance once in 1e5 columns.
+_FEWEST_LEVELS = 5
+# The smallest ones tell the step, whose error counts least in them.
+_DISTANCES = 100
+
+
+def coarse_grids(report: Report) -> AsMeant | None:
+    """Columns whose values are all multiples of a step that is far coarser than their digits."""
+    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
+    steps = _steps(levels)
+    if not steps:
+        return None
+    errors = grouped(
+        ((m.maneuver, c.key) in steps, c.as_understood.measures.max_rel_error or 0.0)
+        for m, c in places(report)
+    )
+    rest = max(errors.get(False, [1.0]))
+    by_number = {m.maneuver: m for m in report.maneuvers}
+    units = {key: factor(report.by_column()[key][0][1].as_understood.unit)[0] for _, key in steps}
+    # Counts of two rows may be off by one each.
+    by_grid = (
+        (by_number[n][key].as_understood.measures.max_abs_error or 0.0) <= 2 * step * units[key]
+        for (n, key), step in steps.items()
+    )
+    of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in by_number}
+    if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
+        # Beside the others it tells nothing of the motion.
+        on_grid = {key for _, key in steps}
+        parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
+    else:
+        parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
+    alike = grouped(((key, step), n) for (n, key), step in steps.items())
+    seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
+    return AsMeant(tuple(seen), tuple(parts))
+
+
+def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:
+    """The step of which all levels are multiples, of those columns that have one.
+
+    Few levels show no step, but are of one that other maneuvers show, or all of them together.
+    """
+    found = {place: step for place, x in levels.items() if (step := _step_of(*x)) is not None}
+    known = {key: step for (_, key), step in found.items()}
+    for key, each in grouped(
+        (key, x) for (_, key), x in levels.items() if key not in known
+    ).items():
+        every = np.unique(np.concatenate([values for values, _ in each]))
+        if (step := _step_of(every, max(least for _, least in each))) is not None:
+            known[key] = step
+    for (n, key), (values, least) in levels.items():
+        # The same step in all maneuvers, but where one has more places than another.
+        is_same = abs(found.get((n, key), known.get(key, 0.0)) / known.get(key, 1.0) - 1.0) < RIGHT
+        if key in known and is_same and _are_multiples(values, known[key], least):
+            found[n, key] = known[key]
+    return {place: found[place] for place in levels if place in found}
+
+
+def _levels(m: ManeuverScore, c: ColumnScore) -> tuple[Array, float]:
+    """The different values of a column, and half of what its digits can tell, as written."""
+    quantum, values = m.part.quantum.get(c.key), m.part.values[c.key]
+    # The first row is given, and need not be on the grid of what is measured.
+    values = values[1:][np.isfinite(values[1:])]
+    least = float(np.max(np.abs(values), initial=0.0)) * float(np.finfo(np.float64).eps)
+    if quantum is not None:
+        least = max(least, float(np.max(quantum.at(values), initial=0.0)) / 2)
+    return np.unique(values), least
+
+
+def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
+    """The rows with exact multiples of the steps, in the place of the digits written."""
+    quantum = {key: Quantum(base=10, places=0, step=step) for key, step in steps.items()}
+    values = {key: step * np.rint(part.values[key] / step) for key, step in steps.items()}
+    return replace(
+        part,
+        values={**part.values, **values},
+        quantum={**part.quantum, **quantum},
+        lo={key: x for key, x in part.lo.items() if key not in steps},
+    )
+
+
+def _step_of(levels: Array, least: float) -> float | None:
+    """The step of which all levels are multiples; None if there is none."""
+    apart = np.diff(levels)
+    apart = apart[apart > FLOORS_OF_ROUNDING * least]
+    if len(levels) < _FEWEST_LEVELS or not len(apart):
+        return None
+    step = _common(np.sort(apart)[:_DISTANCES])
+    # By longer and longer spans and the largest level, in which rounding counts less and less.
+    ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
+    for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
+        step = float(whole) / max(round(float(whole) / step), 1)
+    return step if _are_multiples(levels, step, least) else None
+
+
+def _common(distances: Array) -> float:
+    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm."""
+    step = float(distances[0])
+    while True:
+        rest = np.abs(distances - step * np.rint(distances / step))
+        if not (BY_FAR * rest > step).any():
+            return step
+        step = float(np.min(rest[BY_FAR * rest > step]))
+
+
+def _are_multiples(levels: Array, step: float, least: float) -> bool:
+    off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
+    return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least

@@ -1,0 +1,164 @@
+"""Rates held against their own angles, whatever the motion is.
+
+An angle and its rate may be in each other's place, and a rate may be a difference of its angle, or
+that of another row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from heyoka_bike.scoring.alignment import Part, are_even
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
+from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
+from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
+from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
+from heyoka_bike.scoring.evidence import OtherColumn, RateOfDifferences, RateOfOtherRow
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.scores import ManeuverScore
+
+T = TypeVar("T")
+
+# Of polynomials through so few rows that a corner in the motion reaches no further.
+_DEGREE_OF_SLOPES = 4
+
+
+def exchanged_with_rate(report: Report) -> AsMeant | None:
+    """An angle and its rate in each other's place.
+
+    What is written as the angle is then the slope of what is written as the rate, whatever the
+    motion.
+    """
+    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    found = [key for key in rates if all(_is_slope_of_rate(m, key) for m in report.maneuvers)]
+    if not found:
+        return None
+    meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
+    numbers = tuple(m.maneuver for m in report.maneuvers)
+    seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
+    return AsMeant(tuple(seen), tuple(_in_place(m.part, meant) for m in report.maneuvers))
+
+
+def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
+    """True if an angle is the slope of its rate, and the rate is far from that of its angle."""
+    angle_key = ANGLE_OF[key]
+    if key not in m or angle_key not in m:
+        return False
+    rate, angle = m[key], m[angle_key]
+    is_whole = rate.values == angle.values == m.rows >= FEWEST_TELLING_ROWS
+    time = rate.trace.time
+    if not is_whole or not np.all(np.diff(time) > 0.0):
+        return False
+    x, v = angle.trace.value, rate.trace.value
+    off, off_exchanged = (
+        rms(local_polynomials(time, one, _DEGREE_OF_SLOPES)[:, 1] - other) / (rms(other) or 1.0)
+        for one, other in ((x, v), (v, x))
+    )
+    return BY_FAR * off_exchanged < min(off, 1.0)
+
+
+def _in_place(part: Part, meant: Mapping[str, str]) -> Part:
+    """The rows with some columns under the keys of others, in the units that these have."""
+
+    def of(columns: Mapping[str, T]) -> dict[str, T]:
+        return {meant.get(key, key): x for key, x in columns.items()}
+
+    return replace(part, values=of(part.values), lo=of(part.lo), quantum=of(part.quantum))
+
+
+def own_differences(report: Report) -> AsMeant | None:
+    """A rate that is a difference of its own angle, where the other rate is not.
+
+    Where both are, whole programs that make this mistake are compared.
+    """
+    found: dict[str, set[str]] = {}
+    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    for key in rates:
+        found[key] = set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
+    told = {key: next(iter(sorted(ways))) for key, ways in found.items() if ways}
+    if not told or len(told) == len(rates) > 1:
+        return None
+    seen = tuple(RateOfDifferences(key, how) for key, how in told.items())
+    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
+    return AsMeant(seen, tuple(parts))
+
+
+def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
+    """``forward``, ``backward`` or ``central`` if a rate is such a difference, to its digits."""
+    if key not in m or ANGLE_OF[key] not in m:
+        return set()
+    rate, angle = m[key], m[ANGLE_OF[key]]
+    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
+        return set()
+    time, x = rate.trace.time, angle.trace.value
+    if not np.all(np.diff(time) > 0.0):
+        # Two rows at one time have no slope.
+        return set()
+    slopes = np.diff(x) / np.diff(time)
+    ways = {
+        "forward": (slopes, slice(0, -1)),
+        "backward": (slopes, slice(1, None)),
+        "central": ((x[2:] - x[:-2]) / (time[2:] - time[:-2]), slice(1, -1)),
+    }
+    smooth = local_polynomials(time, x, _DEGREE_OF_SLOPES)[:, 1]
+    step = float(np.min(np.diff(time)))
+    least = FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
+    found = set()
+    for how, (slope, rows) in ways.items():
+        is_difference = np.abs(rate.trace.value[rows] - slope) <= least
+        # Where the digits tell such a difference from the slope of the angle.
+        telling = np.abs(slope - smooth[rows]) > CLEARLY * least
+        if np.sum(telling) >= FEWEST_TELLING_ROWS and all(
+            np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
+        ):
+            found.add(how)
+    return found
+
+
+def shifted_rate(report: Report) -> AsMeant | None:
+    """A rate that is that of its own angle some rows before or after, where the other one is not.
+
+    Where both are, whole programs that make this mistake are compared.
+    """
+    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}
+    told = {key: rows for key, of in each.items() if len(of) == 1 for rows in of if rows}
+    if not told or len(told) == len(rates) > 1:
+        return None
+    seen = tuple(RateOfOtherRow(key, rows) for key, rows in told.items())
+    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
+    return AsMeant(seen, tuple(parts))
+
+
+def _rows_off(m: ManeuverScore, key: str) -> float:
+    """By how many rows a rate is later than the slope of its angle; 0 if not by a half or one."""
+    if key not in m or ANGLE_OF[key] not in m:
+        return 0.0
+    rate, angle = m[key], m[ANGLE_OF[key]]
+    time = rate.trace.time
+    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(time, angle.trace.time):
+        return 0.0
+    # Beside a right rate the angle is another one; and differences are seen as such.
+    if is_right_column(rate) or _how_differenced(m, key):
+        return 0.0
+    step = float(np.ptp(time)) / (len(time) - 1)
+    if not are_even(time - time[0], step):
+        return 0.0
+    powers = local_polynomials(time, angle.trace.value, _DEGREE_OF_SLOPES)
+    inner = slice(_DEGREE_OF_SLOPES, -_DEGREE_OF_SLOPES)
+
+    def off(rows: float) -> float:
+        k = np.arange(1, _DEGREE_OF_SLOPES + 1)
+        slope = powers[:, 1:] @ (k * (-rows * step) ** (k - 1))
+        return rms((rate.trace.value - slope)[inner])
+
+    best = min(ROWS_LATE, key=off)
+    size = rms(rate.trace.value)
+    return best if BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size) else 0.0
