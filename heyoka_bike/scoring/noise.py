@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, median
 
 FEWEST_ROWS = 50
 """Fewer rows tell no noise: the correlations of so many scatter by a tenth."""
@@ -50,8 +50,9 @@ def roughness(error: Array, parts: int = 1) -> Roughness:
     # Squares of the largest errors would overflow.
     largest = float(np.max(np.abs(error))) or 1.0
     each = np.array_split(np.diff(error / largest, 4) / _GAIN, parts)
-    at_one, at_two = (float(np.median([_correlation(x, k) for x in each])) for k in (1, 2))
-    return Roughness(largest * float(np.median([np.std(x) for x in each])), at_one, at_two)
+    sizes, *at = np.array([(np.std(x), _correlation(x, 1), _correlation(x, 2)) for x in each]).T
+    at_one, at_two = (float(median(x)) for x in at)
+    return Roughness(largest * float(median(sizes)), at_one, at_two)
 
 
 def _correlation(x: Array, rows: int) -> float:
