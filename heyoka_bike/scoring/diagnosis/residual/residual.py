@@ -282,20 +282,19 @@ class Residual:
 
     @property
     def best(self) -> Hypothesis | None:
-        """The cause that explains nearly all by the equations alone; None if none does.
+        """The fewest causes that explain nearly all by the equations alone; None if none do.
 
         Where a force is left several causes together mean nothing: each takes a share of it.
         """
-        credible = [
+        sure = [
             h
             for h in (*self.known, *self.fitted)
+            if h.relief > WEIGHTS.nearly and h.log_odds > WEIGHTS.said
             if len(h.parts) == 1 or not self.leaves_force(h.relief)
         ]
-        likely = max(credible, key=lambda h: h.log_odds, default=None)
-        if likely is None or not shows_equations(self):
+        if not shows_equations(self):
             return None
-        is_sure = likely.relief > WEIGHTS.nearly and likely.log_odds > WEIGHTS.said
-        return likely if is_sure else None
+        return min(sure, key=lambda h: (len(h.parts), -h.log_odds), default=None)
 
     def blocks(self, rows: Array) -> list[Array]:
         """Rows of each block: of each maneuver roll, steer, speed."""
