@@ -82,3 +82,13 @@ def test_a_column_that_alone_stays_wrong_is_told_beside_a_cause(others, is_told)
     place = (2, "roll_rate")
     left = dict.fromkeys(PLACES, others) | {place: 2e-2}
     assert left_over(hypothesis(left, before=10.0), None) == (place if is_told else None)
+
+
+@pytest.mark.parametrize(("before", "is_told"), [(0.5, True), (20.0, False)])
+def test_a_maneuver_that_a_cause_hardly_explains_is_told_beside_it(before, is_told):
+    """It begins otherwise, say: all of its columns are off by as much as before."""
+    third = [p for p in PLACES if p[0] == 3]
+    h = hypothesis(dict.fromkeys(PLACES, 1e-9) | dict.fromkeys(third, 0.28), before=1.0)
+    h = replace(h, before={**h.before, **dict.fromkeys(third, before)})
+    assert h.relief > 1e3
+    assert (left_over(h, None) in third) is is_told

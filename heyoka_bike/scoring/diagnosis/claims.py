@@ -62,7 +62,8 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
 def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
-    Much is left in a column that the cause does not touch; or little of it is explained; or far
+    Much is left in a column that the cause does not touch; or little is explained, of all or of one
+    column of a maneuver; or far
     more than in the other columns of the motion, whose errors an integrator makes; or the equations
     leave what no integrator does. None if there is no such column: the cause is all that is wrong.
     """
@@ -75,6 +76,10 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
         return max(untouched, key=untouched.__getitem__)
     if h.relief < BY_FAR:
         return worst
+    # In another maneuver, say, it explains next to nothing.
+    unexplained = {k: x for k, x in above.items() if x > TOLERANCE and h.before[k] < CLEARLY * x}
+    if unexplained:
+        return max(unexplained, key=unexplained.__getitem__)
     # A force is known to first order, and what it leaves may be of the next one.
     is_exact = not any(x.name in FORCES for x in h.found)
     if is_exact and residual is not None and residual.leaves_more(h.mistakes):
