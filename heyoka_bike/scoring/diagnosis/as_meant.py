@@ -70,6 +70,11 @@ def as_meant(report: Report, steps: Sequence[Look]) -> AsMeant | None:
     return None
 
 
+def hidden(c: ColumnScore) -> float:
+    """The error that the digits of a column, or rounding on the way, hide [SI]."""
+    return max(c.floor or 0.0, ROUNDING * c.scale)
+
+
 def is_right_column(c: ColumnScore) -> bool:
     """True if a column is as right as its digits, or binary64 arithmetic, can be."""
     error = c.as_understood.measures.max_rel_error

@@ -13,9 +13,9 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import FASTEST_MODE
+from heyoka_bike.scoring.diagnosis.as_meant import hidden
 from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.grades import TOLERANCE
-from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -51,17 +51,12 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
     time, error = c.trace.time[first], c.trace.error[first]
     if np.sum(first) <= _FEWEST or time[0] != 0.0:
         return None
-    floor = _floor(c)
+    floor = hidden(c)
     late = time >= time[-1] / 2.0
     if np.ptp(time[late]) == 0.0:
         return None
     is_shown = np.min(np.abs(error[late])) > CLEARLY * floor and abs(error[0]) <= floor
     return (time, error) if is_shown else None
-
-
-def _floor(c: ColumnScore) -> float:
-    """What the digits of a column, or rounding on the way, hide."""
-    return max(c.floor or 0.0, ROUNDING * c.scale)
 
 
 def _work(maneuvers: Sequence[ManeuverScore]) -> Iterator[WorkFromStart]:
@@ -146,7 +141,7 @@ def _is_wrong(c: ColumnScore) -> bool:
 def _power(c: ColumnScore) -> int | None:
     """The power of the time with which a column's error begins; None if the rows do not show it."""
     time, error = c.trace.time, np.abs(c.trace.error)
-    floor = _floor(c)
+    floor = hidden(c)
     if time[0] != 0.0 or error[0] > floor:
         return None
     shown = np.flatnonzero(error > CLEARLY * floor)

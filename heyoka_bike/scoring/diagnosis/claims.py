@@ -63,9 +63,9 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     """Return a column in which a cause leaves what neither digits nor an integrator do.
 
     Much is left in a column that the cause does not touch; or little is explained, of all or of one
-    column of a maneuver; or far
-    more than in the other columns of the motion, whose errors an integrator makes; or the equations
-    leave what no integrator does. None if there is no such column: the cause is all that is wrong.
+    column of a maneuver; or far more is left than in the other columns of the motion, whose errors
+    an integrator makes; or the equations leave what no integrator does. None if there is no such
+    column: the cause is all that is wrong.
     """
     above = above_digits(h)
     if not above:

@@ -14,12 +14,11 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, hidden, is_right_column
 from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.diagnosis.plain import whole_columns
 from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
-from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore
@@ -144,7 +143,7 @@ def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
     """True if a column that is right would be wrong at the times of a clock."""
     right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
     left = right.left(meant_by(right.time, clock))
-    limits = [max((c.floor or 0.0) / c.scale, ROUNDING) for c in right.columns]
+    limits = [hidden(c) / c.scale for c in right.columns]
     return bool(np.any(left > CLEARLY * np.array(limits)))
 
 

@@ -69,11 +69,13 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
         every = np.unique(np.concatenate([values for values, _ in each]))
         if (step := _step_of(every, max(least for _, least in each))) is not None:
             known[key] = step
-    for (n, key), (values, least) in levels.items():
+    for place, (values, least) in levels.items():
+        of_key = known.get(place[1])
+        if of_key is None or not _are_multiples(values, of_key, least):
+            continue
         # The same step in all maneuvers, but where one has more places than another.
-        is_same = abs(found.get((n, key), known.get(key, 0.0)) / known.get(key, 1.0) - 1.0) < RIGHT
-        if key in known and is_same and _are_multiples(values, known[key], least):
-            found[n, key] = known[key]
+        if abs(found.setdefault(place, of_key) / of_key - 1.0) < RIGHT:
+            found[place] = of_key
     return {place: found[place] for place in levels if place in found}
 
 

@@ -6,7 +6,7 @@ that of another row.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -17,12 +17,12 @@ from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
-from heyoka_bike.scoring.evidence import OtherColumn, RateOfDifferences, RateOfOtherRow
+from heyoka_bike.scoring.evidence import Evidence, OtherColumn, RateOfDifferences, RateOfOtherRow
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.scores import ManeuverScore
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 T = TypeVar("T")
 
@@ -36,8 +36,9 @@ def exchanged_with_rate(report: Report) -> AsMeant | None:
     What is written as the angle is then the slope of what is written as the rate, whatever the
     motion.
     """
-    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
-    found = [key for key in rates if all(_is_slope_of_rate(m, key) for m in report.maneuvers)]
+    found = [
+        key for key in _rates_of(report) if all(_is_slope_of_rate(m, key) for m in report.maneuvers)
+    ]
     if not found:
         return None
     meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
@@ -73,30 +74,50 @@ def _in_place(part: Part, meant: Mapping[str, str]) -> Part:
     return replace(part, values=of(part.values), lo=of(part.lo), quantum=of(part.quantum))
 
 
-def own_differences(report: Report) -> AsMeant | None:
-    """A rate that is a difference of its own angle, where the other rate is not.
+def _rates_of(report: Report) -> list[str]:
+    """The rates that the file has."""
+    return [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
 
-    Where both are, whole programs that make this mistake are compared.
+
+def _put_aside(
+    report: Report, rates: Sequence[str], told: Mapping[str, Evidence]
+) -> AsMeant | None:
+    """What is told of some rates, and the rows without these; None of none, or of both.
+
+    Where both are wrong, whole programs that make this mistake are compared.
     """
-    found: dict[str, set[str]] = {}
-    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
-    for key in rates:
-        found[key] = set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
-    told = {key: next(iter(sorted(ways))) for key, ways in found.items() if ways}
     if not told or len(told) == len(rates) > 1:
         return None
-    seen = tuple(RateOfDifferences(key, how) for key, how in told.items())
-    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
-    return AsMeant(seen, tuple(parts))
+    parts = (m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers)
+    return AsMeant(tuple(told.values()), tuple(parts))
+
+
+def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScore] | None:
+    """A rate and its angle, if both are there with enough values at the same times."""
+    if key not in m or ANGLE_OF[key] not in m:
+        return None
+    rate, angle = m[key], m[ANGLE_OF[key]]
+    is_told = rate.values >= FEWEST_TELLING_ROWS
+    is_told = is_told and np.array_equal(rate.trace.time, angle.trace.time)
+    return (rate, angle) if is_told else None
+
+
+def own_differences(report: Report) -> AsMeant | None:
+    """A rate that is a difference of its own angle, where the other rate is not."""
+    rates = _rates_of(report)
+    found = {
+        key: set.intersection(*(_how_differenced(m, key) for m in report.maneuvers))
+        for key in rates
+    }
+    told = {key: RateOfDifferences(key, min(ways)) for key, ways in found.items() if ways}
+    return _put_aside(report, rates, told)
 
 
 def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     """``forward``, ``backward`` or ``central`` if a rate is such a difference, to its digits."""
-    if key not in m or ANGLE_OF[key] not in m:
+    if (both := _with_its_angle(m, key)) is None:
         return set()
-    rate, angle = m[key], m[ANGLE_OF[key]]
-    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(rate.trace.time, angle.trace.time):
-        return set()
+    rate, angle = both
     time, x = rate.trace.time, angle.trace.value
     if not np.all(np.diff(time) > 0.0):
         # Two rows at one time have no slope.
@@ -123,31 +144,22 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
 
 
 def shifted_rate(report: Report) -> AsMeant | None:
-    """A rate that is that of its own angle some rows before or after, where the other one is not.
-
-    Where both are, whole programs that make this mistake are compared.
-    """
-    rates = [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    """A rate that is that of its own angle some rows before or after, and the other one is not."""
+    rates = _rates_of(report)
     each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}
-    told = {key: rows for key, of in each.items() if len(of) == 1 for rows in of if rows}
-    if not told or len(told) == len(rates) > 1:
-        return None
-    seen = tuple(RateOfOtherRow(key, rows) for key, rows in told.items())
-    parts = [m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers]
-    return AsMeant(seen, tuple(parts))
+    alike = {key: next(iter(of)) for key, of in each.items() if len(of) == 1}
+    told = {key: RateOfOtherRow(key, rows) for key, rows in alike.items() if rows}
+    return _put_aside(report, rates, told)
 
 
 def _rows_off(m: ManeuverScore, key: str) -> float:
     """By how many rows a rate is later than the slope of its angle; 0 if not by a half or one."""
-    if key not in m or ANGLE_OF[key] not in m:
+    both = _with_its_angle(m, key)
+    # Beside a right rate the angle is another one.
+    if both is None or is_right_column(both[0]):
         return 0.0
-    rate, angle = m[key], m[ANGLE_OF[key]]
+    rate, angle = both
     time = rate.trace.time
-    if rate.values < FEWEST_TELLING_ROWS or not np.array_equal(time, angle.trace.time):
-        return 0.0
-    # Beside a right rate the angle is another one; and differences are seen as such.
-    if is_right_column(rate) or _how_differenced(m, key):
-        return 0.0
     step = float(np.ptp(time)) / (len(time) - 1)
     if not are_even(time - time[0], step):
         return 0.0
@@ -161,4 +173,6 @@ def _rows_off(m: ManeuverScore, key: str) -> float:
 
     best = min(ROWS_LATE, key=off)
     size = rms(rate.trace.value)
-    return best if BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size) else 0.0
+    is_best = BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size)
+    # Differences are nearly that, and seen as such.
+    return best if is_best and not _how_differenced(m, key) else 0.0

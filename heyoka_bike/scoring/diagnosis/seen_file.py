@@ -30,7 +30,7 @@ from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE, in_si, observe
+from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE, in_si, observe
 from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.explanation import Curve
@@ -383,17 +383,19 @@ class SeenFile:
     def _put_in(
         self,
         understood: Understandings,
-        library: Sequence[Mistake],
+        library: Sequence[Mistake] = (),
         causes: tuple[Cause, ...] = (),
+        converged: float = CONVERGED,
     ) -> Residual | None:
         """What the equations leave of the motion as it is understood so; None if it shows none.
 
-        Columns of other definitions are taken back by the lengths of a program with some causes.
+        Columns of other definitions are taken back by the lengths of a program with some causes,
+        and as far as is asked for [SI].
         """
         bicycle = apply(self.program, causes).bicycle
         equations = Equations.binary64(bicycle)
         parameters = {name: float(x) for name, x in bicycle.values.items()}
-        seen = (observe(p.part, understood, equations, parameters) for p in self._parts)
+        seen = (observe(p.part, understood, equations, parameters, converged) for p in self._parts)
         motions = [m for m in seen if m is not None]
         return Residual(motions, self.program, library, self._deadline) if motions else None
 
@@ -426,10 +428,7 @@ class SeenFile:
 
         Zero where it then shows no motion.
         """
-        equations = Equations.binary64(self.program.bicycle)
-        seen = (observe(p.part, understood, equations, converged=RIGHT) for p in self._parts)
-        motions = [m for m in seen if m is not None]
-        found = Residual(motions, self.program, (), self._deadline) if motions else None
+        found = self._put_in(understood, converged=RIGHT)
         return found.promise if found is not None and found.visibility else 0.0
 
     def _key(self, program: Program) -> object:

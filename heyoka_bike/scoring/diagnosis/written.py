@@ -22,7 +22,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, is_right_column, places
+from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, hidden, is_right_column, places
 from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
 from heyoka_bike.scoring.diagnosis.grids import coarse_grids
 from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
@@ -288,7 +288,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     between its bounds it mostly is, and has many values.
     """
     value = c.trace.value
-    least = CLEARLY * max(c.floor or 0.0, ROUNDING * c.scale)
+    least = CLEARLY * hidden(c)
     starts = np.flatnonzero(np.r_[True, np.diff(value) != 0.0])
     lengths = np.diff(np.r_[starts, len(value)])
     at = value[starts]

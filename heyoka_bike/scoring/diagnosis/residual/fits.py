@@ -100,8 +100,9 @@ class Fits:
             return bool(best) and best[0] is not before
 
         for several in [begun] if begun else self._likely(names, counts):
-            if goes_on():
-                add(several)
+            add(several)
+            if not goes_on():
+                break
         while best and goes_on() and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break

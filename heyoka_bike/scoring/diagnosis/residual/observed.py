@@ -47,8 +47,10 @@ _LARGEST_LEAN = 1.2
 _LARGEST_CONDITION = 1e6
 # Rows of the beginning, from which the right equations lead back to t = 0, in so many steps.
 _BEGINNING, _STEPS_BACK = slice(1, 5), 20
-# [SI]
-_CONVERGED, _PART_LOST = 1e-15, 1e-10
+CONVERGED = 1e-15
+"""To how much columns of other definitions are taken back [SI]."""
+# What is still off after all rounds is lost.
+_PART_LOST = 1e-10
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,7 +135,7 @@ def observe(
     understood: Mapping[str, Understanding],
     equations: Equations,
     parameters: Mapping[str, float] | None = None,
-    converged: float = _CONVERGED,
+    converged: float = CONVERGED,
 ) -> Observed | None:
     """The motion of a part; None where the columns or rows do not show it.
 

@@ -423,14 +423,17 @@ class Residual:
         self._deadline.check()
         return self.of(program)
 
-    def _start_shown(self, m: Observed) -> tuple[Array, Array]:
+    @cached_property
+    def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
+        """Of each maneuver whose first rows are those of a start, see `start_shown`."""
+        equations = equations_of(tuple(self.program.bicycle.values.items()))
         # Motions that have blown up lead nowhere.
         with np.errstate(all="ignore"):
-            return start_shown(m, equations_of(tuple(self.program.bicycle.values.items())))
+            return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}
 
     def starts_nearby(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Mistakes of the start that come nearer to the file's own than the right one does."""
-        own = {m.number: self._start_shown(m)[0] for m in self.motions if m.has_beginning}
+        own = {m.number: self._starts_shown[m.number][0] for m in self.motions if m.has_beginning}
 
         def distance(program: Program) -> float:
             found = 0.0
@@ -449,7 +452,7 @@ class Residual:
         for m in self.motions:
             if not m.is_begun:
                 continue
-            start, scatter = self._start_shown(m)
+            start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
             # By more than the rows disagree, and not next to nothing of what is off most.
