@@ -4,10 +4,10 @@ import errno
 import os
 import stat
 from collections.abc import Iterable, Mapping
+from io import BufferedReader
 from os import PathLike
 from pathlib import Path
 from secrets import token_hex
-from typing import BinaryIO
 
 from heyoka_bike.errors import InputError
 
@@ -15,7 +15,7 @@ UNFINISHED = ".part"
 """Suffix of files that are not yet in their place; their names begin with a dot."""
 
 
-def open_regular(path: str | PathLike[str]) -> BinaryIO:
+def open_regular(path: str | PathLike[str]) -> BufferedReader:
     """Open a file for reading if it is a regular one.
 
     A pipe would wait for a writer, a device may never end, and opening some devices acts on them.
