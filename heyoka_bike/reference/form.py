@@ -40,8 +40,6 @@ _REWORDED = {"Conventions", "comment", "dataset_version"}
 """Attributes of whole files that say something else in sets before 1.5.0."""
 
 
-
-
 @dataclass(frozen=True, slots=True)
 class SetForm:
     """Expected contents of the files of a set.

@@ -35,6 +35,8 @@ _NUMBER_50 = re.compile(
 _UNDECIDED_ZERO = re.compile(r"0e[+-](0|[1-9][0-9]*)")
 _ANY_VALUE = object()
 """In a form, what its numbers say, or somebody's words."""
+
+
 def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
     with hdf5.opened(raw) as f:

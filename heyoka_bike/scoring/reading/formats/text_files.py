@@ -17,6 +17,7 @@ from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
 from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, headings_in, is_heading
+from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.words import read_words
 
@@ -57,7 +58,7 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         None of that: what `text.rows.read_rows` says.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first, is_beyond_it = first_block(blocks), False
+    first, is_beyond_it = first_block(blocks, request), False
 
     def rest() -> Iterator[str]:
         nonlocal is_beyond_it
@@ -69,10 +70,10 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         return [read_rows(first, rest(), request)]
     except InputError as error:
         # Words stand in the first lines if they stand anywhere: a long text of numbers is not kept.
-        if is_beyond_it:
+        if is_beyond_it or not first.strip():
             raise
         lines = _contents("".join((first, *blocks)).split("\n"), request)
-        for dialect in DIALECTS:
+        for dialect in (x for x in DIALECTS if x.may_read(lines)):
             with suppress(InputError):
                 if found := read_words(map(dialect.split, lines), request, dialect):
                     return found
@@ -86,7 +87,7 @@ def _contents(lines: list[str], request: Request) -> list[str]:
     """Lines without comments; the last of those above them may be a heading."""
     found = [x for line in lines if (x := without_comment(line))]
     above = takewhile(lambda line: not without_comment(line), lines)
-    for line in reversed([*above]):
+    for line in [line for line in above if line.strip()][: -MOST_ABOVE - 1 : -1]:
         plain = COMMENT_SIGNS.sub("", line, count=1)
         if any(is_heading(names, request) for names in headings_in(line)):
             return [plain, *found]

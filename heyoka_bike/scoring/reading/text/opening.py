@@ -6,9 +6,11 @@ The lines are those of a text, or the rows of a sheet.
 from __future__ import annotations
 
 import logging
+import re
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain, dropwhile, islice
+from itertools import chain, islice
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
@@ -30,6 +32,7 @@ from heyoka_bike.scoring.reading.text.dialects import (
     without_comment,
 )
 from heyoka_bike.scoring.reading.text.headings import (
+    Headings,
     are_units,
     heading_among,
     headings_in,
@@ -45,12 +48,20 @@ _SAMPLE_ROWS = 40
 MOST_COLUMNS = 20_000
 """Columns that a text may have; each is looked at by its name and its digits."""
 
+MOST_ABOVE = 10_000
+"""Lines above the first row of numbers that are looked at, apart from blank lines and comments: the
+effort for what is above the rows is limited, and does not grow with the text."""
+
+# Names in all lines that are looked at for a heading.
+_MOST_NAMES = 2 * MOST_COLUMNS
+_LONGEST_NAME = 1000
 # A heading stands near the top.
 _HEADING_LINES = 100
 # A row that counts the columns: of fewer, 0 1 may well be the first of rows that have names.
 _FEWEST_COUNTED = 9
 # A row above the others that has so many numbers, more than half of its fields, is a damaged one.
 _FEWEST_OF_A_ROW = 3
+_DIGIT = re.compile(r"\d")
 Line = tuple[int, Any]
 """Index and content of a line."""
 
@@ -134,24 +145,25 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         No rows, rows of another number of columns, or a damaged first row.
     """
     widths = {*request.widths}
+    # Millions of lines may be blank.
+    written = [i for i, line in enumerate(lines) if line and not notation.is_blank(line)]
     if request.names is None:
-        written = dropwhile(notation.is_blank, lines)
-        headings = chain.from_iterable(map(notation.headings_in, islice(written, _HEADING_LINES)))
-        # A line of so many words is no heading; what it would cost to look at all of them is more.
-        some = (x for x in headings if len(x) <= MOST_COLUMNS)
-        widths |= {len(x) for x in some if is_heading(x, request)}
+        headings = _headings(lines, written[:_HEADING_LINES], notation)
+        every = chain.from_iterable(headings.values())
+        widths |= {len(x) for x in every if is_heading(x, request)}
     if not widths:
         raise request.not_columns("no line of column names that are known")
-    sample, dialect, width, rows = _first_rows(lines, notation, widths)
-    if not rows and all(map(notation.is_blank, lines)):
+    if not written:
         raise request.error("found an empty file, expected rows of numbers")
+    sample, dialect, width, rows = _first_rows(lines, written, notation, widths)
     if not rows:
-        raise _no_row(lines, notation, request)
+        raise _no_row(lines, written[:MOST_ABOVE], notation, request)
     first = rows[0][0]
     if width > MOST_COLUMNS:
         said = f"found {width} columns, expected at most {MOST_COLUMNS}"
         raise request.error(said, first + 1)
-    above = [[*notation.headings_in(line)] for line in lines[:first]]
+    before = written[: bisect_left(written, first)][-MOST_ABOVE:]
+    above = _headings(lines, reversed(before), notation)
     names, at = heading_among(above, width, request)
     if _count_up(rows, dialect):
         # pandas and R give the index of the rows no name. With blanks in names there may seem to be
@@ -178,8 +190,32 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     exact = tuple(
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
-    told = _maneuver_in_comments(lines[:first], notation)
+    told = _maneuver_in_comments([lines[i] for i in before], notation)
     return Opening(notation, dialect, width, first, names, heading, time, exact, told)
+
+
+def _headings(
+    lines: Sequence[Any], indices: Iterable[int], notation: Notation
+) -> dict[int, list[list[str]]]:
+    """All names that each of these lines may have, by its index in ascending order.
+
+    The first lines count if the names are too many in all.
+    """
+    found: dict[int, list[list[str]]] = {}
+    count = 0
+    for i in indices:
+        names = [x for x in notation.headings_in(lines[i]) if _may_be_names(x)]
+        count += sum(map(len, names))
+        if found and count > _MOST_NAMES:
+            break
+        if names:
+            found[i] = names
+    return dict(sorted(found.items()))
+
+
+def _may_be_names(words: Sequence[str]) -> bool:
+    """True unless there are more words than columns, or one is longer than any name."""
+    return len(words) <= MOST_COLUMNS and max(map(len, words), default=0) <= _LONGEST_NAME
 
 
 def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | None:
@@ -193,7 +229,7 @@ def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | Non
 
 
 def _heading_that_holds_names(
-    above: Sequence[Sequence[list[str]]], width: int, request: Request
+    above: Headings, width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
     """The last line of so many names of which one holds a known one, and its index.
 
@@ -207,10 +243,11 @@ def _heading_that_holds_names(
 
 
 def _first_rows(
-    lines: Sequence[Any], notation: Notation, widths: Collection[int]
+    lines: Sequence[Any], written: Sequence[int], notation: Notation, widths: Collection[int]
 ) -> tuple[list[Line], Dialect, int, list[Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
-    contents = ((i, x) for i, line in enumerate(lines) if (x := notation.without_comment(line)))
+    contents = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
+    contents = islice(contents, MOST_ABOVE)
     while sample := list(islice(contents, _SAMPLE_LINES)):
         found = best_dialect([content for _, content in sample], widths, notation.dialects)
         if found:
@@ -232,19 +269,25 @@ def _count_up(rows: Sequence[Line], dialect: Dialect) -> bool:
     return len(counted) == len(rows) > 1 and counted == [*range(counted[0], counted[0] + len(rows))]
 
 
-def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> InputError:
+def _no_row(
+    lines: Sequence[Any], written: Sequence[int], notation: Notation, request: Request
+) -> InputError:
     """Return the error of lines without a row of numbers: the first field that is none of them.
 
     It is looked for in the first line below a heading that has a digit, or does not begin as words
     do.
     """
-    for i, line in enumerate(lines):
+    for i in written:
+        line = lines[i]
         content = notation.without_comment(line)
         first = str(content[0]).strip("\"' ")[:1] if content else ""
-        has_digit = any(map(str.isdigit, map(str, content)))
+        has_digit = any(
+            _DIGIT.search(str(x)) for x in ([content] if isinstance(content, str) else content)
+        )
         if not content or (first.isalpha() and not has_digit):
             continue
-        if any(is_heading(names, request) for names in notation.headings_in(line)):
+        headings = _headings(lines, [i], notation).get(i, ())
+        if any(is_heading(names, request) for names in headings):
             continue
         # Under the separator that makes the most numbers of it.
         dialect = max(notation.dialects, key=lambda d: _count_of(content, d))
@@ -256,7 +299,8 @@ def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> Input
                 return _shortened(field, request, i + 1, at + 1)
             said = dialect.empty if field == "" else f"{quoted(field)} as value {at + 1}"
             return request.not_columns(f"{said} and no row of numbers", i + 1, at + 1)
-    return request.not_columns("no row of numbers")
+    where = f" in the first {MOST_ABOVE} lines" if len(written) == MOST_ABOVE else ""
+    return request.not_columns(f"no row of numbers{where}")
 
 
 def _count_of(content: Any, dialect: Dialect) -> tuple[int, int]:
@@ -288,15 +332,13 @@ def row_error(
     return request.error(message, number, at + 1)
 
 
-def _wrong_width(
-    above: Sequence[Sequence[list[str]]], width: int, rows: int, line: int, request: Request
-) -> InputError:
+def _wrong_width(above: Headings, width: int, rows: int, line: int, request: Request) -> InputError:
     """Return the error for rows of so many columns, with the heading above them if there is one.
 
     Parameters
     ----------
     above
-        Of each line above the rows, all names that it may have.
+        Names that the lines above the rows may have.
     width, rows
         Numbers in a row, and how many rows there are.
     line

@@ -17,10 +17,12 @@ from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, read_lines
-from heyoka_bike.scoring.reading.text.opening import TEXT, Opening, opened, row_error
+from heyoka_bike.scoring.reading.text.opening import MOST_COLUMNS, TEXT, Opening, opened, row_error
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
+# Of a line; more than the columns by what quotes and blanks at the ends may add.
+_MOST_FIELDS = 4 * MOST_COLUMNS
 # Numbers as `parse_block` reads them; beside a decimal comma a point has no place.
 _PLAIN_LETTERS = {
     ".": bytes.maketrans(b"EDdQq", b"eeeee"),
@@ -46,15 +48,33 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> ReadT
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    return read_rows(first_block(blocks), blocks, request)
+    return read_rows(first_block(blocks, request), blocks, request)
 
 
-def first_block(blocks: Iterator[str]) -> str:
-    """The first block of whole lines in which there is anything."""
-    first = next(blocks, "")
-    while not first.strip() and (block := next(blocks, "")):
-        first += block
+def first_block(blocks: Iterator[str], request: Request) -> str:
+    """The first block of whole lines in which there is anything.
+
+    Raises
+    ------
+    InputError
+        A line has far more fields than a table may have: each of them would be looked at.
+    """
+    read = []
+    for block in blocks:
+        read.append(block)
+        if block.strip():
+            break
+    first = "".join(read)
+    for i, line in enumerate(first.split("\n")):
+        if len(line) > _MOST_FIELDS and _fields_at_most(line) > _MOST_FIELDS:
+            said = f"found a line of more than {_MOST_FIELDS} fields, expected at most"
+            raise request.error(f"{said} {MOST_COLUMNS} columns", i + 1)
     return first
+
+
+def _fields_at_most(line: str) -> int:
+    """Count the fields of a line under the separator that makes the most of it, quotes included."""
+    return max(len(line.split()), *(line.count(sign) for sign in ",;\t\"'"))
 
 
 def read_rows(first: str, blocks: Iterable[str], request: Request) -> ReadTable:
