@@ -33,8 +33,11 @@ class AsMeant:
     steps: tuple[Look, ...] = ()
 
     def alignment(self, report: Report) -> Alignment:
-        """The rows as they were meant, laid beside the reference as those of the file."""
-        return Alignment(report.file, self.parts, ())
+        """The rows as they were meant, laid beside the reference as those of the file.
+
+        A maneuver whose columns were all put aside has nothing to lay beside it.
+        """
+        return Alignment(report.file, tuple(p for p in self.parts if p.has_values()), ())
 
 
 def worst(report: Report) -> Remainder:

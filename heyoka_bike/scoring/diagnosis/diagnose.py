@@ -9,13 +9,20 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.display import shown_by
-from heyoka_bike.numbers.double import two_sum, with_usual_errors
+from heyoka_bike.numbers.double import multiply, two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, as_meant, worst
-from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, Deadline
+from heyoka_bike.scoring.diagnosis.budget import (
+    SECONDS,
+    USUAL,
+    Budget,
+    BudgetSpentError,
+    Deadline,
+    Watch,
+)
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.found import (
     Explained,
@@ -33,9 +40,12 @@ from heyoka_bike.scoring.evidence import (
     Evidence,
     OtherColumn,
     RightElsewhere,
+    RowsOutside,
     SignContradiction,
     StoppedEarly,
     TimeShift,
+    TimesInLargerUnit,
+    TimesRepeated,
 )
 from heyoka_bike.scoring.explanation import Curve, Explanation
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
@@ -134,10 +144,20 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
-    with one_thread_of_linear_algebra():
-        found = _answer(report, reference, progress or (lambda _: None), budget.begun())
+    deadline = budget.begun()
+    watch = Watch(deadline)
+    distinct = _at_distinct_times(report, reference)
+    try:
+        with one_thread_of_linear_algebra(), watch:
+            found = _answer(distinct, reference, progress or (lambda _: None), deadline)
+    except BudgetSpentError:
+        watch.end()
+        found = Answer(distinct, (), is_whole=False)
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
-    said = found.seen
+    said = (*filter(_is_of_times, report.seen), *found.seen)
+    if distinct is not report:
+        # The other rows are right: no more is wrong than their times.
+        said = tuple(x for x in said if not (isinstance(x, NothingWrong) and x.signs is None))
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
         said = (odd, *said)
@@ -146,11 +166,32 @@ def diagnosed(
     if found.cause is not None and found.curves:
         explanation = Explanation(say(found.cause).message, found.curves)
     return replace(
-        found.report,
+        report,
         seen=(*found.report.seen, *stopped),
         diagnosis=tuple(map(say, (*said, *stopped))),
         explanation=explanation,
     )
+
+
+def _at_distinct_times(report: Report, reference: Reference) -> Report:
+    """The report without rows at the time of the row before them, between which nothing moves.
+
+    Its evidence stays that of the whole file.
+    """
+    parts = tuple(m.part.at_distinct_times() for m in report.maneuvers)
+    if all(p is m.part for p, m in zip(parts, report.maneuvers, strict=True)):
+        return report
+    return replace(scored(Alignment(report.file, parts, ()), reference), seen=report.seen)
+
+
+def _is_of_times(seen: Evidence) -> bool:
+    """True for evidence that the times are written wrongly, which comes before any cause."""
+    match seen:
+        case TimesRepeated():
+            return not seen.are_identical
+        case RowsOutside():
+            return seen.may_be_in is not None
+    return isinstance(seen, TimesInLargerUnit)
 
 
 def _answer(
@@ -160,10 +201,30 @@ def _answer(
     deadline: Deadline,
     steps: Sequence[Look] = STEPS,
 ) -> Answer:
-    """What explains a report. What is written is looked at by these steps first."""
+    """What explains a report. What is written is looked at by these steps first.
+
+    Where it is interrupted its answer is empty, and what its caller saw stays.
+    """
+    try:
+        return _whole_answer(report, reference, progress, deadline, steps)
+    except BudgetSpentError:
+        return Answer(report, (), is_whole=False)
+
+
+def _whole_answer(
+    report: Report,
+    reference: Reference,
+    progress: Callable[[float], None],
+    deadline: Deadline,
+    steps: Sequence[Look],
+) -> Answer:
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
+    larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
+    if larger is not None:
+        scaled = _at_other_times(report, reference, larger.seconds, 0.0)
+        return replace(_answer(scaled, reference, progress, deadline), report=report)
     if late is not None:
-        shifted = _shifted(report, reference, late.shift)
+        shifted = _at_other_times(report, reference, 1.0, late.shift)
         inner = _answer(shifted, reference, progress, deadline)
         rest = (x for x in inner.seen if not isinstance(x, NoCauseFound))
         return replace(inner, report=report, seen=(late, *rest))
@@ -216,7 +277,10 @@ def _beside(
     known mistake of what is written that leaves nothing takes the place of a ratio, or of a column
     that is in the place of another in all maneuvers.
     """
-    rest = scored(meant.alignment(report), reference)
+    there = meant.alignment(report)
+    if not there.parts:
+        return Answer(report, meant.seen)
+    rest = scored(there, reference)
     before, left = worst(report), worst(rest)
     if any(
         isinstance(x, ColumnRatio)
@@ -314,10 +378,17 @@ def _is_of_starts(seen: Evidence | None) -> bool:
     return bool(found) and all(x.maneuver is not None for x in found)
 
 
-def _shifted(report: Report, reference: Reference, shift: float) -> Report:
-    """The report with so much taken off all times, of the rows that are then within the run."""
+def _at_other_times(report: Report, reference: Reference, scale: float, shift: float) -> Report:
+    """The report with times multiplied by a scale, less a shift, of the rows then within the run.
+
+    It is the report itself if that leaves no row of a maneuver.
+    """
     parts = []
     for part in (m.part for m in report.maneuvers):
-        time, rest = two_sum(part.time, np.full_like(part.time, -shift))
-        parts.append(replace(part, time=time, time_lo=rest + part.time_lo).within_run())
+        factor = np.full_like(part.time, scale), np.zeros_like(part.time)
+        hi, lo = multiply((part.time, part.time_lo), factor)
+        time, rest = two_sum(hi, np.full_like(hi, -shift))
+        parts.append(replace(part, time=time, time_lo=rest + lo).within_run())
+    if not all(part.has_values() for part in parts):
+        return replace(report, seen=())
     return scored(Alignment(report.file, tuple(parts), ()), reference)

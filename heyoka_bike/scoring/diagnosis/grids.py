@@ -61,13 +61,13 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
 
     Few levels show no step, but are of one that other maneuvers show, or all of them together.
     """
-    found = {place: step for place, x in levels.items() if (step := _step_of(*x)) is not None}
+    found = {place: step for place, x in levels.items() if (step := step_of(*x)) is not None}
     known = {key: step for (_, key), step in found.items()}
     for key, each in grouped(
         (key, x) for (_, key), x in levels.items() if key not in known
     ).items():
         every = np.unique(np.concatenate([values for values, _ in each]))
-        if (step := _step_of(every, max(least for _, least in each))) is not None:
+        if (step := step_of(every, max(least for _, least in each))) is not None:
             known[key] = step
     for place, (values, least) in levels.items():
         of_key = known.get(place[1])
@@ -102,13 +102,15 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
     )
 
 
-def _step_of(levels: Array, least: float) -> float | None:
+def step_of(levels: Array, least: float) -> float | None:
     """The step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
     apart = apart[apart > FLOORS_OF_ROUNDING * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
-    step = _common(np.sort(apart)[:_DISTANCES])
+    step = _common(np.sort(apart)[:_DISTANCES], least)
+    if step is None:
+        return None
     # By longer and longer spans and the largest level, in which rounding counts less and less.
     ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
     for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
@@ -116,14 +118,20 @@ def _step_of(levels: Array, least: float) -> float | None:
     return step if _are_multiples(levels, step, least) else None
 
 
-def _common(distances: Array) -> float:
-    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm."""
+def _common(distances: Array, least: float) -> float | None:
+    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm.
+
+    A rest is about half a step at most, so the steps fall until the rests vanish, or until the step
+    is no longer far above `least`, which the digits can tell. Then there is none.
+    """
     step = float(distances[0])
-    while True:
+    while step > BY_FAR * least:
         rest = np.abs(distances - step * np.rint(distances / step))
-        if not (BY_FAR * rest > step).any():
+        rest = rest[BY_FAR * rest > step]
+        if not len(rest):
             return step
-        step = float(np.min(rest[BY_FAR * rest > step]))
+        step = float(np.min(rest))
+    return None
 
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:

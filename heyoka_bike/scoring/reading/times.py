@@ -86,6 +86,9 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
         if len(changed):
             seen.append(TimesAsDecimals(places, unit, len(changed), float(hi[changed[0]])))
     hi, rest = in_seconds((hi, rest), unit)
+    if not (is_finite := np.isfinite(hi) & np.isfinite(rest)).all():
+        said = f"found a time that is too large in {unit}, expected seconds"
+        raise table.error(request, int(np.argmin(is_finite)), said, at + 1)
     order = None
     back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
     if len(back):
@@ -93,10 +96,18 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
         seen.append(TimesUnsorted(counted_by, line, len(back)))
         order = np.lexsort((rest, hi))
         hi, rest = hi[order], rest[order]
-    repeated = int(np.count_nonzero((hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])))
-    if repeated:
-        seen.append(TimesRepeated(repeated))
+    is_repeated = (hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])
+    if is_repeated.any():
+        count = np.count_nonzero(np.append(is_repeated, False) | np.append(False, is_repeated))
+        pairs = np.flatnonzero(is_repeated)
+        rows = (pairs + k if order is None else order[pairs + k] for k in (0, 1))
+        seen.append(TimesRepeated(int(count), _are_identical(table, *rows)))
     return Times(hi, rest, order, tuple(seen))
+
+
+def _are_identical(table: ReadTable, rows: NDArray[np.intp], others: NDArray[np.intp]) -> bool:
+    """True if each of the rows has the values of its other row in every column."""
+    return all(np.array_equal(x.values[rows], x.values[others], True) for x in table.columns)
 
 
 def in_seconds(times: Double, unit: str) -> Double:
@@ -116,11 +127,17 @@ def _seconds(unit: str) -> Fraction:
 
 
 def _scaled(times: Double, by: Fraction) -> Double:
-    """Times multiplied by an integer, or divided by it if that is the inverse of one."""
+    """Times multiplied by an integer, or divided by it if that is the inverse of one.
+
+    Those next to the largest number of binary64 are not finite.
+    """
     if by == 1:
         return times
     integer = np.full(len(times[0]), float(max(by, 1 / by)))
-    return multiply(times, (integer, np.zeros_like(integer))) if by > 1 else divide(times, integer)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if by > 1:
+            return multiply(times, (integer, np.zeros_like(integer)))
+        return divide(times, integer)
 
 
 def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:
