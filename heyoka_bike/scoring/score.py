@@ -131,7 +131,7 @@ def scored(
         )
     )
     asked = [require] if isinstance(require, str) else words(require, "require")
-    return replace(found, requirements=tuple(check(text, found) for text in asked))
+    return replace(found, requirements=check(asked, found))
 
 
 def _score_maneuver(part: Part, understood: Understandings) -> ManeuverScore:

@@ -49,12 +49,12 @@ def test_none_of_20000_passes():
 def test_the_game_sees_values_that_are_not_compared(monkeypatch):
     check = score.check
 
-    def of_what_was(text, report):
+    def of_what_was(texts, report):
         maneuvers = [
             replace(m, columns=tuple(replace(c, missing=0) for c in m.columns))
             for m in report.maneuvers
         ]
-        return check(text, replace(report, maneuvers=tuple(maneuvers)))
+        return check(texts, replace(report, maneuvers=tuple(maneuvers)))
 
     monkeypatch.setattr(score, "check", of_what_was)
     assert is_lost(["no_numbers"])

@@ -86,7 +86,7 @@ def _properties(report: Report) -> Iterator[tuple[str, object]]:
     yield "dataset_version", report.dataset_version
     yield "bicycle", report.bicycle
     for m in report.maneuvers:
-        for name in ("performance", "coverage", "gap"):
+        for name in ("performance", "coverage", "column_count", "gap"):
             yield f"{m.maneuver}.{name}", clean(getattr(m, name))
         for c in m.columns:
             where, r = f"{m.maneuver}.{printable(c.key)}", c.as_understood
