@@ -373,7 +373,7 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         First and last time with a value in every column [s].
     coverage
         Part of the reference's run that such rows cover: that lies between two of them that are no
-        farther apart than its longest dense piece. 0 without such rows.
+        farther apart than `Reference.most_apart`. 0 without such rows.
     gap
         The longest stretch of the run that none of these rows falls in [s].
     step

@@ -92,8 +92,8 @@ def test_the_game_sees_a_word_that_rests_on_few_digits(monkeypatch):
 def test_the_game_sees_coverage_by_the_ends_alone(monkeypatch):
     whole = score._coverage
 
-    def by_the_ends(part):
-        start, end, _, _ = whole(part)
+    def by_the_ends(part, most_apart):
+        start, end, _, _ = whole(part, most_apart)
         return start, end, (end - start) / 10, 0.01
 
     monkeypatch.setattr(score, "_coverage", by_the_ends)

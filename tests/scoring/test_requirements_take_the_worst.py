@@ -173,11 +173,34 @@ def test_rows_that_leave_the_motion_unseen_cover_little(reference, name, rows, g
 
 
 def test_rows_of_every_quarter_of_a_second_cover_the_run(reference):
-    """As the longest pieces of the dense output of the quickest maneuver."""
     whole = made(reference)
     few = Results("x", "text", tuple(chosen(m, range(0, 1001, 25)) for m in whole.maneuvers))
     report = score(few, reference, ["coverage >= 1", "gap <= 0.2500001"])
     assert report.passed
+    assert report.is_right
+
+
+@pytest.mark.parametrize("step", [26, 50, 100])
+def test_rows_that_are_farther_apart_cover_nothing(reference, step):
+    whole = made(reference)
+    few = Results("x", "text", tuple(chosen(m, range(0, 1001, step)) for m in whole.maneuvers))
+    report = score(few, reference, ["scd >= 6"])
+    assert [m.coverage for m in report.maneuvers] == [0.0] * 3
+    assert not report.is_right
+    assert "add --require 'coverage >= 0'" in report.requirements[0].message
+
+
+@pytest.mark.parametrize(("number", "key"), [(2, "forward_speed"), (3, "roll_rate")])
+def test_rows_at_which_a_wrong_motion_is_right_do_not_cover_the_run(reference, number, key):
+    """The error crosses zero as often as the quickest that lasts: every 0.4 s in maneuver 2, where
+    the speed oscillates twice as fast as the roll, and every 0.37 s in maneuver 3."""
+    every = {2: 0.4, 3: 0.37}[number]
+    rows = np.unique(np.round(np.arange(0.0, 10.0, every) * 100).astype(int))
+    part = next(m for m in made(reference).maneuvers if m.maneuver == number)
+    few = Results("x", "text", (chosen(part, rows),))
+    report = score(few, reference, ["scd >= 6", f"{key}.scd >= 6"])
+    assert not report.is_right
+    assert not any(r.met for r in report.requirements)
 
 
 def chosen(rows, pick):

@@ -120,7 +120,7 @@ typedef struct ub_column {
 typedef struct ub_maneuver {
     const ub_piece *pieces;
     int count;
-    double end, longest;
+    double end;
     double reach;                  /* so far, a little beyond the end, the last piece is continued */
     double varies;                 /* root mean square of the potential energy around its median */
     double scale[BICYCLE_COLUMNS]; /* largest absolute values */
@@ -1121,7 +1121,7 @@ BICYCLE_API double ub_coverage(const bicycle_check *c, int m, int key, int *miss
             *missing = 1;
             continue;
         }
-        if (t - last <= ub_maneuvers[m].longest * (1 + 1e-10))
+        if (t - last <= UB_MOST_APART * (1 + 1e-10))
             covered += t - last;
         last = t;
     }
