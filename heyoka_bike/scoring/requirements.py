@@ -153,7 +153,9 @@ def _checked(text: str, r: Parsed, report: Report, told: Sequence[Parsed]) -> Re
 def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None:
     """How much was compared, if that is less than a requirement refers to."""
     about = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
-    columns = [m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)]
+    columns = [
+        m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)
+    ]
     covered = [m for m in about if m.coverage < WHOLE and not _is_told("coverage", m, told)]
     if not columns and not covered:
         return None

@@ -286,9 +286,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
         except BicycleError as e:
             _fail(f"bicycle_score: {e}")
         scores.append(
-            Score(
-                report, known, _marked(item), settings.scd, may_diagnose, _fail, settings.enough
-            )
+            Score(report, known, _marked(item), settings.scd, may_diagnose, _fail, settings.enough)
         )
         item.user_properties.extend(properties(report, known))
         return scores[-1]

@@ -20,14 +20,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.outcomes import InPart, Requirement
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.requirements import (
-    ENOUGH,
-    OF_COLUMN,
-    OF_MANEUVER,
-    Parsed,
-    check,
-    parse,
-)
+from heyoka_bike.scoring.requirements import ENOUGH, OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing import sayings
 from heyoka_bike.showing import wording as words

@@ -884,7 +884,10 @@ def an_odd_name(random):
         name, values = columns[i]
         wrong = [repr(1.3 * float(v) + 0.01) for v in values]
         columns[i] = f'"{_odd(random, name)}"', wrong
-    kept = [columns[j] for j in sorted(random.choice(np.arange(1, 9), random.integers(5, 9), replace=False))]
+    kept = [
+        columns[j]
+        for j in sorted(random.choice(np.arange(1, 9), random.integers(5, 9), replace=False))
+    ]
     others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
     if all('"' not in name for name, _ in kept):
         kept = columns[1:]

@@ -186,7 +186,8 @@ FEW = """
 def test_missing_columns_do_not_pass_in_silence(pytester):
     project(
         pytester,
-        FEW + """
+        FEW
+        + """
         import pytest
 
         def test_bad_columns_are_missing(by_name, bicycle_score):
@@ -231,7 +232,8 @@ def test_settings_say_how_much_is_enough_for_all_tests(pytester, where):
     options = [f"--{name.replace('_', '-')}={x}" for name, x in SETTINGS.items()]
     project(
         pytester,
-        FEW + """
+        FEW
+        + """
         def test_good_digits_of_the_settings(by_name, bicycle_score):
             bicycle_score(few(by_name)).require()
 
