@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from heyoka_bike.errors import printable
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.outcomes import Requirement
 from heyoka_bike.scoring.report import Report
