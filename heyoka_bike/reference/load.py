@@ -371,6 +371,16 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
     _view: ClassVar[str] = "reference"
 
     @cached_property
+    def most_apart(self) -> float:
+        """How far apart [s] two rows of a result may be to show the motion between them.
+
+        It is the longest dense piece of the quickest maneuver: 0.25 s for the benchmark. Errors of
+        wrong motions cross zero twice in a period of the weave or of its double, every 0.3 s or
+        more, so rows that are this close cannot all be where a wrong motion happens to be right.
+        """
+        return min(float(np.diff(m.breaks).max()) for m in self.maneuvers)
+
+    @cached_property
     def motion(self) -> Motion:
         """The whole motion of its set, read when first asked for.
 

@@ -47,17 +47,14 @@ class LostColumn:
     name
         Its name in the file, whole; of columns without names their place (``2.roll_angle``).
     key
-        The column that it is, or whose name it holds; None if its name says nothing.
+        The column that it is, or whose name it is like; None if its name is like none.
     maneuver
         Number of the maneuver that it is of; None if that is not known, or if it is of all.
-    is_letter
-        True if its name is one letter with a number or without, which alone says little.
     """
 
     name: str
     key: str | None = None
     maneuver: int | None = None
-    is_letter: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +85,7 @@ class Reason(Enum):
     BESIDE_A_TABLE = "its name is known, and a table beside it has all columns"
     NO_COLUMN = "its name is known, and it has not one value for each time"
     NO_SUCH_MANEUVER = "the reference has no such maneuver"
-    NOT_UNDERSTOOD = "its name holds that of a quantity that no other column gives"
+    NOT_UNDERSTOOD = "its name is like that of a quantity"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +96,7 @@ class NotCompared(Evidence):
     ----------
     reason : Reason
     columns : tuple of LostColumn
-        Of an unknown name the key tells which known name it holds.
+        The key of an unknown name is that of the quantity whose name it is like.
     how_to_tell
         The words of the option by which a user can tell the columns.
     """
@@ -109,10 +106,10 @@ class NotCompared(Evidence):
     how_to_tell: str = ""
 
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
-        if self.reason == Reason.UNKNOWN_NAME:
+        if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # Where no potential energy is compared, u1 is a speed of Kane's method.
-        return (x for x in self.columns if not x.is_letter or x.key in compared)
+        # Where a quantity is not compared at all, the count of the columns says so.
+        return (x for x in self.columns if x.key is None or x.key in compared)
 
 
 @dataclass(frozen=True, slots=True)

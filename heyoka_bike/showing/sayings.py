@@ -15,6 +15,7 @@ from heyoka_bike.scoring import evidence as seen
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named, warning
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
+    InPart,
     LeftOut,
     NeverFilledIn,
     NoSuchColumn,
@@ -27,7 +28,7 @@ from heyoka_bike.scoring.outcomes import (
 )
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.names.words import ALMOST, listed
-from heyoka_bike.scoring.verdict import DoesNotCount
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, DoesNotCount
 from heyoka_bike.showing.wording import (
     DOES_NOT_COUNT,
     counted,
@@ -129,11 +130,11 @@ def _(e: seen.NotCompared) -> Finding:
         )
     if e.reason == seen.Reason.NOT_UNDERSTOOD:
         keys = list(dict.fromkeys(column.key for column in e.columns if column.key))
-        are = "is" if len(names) == 1 else "are"
+        were = "was" if len(names) == 1 else "were"
         return warning(
             "columns_not_understood",
-            f"{listed(names)} {are} not understood and left out, although {named(keys)} "
-            f"{'has' if len(keys) == 1 else 'have'} no other column; {e.how_to_tell}",
+            f"{listed(names)} {were} not understood; did you mean {named(keys)}? "
+            f"{e.how_to_tell[:1].upper()}{e.how_to_tell[1:]}.",
             **evidence,
             columns=keys,
         )
@@ -873,6 +874,8 @@ def outcome(found: Outcome) -> str:
             return f"{where}: {found.missing} of {found.values} values are not finite"
         case SignContradicted():
             return f"maneuver {found.maneuver}, {contradiction_words(found.contradiction)}"
+        case InPart():
+            return in_part(found)
         case NothingCompared():
             where = f"maneuver {found.maneuver}, {found.key}"
             return f"{where}: {found.metric} is not defined, nothing could be compared"
@@ -880,6 +883,16 @@ def outcome(found: Outcome) -> str:
             return f"maneuver {found.maneuver} has no mechanical energy to judge"
         case EnergyDoesNotCount():
             return f"maneuver {found.maneuver}: {DOES_NOT_COUNT[found.reason]}"
+
+
+def in_part(found: InPart) -> str:
+    """How much was compared, and what says that this is enough."""
+    covered = None if found.coverage is None else f"{100 * found.coverage:g} % of the run"
+    columns = None if found.columns is None else f"{found.columns} of {ALL_COLUMNS} columns"
+    what = " and ".join(filter(None, (columns, covered)))
+    where = f"maneuver {', '.join(map(str, found.maneuvers))}"
+    options = " ".join(f"--require '{text}'" for text in found.enough)
+    return f"only {what} compared ({where}); if that is intended, add {options}"
 
 
 # What an error looks like where no cause is known.

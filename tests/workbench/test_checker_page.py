@@ -293,10 +293,14 @@ def test_a_bad_link_is_one_line(judged, kind):
 @browser
 def test_the_verdict_of_a_link_follows_from_its_cells(judged):
     wrong = CELL | {"key": 1, "column": 1, "grade": 4, "digits": 1.6, "max_error": 0.1}
+    every = [CELL | {"key": k, "column": k} for k in range(8)]
+    other = CELL | {"maneuver": 2}
+    worst = "worst column 14.0 correct digits (maneuver 1 roll_angle)"
     for cells, whole, verdict in [
-        ((CELL,), True, "right, worst column 14.0 correct digits (maneuver 1 roll_angle)"),
-        ((CELL,), False, "right, as far as it goes, worst column 14.0 correct digits (maneuver 1 "
-         "roll_angle)"),
+        (every, True, f"right, {worst}"),
+        (every, False, f"right, as far as it goes, {worst}"),
+        (every[:5], True, f"right, as far as it goes: 5 of 8 columns, {worst}"),
+        ((*every, other), True, f"right, as far as it goes: 1 of 8 columns in maneuver 2, {worst}"),
         ((CELL, wrong), True, "wrong, worst column 1.6 correct digits (maneuver 1 roll_rate)"),
     ]:  # fmt: skip
         shown = judged(shared(*cells, whole=whole))
