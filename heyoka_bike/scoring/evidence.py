@@ -123,6 +123,21 @@ class LastRowIncomplete(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class LinesNotRead(Evidence):
+    """Lines of a text look like rows of numbers and were not read.
+
+    Attributes
+    ----------
+    count
+    first : tuple of (int, str)
+        The number of each of the first few lines, and what it holds.
+    """
+
+    count: int
+    first: tuple[tuple[int, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class NotFinite(Evidence):
     """Values that are not finite.
 

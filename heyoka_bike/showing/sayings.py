@@ -148,6 +148,19 @@ def _(e: seen.LastRowIncomplete) -> Finding:
 
 
 @_finding.register
+def _(e: seen.LinesNotRead) -> Finding:
+    lines = ", ".join(f"line {number}: {quoted(text)}" for number, text in e.first)
+    more = e.count - len(e.first)
+    said = "A line with numbers was" if e.count == 1 else f"{e.count} lines with numbers were"
+    return warning(
+        "lines_not_read",
+        f"{said} not read: {lines}{f', and {more} more' if more else ''}.",
+        count=e.count,
+        lines=[{"line": number, "text": shortened(text)} for number, text in e.first],
+    )
+
+
+@_finding.register
 def _(e: seen.NotFinite) -> Finding:
     where = f"first in {e.counted_by} {e.line}, column {e.column}"
     said = f"{e.count} values are not finite and not used ({where})."

@@ -16,6 +16,7 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
+from heyoka_bike.scoring.reading.text.displayed import has_blocks, side_by_side
 from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, headings_in, is_heading
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.words import read_words
@@ -58,6 +59,8 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
     """
     blocks = whole_lines(chunks, encoding, request)
     first, is_beyond_it = first_block(blocks), False
+    if has_blocks(first):
+        first, blocks = side_by_side("".join((first, *blocks)), request), iter(())
 
     def rest() -> Iterator[str]:
         nonlocal is_beyond_it

@@ -6,12 +6,14 @@ The lines are those of a text, or the rows of a sheet.
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import chain, dropwhile, islice
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.evidence import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,
@@ -27,9 +29,11 @@ from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
+    looks_like_number,
     without_comment,
 )
 from heyoka_bike.scoring.reading.text.headings import (
+    COMMENT_SIGNS,
     are_units,
     heading_among,
     headings_in,
@@ -51,6 +55,13 @@ _HEADING_LINES = 100
 _FEWEST_COUNTED = 9
 # A row above the others that has so many numbers, more than half of its fields, is a damaged one.
 _FEWEST_OF_A_ROW = 3
+# Numbers of a skipped line that is reported; one alone is a title's, such as the year.
+_FEWEST_SKIPPED = 2
+_ANY_DIGIT = re.compile("[0-9]")
+# Skipped lines that are quoted, and characters of each that are kept.
+_MOST_SHOWN, _LONGEST_SHOWN = 3, 200
+FACTOR = re.compile(r"\s*1\.?0*[eE]([+-]?[0-9]{1,2})\s*\*\s*")
+"""The common factor of a matrix as MATLAB displays it, on a line of its own."""
 Line = tuple[int, Any]
 """Index and content of a line."""
 
@@ -81,6 +92,32 @@ TEXT = Notation(DIALECTS, without_comment, headings_in, lambda line: not line.st
 """The lines of a text."""
 
 
+@dataclass(slots=True)
+class Skipped:
+    """Lines that hold numbers and are not read.
+
+    Attributes
+    ----------
+    count : int
+    first : list of (int, str)
+        The number of each of the first few lines, and the line.
+    """
+
+    count: int = 0
+    first: list[tuple[int, str]] = field(default_factory=list)
+
+    def add(self, number: int, line: Any) -> None:
+        """Add a line of a text, or a row of a sheet."""
+        self.count += 1
+        if self.count <= _MOST_SHOWN:
+            text = line if isinstance(line, str) else ", ".join(map(str, line))
+            self.first.append((number, " ".join(text[:_LONGEST_SHOWN].split())))
+
+    def evidence(self) -> tuple[LinesNotRead, ...]:
+        """Evidence of the lines, if there are any."""
+        return (LinesNotRead(self.count, tuple(self.first)),) if self.count else ()
+
+
 @dataclass(frozen=True, slots=True)
 class Opening:
     """How rows of numbers are written, and where they begin.
@@ -103,6 +140,10 @@ class Opening:
         Columns with more digits than binary64 has.
     maneuver : int or None
         The only one that comments above the rows speak of.
+    power
+        The numbers of the rows times 10 to this power are meant: MATLAB's common factor.
+    skipped : Skipped
+        The lines before the first row that look like rows.
     """
 
     notation: Notation
@@ -114,6 +155,8 @@ class Opening:
     time: int
     exact: tuple[int, ...]
     maneuver: int | None = None
+    power: int = 0
+    skipped: Skipped = field(default_factory=Skipped)
 
 
 def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Opening:
@@ -179,7 +222,47 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
     told = _maneuver_in_comments(lines[:first], notation)
-    return Opening(notation, dialect, width, first, names, heading, time, exact, told)
+    found = Opening(notation, dialect, width, first, names, heading, time, exact, told)
+    skipped = Skipped()
+    powers = {}
+    for i, line in enumerate(lines[:first]):
+        if i == at or any(len(x) == width and are_units(x) for x in above[i]):
+            continue
+        if isinstance(line, str) and (match := FACTOR.fullmatch(line)):
+            powers[i] = int(match[1])
+        elif looks_like_row(line, found):
+            skipped.add(i + 1, line)
+    for i in [*powers][:-1]:
+        skipped.add(i + 1, lines[i])
+    power = next(reversed(powers.values()), 0)
+    return replace(found, power=power, skipped=skipped)
+
+
+def looks_like_row(line: Any, opening: Opening) -> bool:
+    """True if a line that is not read looks like a row of numbers.
+
+    Most of its fields look like numbers, at least two of them, or as many as the rows have columns.
+    A comment must have as many: it may list a few parameters. Whole numbers behind a word, such as
+    ``maneuver 1 1 2 2``, are labels.
+    """
+    if isinstance(line, str) and not _ANY_DIGIT.search(line):
+        return False
+    content = opening.notation.without_comment(line)
+    is_comment = not content and isinstance(line, str)
+    text = COMMENT_SIGNS.sub("", line, count=1) if is_comment else content
+    # Such a line may be written with another separator than the rows.
+    for dialect in opening.notation.dialects[::2]:
+        fields = dialect.split(text)
+        numbers = [field for field in fields if looks_like_number(field)]
+        count = len(numbers)
+        if numbers and fields[0] is not numbers[0] and all(str(x).isdigit() for x in numbers):
+            return False
+        if not is_comment and _counts_columns(content, dialect, opening.width):
+            return False
+        is_mostly = not is_comment and count >= _FEWEST_SKIPPED and 2 * count > len(fields)
+        if is_mostly or count >= opening.width:
+            return True
+    return False
 
 
 def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | None:
@@ -329,7 +412,7 @@ def _refuse_damaged_row(
         numbers = len(row) - row.count(None)
         is_row = (
             bool(row)
-            and row[0] is not None
+            and looks_like_number(dialect.split(content)[0])
             and numbers >= _FEWEST_OF_A_ROW
             and 2 * numbers > len(row)
         )
