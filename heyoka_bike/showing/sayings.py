@@ -10,6 +10,7 @@ from functools import singledispatch
 from math import floor, inf
 from typing import Any
 
+from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring import evidence as seen
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named, warning
@@ -37,6 +38,7 @@ from heyoka_bike.showing.wording import (
     ratio_words,
     taken_words,
     time_beside,
+    unit_text,
 )
 
 # How to see what falls.
@@ -328,6 +330,27 @@ _NO_NUMBERS = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "no
 
 
 @_finding.register
+def _(e: seen.WholeTurns) -> Finding:
+    keys = named(e.keys, _KEYS_NAMED)
+    said = (
+        f"{keys} {'is' if len(e.keys) == 1 else 'are'} written within one turn, which is no error"
+    )
+    return info(
+        "whole_turns", f"{said}: whole turns were added where the values jump", columns=list(e.keys)
+    )
+
+
+@_finding.register
+def _(e: seen.PathTurned) -> Finding:
+    return info(
+        "path_turned",
+        f"The path on the floor starts at a heading of {e.heading:.6g} rad, which is no error: the "
+        "positions were turned back",
+        heading=e.heading,
+    )
+
+
+@_finding.register
 def _(e: seen.Conventions) -> Finding:
     said = [
         *_senses(e.turned),
@@ -376,9 +399,18 @@ def in_units(units: Mapping[str, str]) -> Iterable[str]:
 def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
     for offset in dict.fromkeys(zeros.values()):
         keys = [key for key, x in zeros.items() if x == offset]
-        where = "above" if offset < 0 else "below"
         which = named(keys, _KEYS_NAMED)
-        yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+        if keys[0] in FREE_ZERO:
+            verb = "starts" if len(keys) == 1 else "start"
+            yield f"{which} {verb} elsewhere, {_off(keys[0], offset)}"
+        else:
+            where = "above" if offset < 0 else "below"
+            yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _off(key: str, offset: float) -> str:
+    """A constant with its sign and the unit of the column."""
+    return f"{offset:+.9g} {unit_text(COMPARED[key][0].unit)}"
 
 
 def _in_brackets(said: str) -> str:
@@ -421,7 +453,9 @@ def _(e: seen.OtherUnit) -> Finding:
 @_finding.register
 def _(e: seen.OtherZero) -> Finding:
     errors = errors_words(e.errors)
-    said = f"{e.key} has another zero, {e.offset:+.9g} J: errors {errors} without that constant"
+    said = (
+        f"{e.key} has another zero, {_off(e.key, e.offset)}: errors {errors} without that constant"
+    )
     return info("offset", said, **_of_convention(e), offset=e.offset)
 
 
@@ -803,15 +837,6 @@ def _(e: seen.UnsignedColumn) -> Finding:
         "an absolute value, or a square root of a square, where it is written"
     )
     return warning("unsigned_column", said, column=e.key, maneuvers=list(e.maneuvers))
-
-
-@_finding.register
-def _(e: seen.WholeTurns) -> Finding:
-    said = (
-        f"{e.key} of {maneuvers(e.maneuvers)} is the right angle but for whole turns, 2 pi in "
-        "radians: look for a wrap to 0 and 2 pi where it is written"
-    )
-    return warning("whole_turns", said, column=e.key, maneuvers=list(e.maneuvers))
 
 
 @_finding.register
