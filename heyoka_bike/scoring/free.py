@@ -31,6 +31,8 @@ from heyoka_bike.scoring.units import factor, tried
 
 # Part of a turn by which angles within one turn may exceed it, for the digits written.
 _ROUNDING = 1e-3
+# A turn, and what an angle of the benchmark reaches on either side of it.
+_MOST_TURNS = 1.25
 # Fewer rows do not show a direction.
 _FEWEST_ROWS_OF_PATH = 3
 _AnyRows = TypeVar("_AnyRows", bound=Rows)
@@ -84,27 +86,34 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
         turn = _turn(unit)
         one = float(turn)
         within = float(np.ptp(written)) <= (1 + _ROUNDING) * one
+        # An angle that has a zero is at most one turn away from it.
+        within &= key in FREE_ZERO or float(np.abs(written).max()) <= _MOST_TURNS * one
         is_beyond = key not in FREE_ZERO and bool(np.abs(written).min() > one / 2)
         if not within or not (is_beyond or np.abs(np.diff(written)).max() > one / 2):
             continue
         if expected is None:
             expected = reference.approximate(rows.time[good], [key])[key]
         right = [sign * expected / factor(unit)[0] for sign in (1, -1)]
-        best = min((_unwrapped(written, x, one) for x in right), key=lambda x: x[1])
-        if is_beyond or best[1] < best[2] / CLEARLY:
+        best = min((_unwrapped(written, x, one, is_beyond) for x in right), key=lambda x: x[1])
+        if best[1] < best[2] / (BY_FAR if is_beyond else CLEARLY):
             count = np.zeros(len(values))
             count[good] = best[0]
             return _Turns(count, turn)
     return None
 
 
-def _unwrapped(written: Array, expected: Array, turn: float) -> tuple[Array, float, float]:
-    """The turns that each row lacks, and how far its steps are off with these and without."""
-    off = np.diff(written) - np.diff(expected)
-    steps = -np.rint(off / turn)
-    first = -np.rint((written[0] - expected[0]) / turn)
-    count = first + np.concatenate([[0.0], np.cumsum(steps)])
-    return count, _rms(off + turn * steps), _rms(off)
+def _unwrapped(
+    written: Array, expected: Array, turn: float, is_beyond: bool
+) -> tuple[Array, float, float]:
+    """The turns that each row lacks, and how far off its steps are with these and without.
+
+    Of an angle that never comes near its zero (`is_beyond`), how far off it is itself.
+    """
+    off = written - expected
+    count = -np.rint(np.concatenate([off[:1], np.diff(off)]) / turn).cumsum()
+    both = off + turn * count, off
+    with_turns, without = both if is_beyond else map(np.diff, both)
+    return count, _rms(with_turns), _rms(without)
 
 
 def _turn(unit: str) -> Fraction:
