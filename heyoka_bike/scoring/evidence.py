@@ -421,6 +421,13 @@ class WholeTurns(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class ScalarLast(Evidence):
+    """The quaternion of a frame, ``rear`` or ``front``, was written with its scalar last."""
+
+    end: str
+
+
+@dataclass(frozen=True, slots=True)
 class PathTurned(Evidence):
     """The path on the floor starts in another direction [rad]; it was turned back."""
 

@@ -1,8 +1,10 @@
-"""Values that no equation depends on: whole turns of an angle, and where a motion starts.
+"""What a program may choose: whole turns of an angle, the order of a quaternion, and the start.
 
 An angle and the same angle plus a whole turn are one attitude. Programs write angles within one
 turn, from 0 to 360 degrees or from minus pi to pi. The whole turns between two rows follow from the
 angle by which the reference turns between them.
+
+A quaternion is written with its scalar first or last.
 
 The equations of motion contain neither the heading nor the place on the floor (see
 `columns.FREE_ZERO`): a program may start anywhere, in any direction. In another direction the path
@@ -24,7 +26,7 @@ from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.numbers.double import PI, Array, Double, fast_two_sum, multiply, two_sum
 from heyoka_bike.numbers.unit import size
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.scoring.evidence import Evidence, PathTurned, WholeTurns
+from heyoka_bike.scoring.evidence import Evidence, PathTurned, ScalarLast, WholeTurns
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum, Rows
 from heyoka_bike.scoring.units import factor, tried
@@ -36,6 +38,7 @@ _MOST_TURNS = 1.25
 # Fewer rows do not show a direction.
 _FEWEST_ROWS_OF_PATH = 3
 _AnyRows = TypeVar("_AnyRows", bound=Rows)
+_Any = TypeVar("_Any")
 _ANGLES = tuple(key for key, columns in COMPARED.items() if columns[0].unit == "rad")
 _PLACES = tuple(
     key.removesuffix("_x") for key in FREE_ZERO if key.endswith("_x") and key in COMPARED
@@ -47,6 +50,8 @@ def with_free_values(
 ) -> tuple[_AnyRows, tuple[Evidence, ...]]:
     """The rows with whole turns added to angles that jump, and with their path turned back.
 
+    Quaternions have their scalar first.
+
     Parameters
     ----------
     rows
@@ -55,6 +60,10 @@ def with_free_values(
         That of the same maneuver.
     """
     seen: list[Evidence] = []
+    last = [end for end in ("rear", "front") if _has_scalar_last(rows, end, reference)]
+    for end in last:
+        rows = _with_scalar_first(rows, end)
+        seen.append(ScalarLast(end))
     wrapped = {key: found for key in _ANGLES if (found := _turns(rows, key, reference))}
     if wrapped:
         rows = _with_turns(rows, wrapped)
@@ -63,6 +72,41 @@ def with_free_values(
         rows = _turned_back(rows, *angle)
         seen.append(PathTurned(angle.heading))
     return rows, tuple(seen)
+
+
+def _quaternion(end: str) -> list[str]:
+    """Keys of the quaternion of a frame, the scalar first."""
+    return [f"{end}_frame_q{i}" for i in range(4)]
+
+
+def _has_scalar_last(rows: Rows, end: str, reference: ReferenceManeuver) -> bool:
+    """True if the quaternion of a frame is clearly nearer with its last part as the scalar.
+
+    In other axes its parts have other signs.
+    """
+    keys = _quaternion(end)
+    if not rows.values.keys() >= {*keys}:
+        return False
+    written = np.abs([rows.values[key] for key in keys])
+    good = np.isfinite(written).all(axis=0)
+    if not good.any():
+        return False
+    expected = reference.approximate(rows.time[good], keys)
+    right = np.abs([expected[key] for key in keys])
+    first, last = (_rms(x - right) for x in (written[:, good], np.roll(written[:, good], 1, 0)))
+    return last < first / CLEARLY
+
+
+def _with_scalar_first(rows: _AnyRows, end: str) -> _AnyRows:
+    keys = _quaternion(end)
+    moved = dict(zip(keys, [*keys[1:], keys[0]], strict=True))
+
+    def of(columns: Mapping[str, _Any]) -> dict[str, _Any]:
+        return {moved.get(key, key): x for key, x in columns.items()}
+
+    return replace(
+        rows, values=of(rows.values), lo=of(rows.lo), quantum=of(rows.quantum), units=of(rows.units)
+    )
 
 
 class _Turns(NamedTuple):

@@ -341,6 +341,16 @@ def _(e: seen.WholeTurns) -> Finding:
 
 
 @_finding.register
+def _(e: seen.ScalarLast) -> Finding:
+    return info(
+        "scalar_last",
+        f"The quaternion of the {e.end} frame has its scalar last (x, y, z, w), which is no error: "
+        "it was read in this order",
+        frame=e.end,
+    )
+
+
+@_finding.register
 def _(e: seen.PathTurned) -> Finding:
     return info(
         "path_turned",
