@@ -245,6 +245,13 @@ class TimesFromFirst(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class TimesOfDay(Evidence):
+    """Times of day, perhaps with a date, are counted from the first of them."""
+
+    first: str
+
+
+@dataclass(frozen=True, slots=True)
 class TimesUnsorted(Evidence):
     """Times go back, first in this line or row, so many times."""
 

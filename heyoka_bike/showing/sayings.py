@@ -221,6 +221,14 @@ def _(e: seen.TimesFromFirst) -> Finding:
 
 
 @_finding.register
+def _(e: seen.TimesOfDay) -> Finding:
+    said = (
+        f"The times are those of a day: seconds are counted from the first row, {quoted(e.first)}"
+    )
+    return warning("times_of_day", said, first=shortened(e.first))
+
+
+@_finding.register
 def _(e: seen.TimesUnsorted) -> Finding:
     where = f"first in {e.counted_by} {e.line}"
     said = f"Times go back ({where}); the rows are sorted by time."

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, divide, two_sum
 from heyoka_bike.scoring.reading.arrays.long_numbers import long_numbers
+from heyoka_bike.scoring.reading.dates import seconds_from_first
 from heyoka_bike.scoring.reading.digits import (
     are_beyond_binary64,
     binary_column,
@@ -76,6 +77,8 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
     """
     if is_time and getattr(source, "dtype", np.dtype("f8")).kind == "m":
         return _durations(source)
+    if is_time and (seconds := seconds_from_first(source)) is not None:
+        return _decimal_column(seconds, True)
     array = read_array(source, request).ravel()
     if step := getattr(array, "step", None):
         return column_of_steps(np.asarray(array), step)
