@@ -98,6 +98,9 @@ def test_an_orc_file_is_named_whatever_its_first_column_is(tmp_path):
         read_results(tmp_path / "r.orc")
 
 
+_JOINTS = r"ROS's JointState messages, .*; in PlotJuggler: "
+
+
 @pytest.mark.parametrize(
     ("begins", "found"),
     [
@@ -113,11 +116,16 @@ def test_an_orc_file_is_named_whatever_its_first_column_is(tmp_path):
         (b"HEADER RECORD*******LIBRARY HEADER", r"a file of SAS, .*; in pandas: "),
         (b"\x04\x22\x4d\x18\x64\x40\xa7", r"an lz4 file, .*; unlz4 "),
         (b"header: \n  seq: 1\n  stamp: \n    secs: 0\n", r"ROS messages, .*; in PlotJuggler: "),
+        (b'{"header": {"stamp": 0}, "name": ["roll"], "position": [0.1]}\n', _JOINTS),
+        (b'[{"position": [0.1, 2], "name": [ "roll", "steer" ]}]', _JOINTS),
+        (b"%time,field.name0,field.name1,field.position0,field.position1\n0,a,b,1,2\n", _JOINTS),
+        (b"time,name,position\n0,\"['roll', 'steer']\",\"[0.1, 0.2]\"\n", _JOINTS),
         (b"---\nheader:\n  stamp:\n    sec: 0\n", r"ROS messages, .*; in PlotJuggler: "),
     ],
 )
 def test_a_measurement_file_is_named_with_a_way_to_convert_it(begins, found, tmp_path):
-    (tmp_path / "r.dat").write_bytes(begins + bytes(200))
+    is_text = b"name" in begins
+    (tmp_path / "r.dat").write_bytes(begins + (b"" if is_text else bytes(200)))
     with pytest.raises(InputError, match=f"found {found}"):
         read_results(tmp_path / "r.dat")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 _PANDAS = "in pandas: frame.to_csv('results.csv', index=False)"
 _FRAME = f"{_PANDAS}; in polars: frame.write_csv('results.csv')"
 _R = "in R: write.csv(d, 'results.csv', row.names=FALSE)"
+_ROS = "in PlotJuggler: export the curves as CSV, a column for each joint"
 _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
 
 
@@ -52,12 +53,15 @@ NOT_READ = (
         "an MDF measurement file", r"(?:MDF|UnFinMF) ",
         "in Python: asammdf.MDF(FILE).to_dataframe().to_csv('results.csv')",
     ),
+    NotRead("a ROS bag", r"#ROSBAG|\x89MCAP0", _ROS),
+    NotRead("ROS messages", r"(?:---\s+)?header:\s*\n\s+(?:seq|stamp):", _ROS),
     NotRead(
-        "a ROS bag", r"#ROSBAG|\x89MCAP0", "in PlotJuggler: export the curves as CSV",
-    ),
-    NotRead(
-        "ROS messages", r"(?:---\s+)?header:\s*\n\s+(?:seq|stamp):",
-        "in PlotJuggler: export the curves as CSV, a column for each joint",
+        "ROS's JointState messages",
+        # In JSON, in the columns of rostopic, and with lists in cells.
+        r"\s*[\[{](?=[\s\S]*\"name\"\s*:\s*\[\s*\")(?=[\s\S]*\"position\"\s*:\s*\[)"
+        r"|[^\n]*\bname0\b[^\n]*\bposition0\b"
+        r"|[^\n]*\bposition\b[^\n]*\n[^\n]*\[\s*[-'\"0-9]",
+        _ROS,
     ),
     NotRead("an HDF4 file", r"\x0e\x03\x13\x01", "h4toh5 FILE results.h5"),
     NotRead(

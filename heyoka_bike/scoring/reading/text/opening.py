@@ -9,7 +9,7 @@ import logging
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain, dropwhile, islice
+from itertools import chain, dropwhile, islice, pairwise
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
@@ -58,6 +58,8 @@ _FEWEST_OF_A_ROW = 3
 # Numbers of a skipped line that is reported; one alone is a title's, such as the year.
 _FEWEST_SKIPPED = 2
 _ANY_DIGIT = re.compile("[0-9]")
+# Rows on several lines: fewer of them may be alike by chance.
+_FEWEST_RECORDS = 3
 # Skipped lines that are quoted, and characters of each that are kept.
 _MOST_SHOWN, _LONGEST_SHOWN = 3, 200
 FACTOR = re.compile(r"\s*1\.?0*[eE]([+-]?[0-9]{1,2})\s*\*\s*")
@@ -190,6 +192,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         raise request.error("found an empty file, expected rows of numbers")
     if not rows:
         raise _no_row(lines, notation, request)
+    _refuse_wrapped(sample, dialect, widths, request)
     first = rows[0][0]
     if width > MOST_COLUMNS:
         said = f"found {width} columns, expected at most {MOST_COLUMNS}"
@@ -301,6 +304,45 @@ def _first_rows(
             is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
     return [], notation.dialects[0], 0, []
+
+
+def _refuse_wrapped(
+    sample: Sequence[Line], dialect: Dialect, widths: Collection[int], request: Request
+) -> None:
+    """Raise an error if each row is wrapped over several lines, the same number of lines."""
+    counts = [dialect.count(content) for _, content in sample]
+    begin = next((i for i, count in enumerate(counts) if count is not None), 0)
+    counts, lines = counts[begin:], sample[begin:]
+    for width in sorted(widths):
+        found = _counts_of_lines(counts, width)
+        records = len(counts) // len(found) if len(found) > 1 else 0
+        if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
+            continue
+        starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
+        times = starts[: records * len(found) : len(found)]
+        if all(a < b for a, b in pairwise(times)):
+            *some, last = map(str, found)
+            instead = (
+                "in Fortran: write (unit, '(*(g0, 1x))') row"
+                if dialect.separator
+                else "in NumPy: np.savetxt('results.txt', np.fromfile(FILE, sep=' ').reshape(-1, "
+                f"{width}))"
+            )
+            raise request.error(
+                f"found each row of {width} values on {len(found)} lines ({', '.join(some)} and "
+                f"{last} values), expected one line; {instead}",
+                lines[0][0] + 1,
+            )
+
+
+def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
+    """How many numbers are in each of the first lines that together are a row; empty if none."""
+    found: list[int] = []
+    for count in counts:
+        if count is None or sum(found) >= width:
+            break
+        found.append(count)
+    return found if sum(found) == width else []
 
 
 def _unknown(names: Sequence[str]) -> int:
