@@ -120,6 +120,21 @@ class LastRowIncomplete(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class LinesNotRead(Evidence):
+    """Lines of a text look like rows of numbers and were not read.
+
+    Attributes
+    ----------
+    count
+    first : tuple of (int, str)
+        The number of each of the first few lines, and what it holds.
+    """
+
+    count: int
+    first: tuple[tuple[int, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class NotFinite(Evidence):
     """Values that are not finite.
 
@@ -224,6 +239,13 @@ class TimesFromFirst(Evidence):
 
     first: float
     unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class TimesOfDay(Evidence):
+    """Times of day, perhaps with a date, are counted from the first of them."""
+
+    first: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -424,6 +446,27 @@ class TakenDefinition:
 
 
 @dataclass(frozen=True, slots=True)
+class WholeTurns(Evidence):
+    """Angles were written within one turn; the whole turns between their rows were added."""
+
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarLast(Evidence):
+    """The quaternion of a frame, ``rear`` or ``front``, was written with its scalar last."""
+
+    end: str
+
+
+@dataclass(frozen=True, slots=True)
+class PathTurned(Evidence):
+    """The path on the floor starts in another direction [rad]; it was turned back."""
+
+    heading: float
+
+
+@dataclass(frozen=True, slots=True)
 class Conventions(Evidence):
     """All conventions of a file that are not the default ones.
 
@@ -432,7 +475,7 @@ class Conventions(Evidence):
     turned
         Columns with the other sign.
     units, offsets
-        By key, the unit, and the zero of an energy [J].
+        By key, the unit, and the zero [SI unit].
     definitions : tuple of TakenDefinition
     are_signs_contradicted
         True if other signs of the file contradict each other, which are none of these.
@@ -485,7 +528,7 @@ class OtherUnit(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherZero(Convention):
-    """Another zero of an energy: what it has too much [J]."""
+    """Another zero: the constant that the values have too much [SI unit]."""
 
     offset: float
 
@@ -894,20 +937,6 @@ class OtherColumn(Evidence):
 @dataclass(frozen=True, slots=True)
 class UnsignedColumn(Evidence):
     """A column holds the right values without their signs, in some maneuvers.
-
-    Attributes
-    ----------
-    key
-    maneuvers : tuple of int
-    """
-
-    key: str
-    maneuvers: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class WholeTurns(Evidence):
-    """An angle is the right one but for whole turns, in some maneuvers.
 
     Attributes
     ----------

@@ -10,6 +10,7 @@ from functools import singledispatch
 from math import floor, inf
 from typing import Any
 
+from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring import evidence as seen
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named, warning
@@ -38,6 +39,7 @@ from heyoka_bike.showing.wording import (
     ratio_words,
     taken_words,
     time_beside,
+    unit_text,
 )
 
 # How to see what falls.
@@ -149,6 +151,19 @@ def _(e: seen.LastRowIncomplete) -> Finding:
 
 
 @_finding.register
+def _(e: seen.LinesNotRead) -> Finding:
+    lines = ", ".join(f"line {number}: {quoted(text)}" for number, text in e.first)
+    more = e.count - len(e.first)
+    said = "A line with numbers was" if e.count == 1 else f"{e.count} lines with numbers were"
+    return warning(
+        "lines_not_read",
+        f"{said} not read: {lines}{f', and {more} more' if more else ''}.",
+        count=e.count,
+        lines=[{"line": number, "text": shortened(text)} for number, text in e.first],
+    )
+
+
+@_finding.register
 def _(e: seen.NotFinite) -> Finding:
     where = f"first in {e.counted_by} {e.line}, column {e.column}"
     said = f"{e.count} values are not finite and not used ({where})."
@@ -204,6 +219,14 @@ def _(e: seen.TimesFromFirst) -> Finding:
         "from the first row, which is taken for the start"
     )
     return warning("times_from_first", said, first=e.first, unit=e.unit)
+
+
+@_finding.register
+def _(e: seen.TimesOfDay) -> Finding:
+    said = (
+        f"The times are those of a day: seconds are counted from the first row, {quoted(e.first)}"
+    )
+    return warning("times_of_day", said, first=shortened(e.first))
 
 
 @_finding.register
@@ -328,6 +351,37 @@ _NO_NUMBERS = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "no
 
 
 @_finding.register
+def _(e: seen.WholeTurns) -> Finding:
+    keys = named(e.keys, _KEYS_NAMED)
+    said = (
+        f"{keys} {'is' if len(e.keys) == 1 else 'are'} written within one turn, which is no error"
+    )
+    return info(
+        "whole_turns", f"{said}: whole turns were added where the values jump", columns=list(e.keys)
+    )
+
+
+@_finding.register
+def _(e: seen.ScalarLast) -> Finding:
+    return info(
+        "scalar_last",
+        f"The quaternion of the {e.end} frame has its scalar last (x, y, z, w), which is no error: "
+        "it was read in this order",
+        frame=e.end,
+    )
+
+
+@_finding.register
+def _(e: seen.PathTurned) -> Finding:
+    return info(
+        "path_turned",
+        f"The path on the floor starts at a heading of {e.heading:.6g} rad, which is no error: the "
+        "positions were turned back",
+        heading=e.heading,
+    )
+
+
+@_finding.register
 def _(e: seen.Conventions) -> Finding:
     said = [
         *_senses(e.turned),
@@ -376,9 +430,18 @@ def in_units(units: Mapping[str, str]) -> Iterable[str]:
 def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
     for offset in dict.fromkeys(zeros.values()):
         keys = [key for key, x in zeros.items() if x == offset]
-        where = "above" if offset < 0 else "below"
         which = named(keys, _KEYS_NAMED)
-        yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+        if keys[0] in FREE_ZERO:
+            verb = "starts" if len(keys) == 1 else "start"
+            yield f"{which} {verb} elsewhere, {_off(keys[0], offset)}"
+        else:
+            where = "above" if offset < 0 else "below"
+            yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _off(key: str, offset: float) -> str:
+    """A constant with its sign and the unit of the column."""
+    return f"{offset:+.9g} {unit_text(COMPARED[key][0].unit)}"
 
 
 def _in_brackets(said: str) -> str:
@@ -421,7 +484,9 @@ def _(e: seen.OtherUnit) -> Finding:
 @_finding.register
 def _(e: seen.OtherZero) -> Finding:
     errors = errors_words(e.errors)
-    said = f"{e.key} has another zero, {e.offset:+.9g} J: errors {errors} without that constant"
+    said = (
+        f"{e.key} has another zero, {_off(e.key, e.offset)}: errors {errors} without that constant"
+    )
     return info("offset", said, **_of_convention(e), offset=e.offset)
 
 
@@ -803,15 +868,6 @@ def _(e: seen.UnsignedColumn) -> Finding:
         "an absolute value, or a square root of a square, where it is written"
     )
     return warning("unsigned_column", said, column=e.key, maneuvers=list(e.maneuvers))
-
-
-@_finding.register
-def _(e: seen.WholeTurns) -> Finding:
-    said = (
-        f"{e.key} of {maneuvers(e.maneuvers)} is the right angle but for whole turns, 2 pi in "
-        "radians: look for a wrap to 0 and 2 pi where it is written"
-    )
-    return warning("whole_turns", said, column=e.key, maneuvers=list(e.maneuvers))
 
 
 @_finding.register

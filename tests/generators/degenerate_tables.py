@@ -61,7 +61,8 @@ def _times(x, pick):
     elif how == 3:
         t *= pick.choice((1e-300, 1e-200, 1e100, 1e300, -1.0, 0.0, 1.0001, 0.999, 0.7, 2.0))
     elif how == 4:
-        t += pick.choice((1e-9, -1e-9, 1e-3, -1e-3, 0.5, -0.5, 5.0, 9.99, 10.01, -10, -20, 1e6, 1.7e9))
+        shifts = (1e-9, -1e-9, 1e-3, -1e-3, 0.5, -0.5, 5.0, 9.99, 10.01, -10, -20, 1e6, 1.7e9)
+        t += pick.choice(shifts)
     elif how == 5:
         x[:] = x[::-1].copy()
     elif how == 6:

@@ -9,11 +9,7 @@ import pytest
 
 from heyoka_bike import diagnose, score
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import (
-    TimesFromFirst,
-    TimesInLargerUnit,
-    TimeUnitContradicted,
-)
+from heyoka_bike.scoring.evidence import TimesFromFirst, TimesInLargerUnit, TimeUnitContradicted
 
 KEYS = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 PER_SECOND = {

@@ -35,7 +35,6 @@ from heyoka_bike.scoring.evidence import (
     OtherColumn,
     SmoothedColumns,
     UnsignedColumn,
-    WholeTurns,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -56,7 +55,7 @@ class _Deviation:
     Attributes
     ----------
     how
-        ``another``, ``unsigned``, ``wrapped``, ``ratio``, ``clipped`` or ``averaged``.
+        ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
         NaN in rows of which it tells nothing.
     about
@@ -196,14 +195,6 @@ def _another(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("another", deviation, (), keys[nearest])
 
 
-def _wrapped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
-    """The right angle, and whole turns."""
-    if c.unit != "rad":
-        return None
-    turns = 2 * np.pi * np.rint(c.trace.error / (2 * np.pi))
-    return _Deviation("wrapped", turns, ()) if turns.any() else None
-
-
 def _unsigned(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     """The right values without their signs."""
     right = c.trace.reference
@@ -257,7 +248,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return best[1] if best else None
 
 
-_WAYS = (_another, _unsigned, _wrapped, _ratio, _clipped, _averaged)
+_WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 
 
 def _bounded(report: Report) -> AsMeant | None:
@@ -327,8 +318,6 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 yield OtherColumn(key, tuple(of), str(other))
             elif how == "unsigned":
                 yield UnsignedColumn(key, tuple(of))
-            elif how == "wrapped":
-                yield WholeTurns(key, tuple(of))
             elif how == "ratio":
                 by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))

@@ -64,7 +64,10 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
         opening.names,
         np.array([i for i, _ in held], dtype=np.int64),
         opening.heading,
-        seen=() if cut is None else (LastRowIncomplete(cut.line),),
+        seen=(
+            *opening.skipped.evidence(),
+            *(() if cut is None else (LastRowIncomplete(cut.line),)),
+        ),
     )
 
 

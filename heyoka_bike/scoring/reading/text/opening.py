@@ -9,11 +9,12 @@ import logging
 import re
 from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
-from itertools import chain, islice
+from dataclasses import dataclass, field, replace
+from itertools import chain, islice, pairwise
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.evidence import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,
@@ -29,9 +30,11 @@ from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
+    looks_like_number,
     without_comment,
 )
 from heyoka_bike.scoring.reading.text.headings import (
+    COMMENT_SIGNS,
     Headings,
     are_units,
     heading_among,
@@ -62,6 +65,15 @@ _FEWEST_COUNTED = 9
 # A row above the others that has so many numbers, more than half of its fields, is a damaged one.
 _FEWEST_OF_A_ROW = 3
 _DIGIT = re.compile(r"\d")
+# Numbers of a skipped line that is reported; one alone is a title's, such as the year.
+_FEWEST_SKIPPED = 2
+_ANY_DIGIT = re.compile("[0-9]")
+# Rows on several lines: fewer of them may be alike by chance.
+_FEWEST_RECORDS = 3
+# Skipped lines that are quoted, and characters of each that are kept.
+_MOST_SHOWN, _LONGEST_SHOWN = 3, 200
+FACTOR = re.compile(r"\s*1\.?0*[eE]([+-]?[0-9]{1,2})\s*\*\s*")
+"""The common factor of a matrix as MATLAB displays it, on a line of its own."""
 Line = tuple[int, Any]
 """Index and content of a line."""
 
@@ -92,6 +104,32 @@ TEXT = Notation(DIALECTS, without_comment, headings_in, lambda line: not line.st
 """The lines of a text."""
 
 
+@dataclass(slots=True)
+class Skipped:
+    """Lines that hold numbers and are not read.
+
+    Attributes
+    ----------
+    count : int
+    first : list of (int, str)
+        The number of each of the first few lines, and the line.
+    """
+
+    count: int = 0
+    first: list[tuple[int, str]] = field(default_factory=list)
+
+    def add(self, number: int, line: Any) -> None:
+        """Add a line of a text, or a row of a sheet."""
+        self.count += 1
+        if self.count <= _MOST_SHOWN:
+            text = line if isinstance(line, str) else ", ".join(map(str, line))
+            self.first.append((number, " ".join(text[:_LONGEST_SHOWN].split())))
+
+    def evidence(self) -> tuple[LinesNotRead, ...]:
+        """Evidence of the lines, if there are any."""
+        return (LinesNotRead(self.count, tuple(self.first)),) if self.count else ()
+
+
 @dataclass(frozen=True, slots=True)
 class Opening:
     """How rows of numbers are written, and where they begin.
@@ -114,6 +152,10 @@ class Opening:
         Columns with more digits than binary64 has.
     maneuver : int or None
         The only one that comments above the rows speak of.
+    power
+        The numbers of the rows times 10 to this power are meant: MATLAB's common factor.
+    skipped : Skipped
+        The lines before the first row that look like rows.
     """
 
     notation: Notation
@@ -125,6 +167,8 @@ class Opening:
     time: int
     exact: tuple[int, ...]
     maneuver: int | None = None
+    power: int = 0
+    skipped: Skipped = field(default_factory=Skipped)
 
 
 def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Opening:
@@ -158,6 +202,7 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     sample, dialect, width, rows = _first_rows(lines, written, notation, widths)
     if not rows:
         raise _no_row(lines, written[:MOST_ABOVE], notation, request)
+    _refuse_wrapped(sample, dialect, widths, request)
     first = rows[0][0]
     if width > MOST_COLUMNS:
         said = f"found {width} columns, expected at most {MOST_COLUMNS}"
@@ -191,7 +236,48 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
     told = _maneuver_in_comments([lines[i] for i in before], notation)
-    return Opening(notation, dialect, width, first, names, heading, time, exact, told)
+    found = Opening(notation, dialect, width, first, names, heading, time, exact, told)
+    skipped = Skipped()
+    powers = {}
+    for i in before:
+        line = lines[i]
+        if i == at or any(len(x) == width and are_units(x) for x in above.get(i, ())):
+            continue
+        if isinstance(line, str) and (match := FACTOR.fullmatch(line)):
+            powers[i] = int(match[1])
+        elif looks_like_row(line, found):
+            skipped.add(i + 1, line)
+    for i in [*powers][:-1]:
+        skipped.add(i + 1, lines[i])
+    power = next(reversed(powers.values()), 0)
+    return replace(found, power=power, skipped=skipped)
+
+
+def looks_like_row(line: Any, opening: Opening) -> bool:
+    """True if a line that is not read looks like a row of numbers.
+
+    Most of its fields look like numbers, at least two of them, or as many as the rows have columns.
+    A comment must have as many: it may list a few parameters. Whole numbers behind a word, such as
+    ``maneuver 1 1 2 2``, are labels.
+    """
+    if isinstance(line, str) and not _ANY_DIGIT.search(line):
+        return False
+    content = opening.notation.without_comment(line)
+    is_comment = not content and isinstance(line, str)
+    text = COMMENT_SIGNS.sub("", line, count=1) if is_comment else content
+    # Such a line may be written with another separator than the rows.
+    for dialect in opening.notation.dialects[::2]:
+        fields = dialect.split(text)
+        numbers = [field for field in fields if looks_like_number(field)]
+        count = len(numbers)
+        if numbers and fields[0] is not numbers[0] and all(str(x).isdigit() for x in numbers):
+            return False
+        if not is_comment and _counts_columns(content, dialect, opening.width):
+            return False
+        is_mostly = not is_comment and count >= _FEWEST_SKIPPED and 2 * count > len(fields)
+        if is_mostly or count >= opening.width:
+            return True
+    return False
 
 
 def _headings(
@@ -255,6 +341,45 @@ def _first_rows(
             is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
     return [], notation.dialects[0], 0, []
+
+
+def _refuse_wrapped(
+    sample: Sequence[Line], dialect: Dialect, widths: Collection[int], request: Request
+) -> None:
+    """Raise an error if each row is wrapped over several lines, the same number of lines."""
+    counts = [dialect.count(content) for _, content in sample]
+    begin = next((i for i, count in enumerate(counts) if count is not None), 0)
+    counts, lines = counts[begin:], sample[begin:]
+    for width in sorted(widths):
+        found = _counts_of_lines(counts, width)
+        records = len(counts) // len(found) if len(found) > 1 else 0
+        if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
+            continue
+        starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
+        times = starts[: records * len(found) : len(found)]
+        if all(a < b for a, b in pairwise(times)):
+            *some, last = map(str, found)
+            instead = (
+                "in Fortran: write (unit, '(*(g0, 1x))') row"
+                if dialect.separator
+                else "in NumPy: np.savetxt('results.txt', np.fromfile(FILE, sep=' ').reshape(-1, "
+                f"{width}))"
+            )
+            raise request.error(
+                f"found each row of {width} values on {len(found)} lines ({', '.join(some)} and "
+                f"{last} values), expected one line; {instead}",
+                lines[0][0] + 1,
+            )
+
+
+def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
+    """How many numbers are in each of the first lines that together are a row; empty if none."""
+    found: list[int] = []
+    for count in counts:
+        if count is None or sum(found) >= width:
+            break
+        found.append(count)
+    return found if sum(found) == width else []
 
 
 def _unknown(names: Sequence[str]) -> int:
@@ -371,7 +496,7 @@ def _refuse_damaged_row(
         numbers = len(row) - row.count(None)
         is_row = (
             bool(row)
-            and row[0] is not None
+            and looks_like_number(dialect.split(content)[0])
             and numbers >= _FEWEST_OF_A_ROW
             and 2 * numbers > len(row)
         )

@@ -11,13 +11,21 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import LastRowIncomplete
-from heyoka_bike.scoring.reading.digits import evened, written_column
+from heyoka_bike.scoring.evidence import Evidence, LastRowIncomplete
+from heyoka_bike.scoring.reading.digits import evened, times_power_of_ten, written_column
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, read_lines
-from heyoka_bike.scoring.reading.text.opening import MOST_COLUMNS, TEXT, Opening, opened, row_error
+from heyoka_bike.scoring.reading.text.opening import (
+    MOST_COLUMNS,
+    TEXT,
+    Opening,
+    Skipped,
+    looks_like_row,
+    opened,
+    row_error,
+)
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
@@ -106,6 +114,8 @@ class RowReader:
         What has been read.
     cut : InputError or None
         The error of a row that may be the last one, and incomplete.
+    skipped : Skipped
+        The lines that look like rows and were not read.
     """
 
     request: Request
@@ -113,6 +123,10 @@ class RowReader:
     line: int
     blocks: list[Block] = field(default_factory=list)
     cut: InputError | None = None
+    skipped: Skipped = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.skipped = self.opening.skipped
 
     def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
@@ -132,7 +146,9 @@ class RowReader:
     def finish(self) -> ReadTable:
         """The table, when all blocks have been read."""
         opening = self.opening
-        seen = () if self.cut is None else (LastRowIncomplete(self.cut.line),)
+        seen: tuple[Evidence, ...] = self.skipped.evidence()
+        if self.cut is not None:
+            seen += (LastRowIncomplete(self.cut.line),)
         blocks, columns = self.blocks, []
         for j in range(opening.width):
             has_rest = j in blocks[0].lo
@@ -143,6 +159,8 @@ class RowReader:
         columns = evened(columns, opening.time)
         if opening.time in opening.exact:
             columns[opening.time] = replace(columns[opening.time], significant=None)
+        if opening.power:
+            columns = [times_power_of_ten(column, opening.power) for column in columns]
         lines = np.concatenate([block.lines for block in blocks])
         return ReadTable(
             columns,
@@ -155,9 +173,13 @@ class RowReader:
 
     def _line_by_line(self, text: str) -> list[str]:
         """The lines as plain decimals, or blank; what is not finite is too large."""
-        rows, self.cut = decimals_of(
-            text.split("\n"), self.opening, self.line + 1, self.request, self.cut
-        )
+        lines, number = text.split("\n"), self.line + 1
+        rows, self.cut = decimals_of(lines, self.opening, number, self.request, self.cut)
+        # An incomplete last row is reported as such.
+        last = None if self.cut is None else self.cut.line
+        for i, (row, line) in enumerate(zip(rows, lines, strict=True), number):
+            if not row and i != last and looks_like_row(line, self.opening):
+                self.skipped.add(i, line)
         return [" ".join(row).lower().replace("nan", "8e888") for row in rows]
 
 
