@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 
@@ -105,7 +106,7 @@ def test_a_quaternion_with_its_scalar_last_is_right(reference, signs, end):
     parts = [s * whole[2].rows[k][::10] for s, k in zip(signs, keys, strict=True)]
     moved = dict(zip(keys, [*parts[1:], parts[0]], strict=True))
     report = score({"time": whole[2].time[::10]} | moved, whole)
-    assert report.is_right
+    assert {*report.grades} == {Grade.RIGHT}
     assert min(c.scd for c in report[2].columns) > 14
     assert "scalar_last" in [f.code for f in report.findings]
     by_letter = dict(zip((f"{end}_frame_q{x}" for x in "wxyz"), parts, strict=True))
