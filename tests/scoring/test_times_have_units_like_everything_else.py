@@ -9,11 +9,7 @@ import pytest
 
 from heyoka_bike import diagnose, score
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import (
-    TimesFromFirst,
-    TimesInLargerUnit,
-    TimeUnitContradicted,
-)
+from heyoka_bike.scoring.evidence import TimesFromFirst, TimesInLargerUnit, TimeUnitContradicted
 
 KEYS = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 PER_SECOND = {
@@ -180,4 +176,4 @@ def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
     first, *others = [f.code for f in report.diagnosis]
     assert first == "time_in_larger_unit"
     # In seconds the rows are right to the rounding of the times.
-    assert {*others} <= {"no_mistake_found", "rounding"}
+    assert {*others} <= {"no_mistake_found", "limited_by_rounding"}
