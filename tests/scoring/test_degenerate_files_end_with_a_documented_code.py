@@ -132,6 +132,8 @@ def test_one_time_in_every_row(reference, called, capsys):
     codes, said = called(capsys, columns)
     assert {*codes} <= {0, 4}
     assert "21 rows repeat the time of another row" in said
+    # The one row that is left does not show which column is wrong.
+    assert "Only " not in said
 
 
 def test_the_numbers_before_the_last_row_without_any(reference, called, capsys):
