@@ -176,4 +176,11 @@ def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
     first, *others = [f.code for f in report.diagnosis]
     assert first == "time_in_larger_unit"
     # In seconds the rows are right to the rounding of the times.
-    assert {*others} <= {"no_mistake_found", "rounding"}
+    assert {*others} <= {"no_mistake_found", "limited_by_rounding"}
+
+
+def test_a_diagnosis_begins_with_the_unit_of_times(reference):
+    table = {"time": reference[2].time * 1000, **{k: reference[2][k] for k in KEYS}}
+    report = diagnose(table, reference, maneuver=2)
+    assert [f.code for f in report.diagnosis] == ["time_outside"]
+    assert report.diagnosis[0].message.endswith("are they in milliseconds?")

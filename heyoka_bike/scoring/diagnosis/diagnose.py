@@ -55,6 +55,8 @@ from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
 
+# The first row is given, and one more shows no motion.
+_FEWEST_ROWS = 3
 # Whose runs have a figure.
 _SHOWN = Explained | IntegratedBy | LinearMotion
 
@@ -218,6 +220,9 @@ def _whole_answer(
     deadline: Deadline,
     steps: Sequence[Look],
 ) -> Answer:
+    if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < _FEWEST_ROWS:
+        # Too few to say more than that of a run whose times are wrong.
+        return Answer(report, ())
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
     larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
     if larger is not None:
