@@ -150,7 +150,7 @@ def _(e: seen.LastRowIncomplete) -> Finding:
 @_finding.register
 def _(e: seen.NotFinite) -> Finding:
     where = f"first in {e.counted_by} {e.line}, column {e.column}"
-    said = f"{e.count} values are not finite and not used ({where})."
+    said = f"{counted(e.count, 'value is', 'values are')} not finite and not used ({where})."
     return warning("not_finite", said, count=e.count, line=e.line, column=e.column)
 
 
@@ -174,7 +174,10 @@ def _(e: seen.UnknownUnit) -> Finding:
 
 @_finding.register
 def _(e: seen.Transposed) -> Finding:
-    said = f"The table has {e.rows} rows and {e.columns} columns; its rows are taken as columns."
+    said = (
+        f"The table has {counted(e.rows, 'row')} and {counted(e.columns, 'column')}; its rows are taken "
+        "as columns."
+    )
     return info("transposed", said, shape=[e.rows, e.columns])
 
 
@@ -214,7 +217,7 @@ def _(e: seen.TimesUnsorted) -> Finding:
 
 @_finding.register
 def _(e: seen.TimesRepeated) -> Finding:
-    said = f"{e.count} rows have the time of another one."
+    said = f"{counted(e.count, 'row has', 'rows have')} the time of another one."
     return info("times_repeated", said, count=e.count)
 
 
@@ -283,7 +286,11 @@ def _(e: seen.RowsOutside) -> Finding:
 
 @_finding.register
 def _(e: seen.TooLarge) -> Finding:
-    said = f"maneuver {e.maneuver}: {e.values} values of {e.key} are beyond 1e150 and left out"
+    are = "is" if e.values == 1 else "are"
+    said = (
+        f"maneuver {e.maneuver}: {counted(e.values, 'value')} of {e.key} {are} beyond 1e150 and "
+        "left out"
+    )
     return warning("too_large", said, maneuver=e.maneuver, column=e.key, values=e.values)
 
 
@@ -858,7 +865,8 @@ def outcome(found: Outcome) -> str:
             return f"maneuver {', '.join(numbers)}, {', '.join(keys)}: never filled in"
         case ValuesMissing():
             where = f"maneuver {found.maneuver}, {found.key}"
-            return f"{where}: {found.missing} of {found.values} values are not finite"
+            are = "is" if found.missing == 1 else "are"
+            return f"{where}: {found.missing} of {counted(found.values, 'value')} {are} not finite"
         case SignContradicted():
             return f"maneuver {found.maneuver}, {contradiction_words(found.contradiction)}"
         case NothingCompared():
