@@ -175,8 +175,8 @@ def _(e: seen.UnknownUnit) -> Finding:
 @_finding.register
 def _(e: seen.Transposed) -> Finding:
     said = (
-        f"The table has {counted(e.rows, 'row')} and {counted(e.columns, 'column')}; its rows are taken "
-        "as columns."
+        f"The table has {counted(e.rows, 'row')} and {counted(e.columns, 'column')}; its rows are "
+        "taken as columns."
     )
     return info("transposed", said, shape=[e.rows, e.columns])
 
@@ -232,6 +232,16 @@ def _names(names: Sequence[str]) -> list[str]:
 def _(e: seen.ManeuverRecognised) -> Finding:
     said = f"the columns are those of maneuver {e.maneuver}, recognised by their values"
     return info("maneuver_recognised", said, maneuver=e.maneuver)
+
+
+@_finding.register
+def _(e: seen.ManeuverGuessed) -> Finding:
+    others = " or ".join(map(str, e.may_be))
+    said = (
+        f"the file does not name its maneuver. It is compared with maneuver {e.maneuver}, which is "
+        f"a guess: it may also be maneuver {others}. To choose: {e.option}"
+    )
+    return warning("maneuver_guessed", said, maneuver=e.maneuver, may_be=list(e.may_be))
 
 
 @_finding.register
