@@ -12,8 +12,10 @@ The nearest maneuver is a guess while another one cannot be excluded. Two things
 
 - The initial conditions of the two differ in a column of the file, or in the rate of an angle, and
   the first rows are those of the nearest by far.
-- All rows are near to one of them and some are far from the other. Wrong equations can make many
-  motions from the same initial conditions, but hardly the right motion of another maneuver.
+- All rows of a column are near to the one, and some are far from the other. Wrong equations can
+  make many motions from the same initial conditions, but hardly the right one of another maneuver.
+
+Nothing excludes a maneuver if a column excludes the nearest one instead.
 """
 
 from __future__ import annotations
@@ -142,17 +144,17 @@ def _is_excluded(
     near: _Nearness, far: _Nearness, maneuver: ReferenceManeuver, other: ReferenceManeuver
 ) -> bool:
     """True if rows that are near to a maneuver cannot be those of the other one."""
-    largest, of_other = (max(c.largest for c in x.values()) for x in (near, far))
-    if largest <= _NEAR and of_other >= CLEARLY * _NEAR:
-        return True
-    shown = [
+    keys = near.keys() & far.keys()
+    runs = [(near[key].largest, far[key].largest) for key in keys]
+    starts = [
         (near[key].at_start, far[key].at_start)
-        for key in near.keys() & far.keys()
+        for key in keys
         if _starts_apart(key, maneuver, other)
     ]
-    both = [(a, b) for a, b in shown if a is not None and b is not None]
-    is_other = any(CLEARLY * b <= a for a, b in both)
-    return any(CLEARLY * a <= b for a, b in both) and not is_other
+    shown = [(a, b) for a, b in starts if a is not None and b is not None]
+    shown += [x for x in runs if min(x) <= _NEAR and max(x) >= CLEARLY * _NEAR]
+    is_other = any(CLEARLY * b <= a for a, b in shown)
+    return any(CLEARLY * a <= b for a, b in shown) and not is_other
 
 
 def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) -> bool:
