@@ -43,6 +43,9 @@ initial conditions, whatever the equations are."""
 
 # Rows are near to a maneuver if they differ by no more than this part, beyond their digits.
 _NEAR = 0.01
+# First rows are those of the given initial conditions to this part, or far from others by that:
+# values that differ by a factor of 3. A mistake may make a speed of 4 m/s that of 4.67 m/s.
+_EXACT, _FAR = TOLERANCE, 0.5
 # More rows of a span show the same.
 _MOST_ROWS_OF_SPAN = 16
 # A unit as the heading names it, or SI, is this much likelier than another one; a sign likewise.
@@ -145,16 +148,23 @@ def _is_excluded(
 ) -> bool:
     """True if rows that are near to a maneuver cannot be those of the other one."""
     keys = near.keys() & far.keys()
-    runs = [(near[key].largest, far[key].largest) for key in keys]
     starts = [
         (near[key].at_start, far[key].at_start)
         for key in keys
         if _starts_apart(key, maneuver, other)
     ]
-    shown = [(a, b) for a, b in starts if a is not None and b is not None]
-    shown += [x for x in runs if min(x) <= _NEAR and max(x) >= CLEARLY * _NEAR]
-    is_other = any(CLEARLY * b <= a for a, b in shown)
-    return any(CLEARLY * a <= b for a, b in shown) and not is_other
+    both = [(a, b) for a, b in starts if a is not None and b is not None]
+    runs = [(near[key].largest, far[key].largest) for key in keys if _varies(key, maneuver)]
+    shows = any(a <= _EXACT or b >= _FAR for a, b in both if CLEARLY * a <= b)
+    shows |= any(a <= _NEAR and b >= CLEARLY * _NEAR for a, b in runs)
+    contradicts = any(CLEARLY * b <= a for a, b in both)
+    contradicts |= any(b <= _NEAR and a >= CLEARLY * _NEAR for a, b in runs)
+    return shows and not contradicts
+
+
+def _varies(key: str, maneuver: ReferenceManeuver) -> bool:
+    """True if a column is near to a maneuver only if it moves as in the maneuver."""
+    return key not in _SIZED or float(np.ptp(maneuver[key])) >= _FAR * maneuver.scale(key)
 
 
 def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) -> bool:
