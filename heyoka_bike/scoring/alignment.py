@@ -447,7 +447,7 @@ def _of_another(
             option = "columns=" if results.format == "array" else "--columns "
             told = f"{option}time,{','.join(names)}"
         return (OtherOrder(tuple(order.values()), told),)
-    if _distance(part) < _FAR_FROM_MANEUVER:
+    if _distance(part) < TOLERANCE:
         return ()
     found = recognised({n: _within(rows, n, reference[n])[0] for n in reference})
     if found is None or found.rivals or found.maneuver == part.number:

@@ -191,10 +191,12 @@ def _nearness(rows: Candidate) -> _Nearness:
         good = np.isfinite(values) & np.isfinite(expected[key])
         if not good.any():
             continue
-        # An angle that starts at zero shows its rate in the next rows.
         is_start = good & (time <= FASTEST_MODE)
         if key in _RATE_OF_ANGLE and not maneuver[key][0]:
+            # An angle that starts at zero shows its rate in the next rows.
             is_start &= time > 0.0
+        else:
+            is_start &= np.cumsum(is_start) == 1
         middle = 0.0 if key in _SIZED else float(median(maneuver[key]))
         compared = _Compared(
             values, half, expected[key], middle, maneuver.scale(key), good, is_start, ends.tolist()
