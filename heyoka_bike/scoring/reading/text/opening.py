@@ -355,6 +355,9 @@ def _refuse_wrapped(
         records = len(counts) // len(found) if len(found) > 1 else 0
         if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
             continue
+        # Names may have several words: a heading seems to have twice as many as there are columns.
+        if len({*found}) == 1 and width not in request.widths:
+            continue
         starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
         times = starts[: records * len(found) : len(found)]
         if all(a < b for a, b in pairwise(times)):
