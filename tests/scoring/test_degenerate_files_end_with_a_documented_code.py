@@ -47,7 +47,7 @@ def tables(seed, count, words, folder, each=100):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(3600)
 def test_2000_degenerate_tables(tmp_path):
     scored = check(tables("scored", 1800, ("score",), tmp_path), 1800)
     diagnosed = check(tables("diagnosed", 200, SMALL, tmp_path), 200)
@@ -57,7 +57,7 @@ def test_2000_degenerate_tables(tmp_path):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(3600)
 def test_every_file_of_the_corpus_is_diagnosed_in_short(tmp_path):
     count = len(list(files(Runs().index)))
     check([(on_corpus, k, 4, 10, SMALL, str(tmp_path)) for k in range(4)], count)
