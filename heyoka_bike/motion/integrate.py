@@ -175,8 +175,8 @@ def _adaptive(
         raise InputError(
             f"found tolerance {tolerance:g}, expected between {2.0**-precision.bits / 64:g} and 1"
         )
-    # A step's time is spent in MPFR, and optimising the calls of MPFR would take five times as long
-    # as them: a second. It changes no digit.
+    # No optimisation for MPFR: a step spends its time in MPFR itself. Optimising would take a
+    # second, five times as long as compiling, and change no digit.
     return TaylorIntegrator(
         right_hand_side(bicycle, precision, is_regular=is_regular),
         [native.from_integer(x, grid) for x in state],
