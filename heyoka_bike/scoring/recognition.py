@@ -181,7 +181,7 @@ def _nearness(rows: Candidate) -> _Nearness:
     picked = np.concatenate(spans)
     time = rows.time[picked]
     ends = np.cumsum([len(span) for span in spans])[:-1]
-    names = [key for key in COMPARED if key in rows.values and maneuver.scale(key)]
+    names = [key for key in COMPARED if key in rows.values]
     expected = maneuver.approximate(time, names)
     found = {}
     for key in names:
@@ -274,7 +274,7 @@ class _Compared:
             x, y = x - x[first], y - y[first]
         else:
             x, y = x - self.middle, y - self.middle
-        floor = abs(times) * self.half + _ROUNDOFF * self.scale
+        floor = abs(times) * self.half + _ROUNDOFF * self.scale + np.finfo(np.float64).tiny
         apart, size = np.abs(x - y) + floor, np.abs(x) + np.abs(y) + floor
         beyond = np.maximum(apart - 2 * floor, 0.0)
         logs, largest = [], 0.0
