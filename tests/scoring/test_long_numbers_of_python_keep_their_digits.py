@@ -62,8 +62,9 @@ WAYS = {
     "columns of mpf": lambda rows: by_name(rows, mpf),
     "columns of arb": lambda rows: by_name(rows, arb),
     "vectors of mpmath": lambda rows: by_name(rows, mpf, mpmath.matrix),
-    "mpf beside times of float": lambda rows: by_name(rows, mpf)
-    | {"time": [float(row[0]) for row in rows]},
+    "mpf beside times of float": lambda rows: (
+        by_name(rows, mpf) | {"time": [float(row[0]) for row in rows]}
+    ),
 }
 
 
