@@ -120,6 +120,13 @@ class LastRowIncomplete(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class CommonFactor(Evidence):
+    """A line above the rows holds their common factor, 10 to this power; it was applied."""
+
+    power: int
+
+
+@dataclass(frozen=True, slots=True)
 class LinesNotRead(Evidence):
     """Lines of a text look like rows of numbers and were not read.
 

@@ -151,6 +151,15 @@ def _(e: seen.LastRowIncomplete) -> Finding:
 
 
 @_finding.register
+def _(e: seen.CommonFactor) -> Finding:
+    said = (
+        f"All numbers were multiplied by 1e{e.power}, the common factor that MATLAB displays above "
+        "them; writematrix writes all digits"
+    )
+    return info("common_factor", said, factor=10.0**e.power)
+
+
+@_finding.register
 def _(e: seen.LinesNotRead) -> Finding:
     lines = ", ".join(f"line {number}: {quoted(text)}" for number, text in e.first)
     more = e.count - len(e.first)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from games.files import EIGHT, MOTION, correct, decimal_times, names, references, scale, truth
-from games.truth import ZEROED, _digits, errors, units
+from games.truth import FREE, ZEROED, _digits, errors, units
 
 MANEUVERS = (1, 2, 3)
 END = 10.0
@@ -185,11 +185,6 @@ def honest_file(seed, number):
     return random, Honest(parts, reading, zero, size, digits, spacing, own, starts, wrapped)
 
 
-# No equation contains them: a program starts anywhere, and counts turns or does not.
-FREE = ("yaw", "rear_wheel_angle", "front_wheel_angle",
-        *(f"{place}_{axis}" for place in ("rear_contact", "front_contact", "rear_hub", "front_hub",
-                                          "rear_frame_com", "front_frame_com", "com")
-          for axis in "xy"))  # fmt: skip
 WHEELS = ("rear_wheel_angle", "front_wheel_angle")
 _TURN = 2 * np.longdouble("3.14159265358979323846264338327950288")
 
