@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
@@ -134,6 +133,8 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
+    from heyoka_bike.showing import causes
+
     with one_thread_of_linear_algebra():
         found = _answer(report, reference, progress or (lambda _: None), budget.begun())
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
@@ -141,14 +142,13 @@ def diagnosed(
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
         said = (odd, *said)
-    say = shown_by("causes").finding
     explanation = None
     if found.cause is not None and found.curves:
-        explanation = Explanation(say(found.cause).message, found.curves)
+        explanation = Explanation(causes.finding(found.cause).message, found.curves)
     return replace(
         found.report,
         seen=(*found.report.seen, *stopped),
-        diagnosis=tuple(map(say, (*said, *stopped))),
+        diagnosis=tuple(map(causes.finding, (*said, *stopped))),
         explanation=explanation,
     )
 
