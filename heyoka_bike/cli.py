@@ -1,7 +1,7 @@
 """The command line: ``heyoka-bike`` and ``python -m heyoka_bike``.
 
-Each command is a module, see `commands.registry`, with ``add_parser`` and ``run``; heavy imports happen in
-``run``, so that ``--help`` is quick.
+Each command is a module, see `commands.registry`, with ``add_parser`` and ``run``; heavy imports
+happen in ``run``, so that ``--help`` is quick.
 """
 
 import argparse
