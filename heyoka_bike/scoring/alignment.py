@@ -522,7 +522,7 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
     """Distance of values from a column, in its scale; None if there is nothing to compare."""
     good = np.isfinite(values) & np.isfinite(expected)
     # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
-    rows = part.reference.rows[key]
+    rows = part.reference[key]
     scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
     if not good.any() or not scale:
         return None

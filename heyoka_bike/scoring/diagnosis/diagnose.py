@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import multiply, two_sum, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
@@ -146,6 +145,8 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
+    from heyoka_bike.showing import causes
+
     deadline = budget.begun()
     watch = Watch(deadline)
     distinct = _at_distinct_times(report, reference)
@@ -163,14 +164,13 @@ def diagnosed(
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
         said = (odd, *said)
-    say = shown_by("causes").finding
     explanation = None
     if found.cause is not None and found.curves:
-        explanation = Explanation(say(found.cause).message, found.curves)
+        explanation = Explanation(causes.finding(found.cause).message, found.curves)
     return replace(
         report,
         seen=(*found.report.seen, *stopped),
-        diagnosis=tuple(map(say, (*said, *stopped))),
+        diagnosis=tuple(map(causes.finding, (*said, *stopped))),
         explanation=explanation,
     )
 
