@@ -332,8 +332,8 @@ def _first_rows(
     lines: Sequence[Any], written: Sequence[int], notation: Notation, widths: Collection[int]
 ) -> tuple[list[Line], Dialect, int, list[Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
-    each = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
-    contents = islice(each, MOST_ABOVE)
+    every = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
+    contents = islice(every, MOST_ABOVE)
     while sample := list(islice(contents, _SAMPLE_LINES)):
         found = best_dialect([content for _, content in sample], widths, notation.dialects)
         if found:
