@@ -1,15 +1,19 @@
 """Making a set says how long it takes, and takes more digits as long as they help."""
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.events import Ending
 from heyoka_bike.reference import making
+from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.proof import certificate
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import carry_out, using
+from heyoka_bike.system.resources import reference_folder
 
 
 def made(bicycle, maneuvers, count):
@@ -75,6 +79,20 @@ def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
         assert ended(one, job, None) == []
         assert not one.is_done
     assert written == [[sorted(making._STAGES)]]
+
+
+@pytest.mark.parametrize("how", ["old manifest", "no manifest"])
+def test_a_set_whose_making_was_interrupted_is_refused_and_says_what_to_do(tmp_path, how):
+    """The manifest is written last."""
+    for file in reference_folder().glob("*.*"):
+        shutil.copy(file, tmp_path)
+    if how == "old manifest":
+        with (tmp_path / "uncontrolled-bicycle.h5").open("ab") as f:
+            f.write(b"newer")
+    else:
+        (tmp_path / "manifest.json").unlink()
+    with pytest.raises(DatasetError, match=r"interrupted.*run it again"):
+        load_reference(tmp_path)
 
 
 def test_a_job_that_is_not_wanted_is_not_begun():
