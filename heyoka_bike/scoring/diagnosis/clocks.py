@@ -17,7 +17,7 @@ from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, hidden, is_right_column
 from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.diagnosis.plain import whole_columns
-from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
+from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report

@@ -32,20 +32,13 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingWrong,
 )
 from heyoka_bike.scoring.diagnosis.written import STEPS
-from heyoka_bike.scoring.evidence import (
-    ColumnRatio,
-    ColumnsApart,
-    DefinitionUnknown,
-    Evidence,
-    OtherColumn,
-    RightElsewhere,
-    RowsOutside,
-    SignContradiction,
-    StoppedEarly,
-    TimeShift,
-    TimesInLargerUnit,
-    TimesRepeated,
-)
+from heyoka_bike.scoring.evidence.as_compared import RowsOutside, TimesInLargerUnit
+from heyoka_bike.scoring.evidence.as_read import TimesRepeated
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction
+from heyoka_bike.scoring.evidence.contradictions import StoppedEarly, TimeShift
+from heyoka_bike.scoring.evidence.error_shape import RightElsewhere
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio, ColumnsApart, OtherColumn
 from heyoka_bike.scoring.explanation import Curve, Explanation
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR

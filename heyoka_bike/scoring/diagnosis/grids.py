@@ -10,7 +10,7 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, places
-from heyoka_bike.scoring.evidence import CoarseGrid
+from heyoka_bike.scoring.evidence.output_faults import CoarseGrid
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR

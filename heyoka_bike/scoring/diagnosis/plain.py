@@ -16,14 +16,13 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
+from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
     ColumnBeside,
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
-    FallsOver,
-    NotDiagnosed,
     OtherTimes,
     RowsBetween,
     RowsRepeated,

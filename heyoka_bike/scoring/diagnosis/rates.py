@@ -17,7 +17,12 @@ from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
 from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
 from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
-from heyoka_bike.scoring.evidence import Evidence, OtherColumn, RateOfDifferences, RateOfOtherRow
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import (
+    OtherColumn,
+    RateOfDifferences,
+    RateOfOtherRow,
+)
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS

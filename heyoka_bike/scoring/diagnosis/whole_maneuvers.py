@@ -8,7 +8,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.diagnosis.as_meant import AsMeant
 from heyoka_bike.scoring.diagnosis.plain import standing_still
-from heyoka_bike.scoring.evidence import Mirrored
+from heyoka_bike.scoring.evidence.output_faults import Mirrored
 from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report

@@ -28,10 +28,10 @@ from heyoka_bike.scoring.diagnosis.grids import coarse_grids
 from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
 from heyoka_bike.scoring.diagnosis.rates import exchanged_with_rate, own_differences, shifted_rate
 from heyoka_bike.scoring.diagnosis.whole_maneuvers import mirrored, stopped
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import (
     ClippedColumn,
     ColumnRatio,
-    Evidence,
     OtherColumn,
     SmoothedColumns,
     UnsignedColumn,

@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
-from heyoka_bike.scoring.evidence import NeverFilled, Unfilled
+from heyoka_bike.scoring.evidence.as_compared import NeverFilled, Unfilled
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 
 # Another number than zero is what was never filled in of these alone: a constant speed is what the

@@ -14,7 +14,7 @@ from itertools import chain, islice, pairwise
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.evidence import LinesNotRead
+from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,

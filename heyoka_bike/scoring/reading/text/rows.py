@@ -11,7 +11,8 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import CommonFactor, Evidence, LastRowIncomplete
+from heyoka_bike.scoring.evidence.as_read import CommonFactor, LastRowIncomplete
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.reading.digits import evened, times_power_of_ten, written_column
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
