@@ -6,7 +6,13 @@ import pybullet as bullet
 from bicycle import Body, State, cross_matrix, main, parameter, product, rotation
 
 STEP = 0.001
-"""Of the time [s]."""
+"""Step of the time [s]."""
+
+UNIT = 0.001
+"""Bullet's unit of length [m].
+
+Bullet rounds the rims of wheels by a fixed number of its units: in millimetres a rim is sharper.
+"""
 
 JOINTS = ("rear_axle", "steer_axis", "front_axle")
 
@@ -18,11 +24,13 @@ class Engine:
         bullet.connect(bullet.DIRECT)
         # URDF has no gravity.
         self.gravity = parameter(file, "g")
-        bullet.setGravity(0, 0, -self.gravity)
-        bullet.setPhysicsEngineParameter(fixedTimeStep=STEP)
+        bullet.setGravity(0, 0, -self.gravity / UNIT)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=STEP, solverResidualThreshold=0, contactSlop=0
+        )  # fmt: skip
         # Else Bullet takes the inertias of the shapes, and cylinders as polygons of 32 corners.
         flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
-        self.bike = bullet.loadURDF(str(file), flags=flags)
+        self.bike = bullet.loadURDF(str(file), flags=flags, globalScaling=1 / UNIT)
         floor = bullet.createMultiBody(0, bullet.createCollisionShape(bullet.GEOM_PLANE))
         names = {bullet.getJointInfo(self.bike, i)[1].decode(): i for i in range(3)}
         self.joints = [names[name] for name in JOINTS]
@@ -38,17 +46,22 @@ class Engine:
         self.info = {
             letter: bullet.getDynamicsInfo(self.bike, link) for letter, link in self.links.items()
         }
+        # Bullet scales places and shapes, but not the moments.
+        for letter, link in self.links.items():
+            moments = np.array(self.info[letter][2]) / UNIT**2
+            bullet.changeDynamics(self.bike, link, localInertiaDiagonal=list(moments))
         # Its base is in the centre of mass of the link B, along principal axes, which are turned
         # here by NumPy: multiplyTransforms has the digits of binary32.
-        self.centre = np.array(self.info["B"][3])
+        self.centre = np.array(self.info["B"][3]) * UNIT
         self.principal = np.roll(self.info["B"][4], 1)
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
 
     def set(self, state):
         arm = rotation(state.attitude) @ self.centre
         x, y, z, w = np.roll(product(state.attitude, self.principal), -1)
-        bullet.resetBasePositionAndOrientation(self.bike, state.place + arm, [x, y, z, w])
-        velocity = state.velocity + np.cross(state.turning, arm)
+        place = (state.place + arm) / UNIT
+        bullet.resetBasePositionAndOrientation(self.bike, place, [x, y, z, w])
+        velocity = (state.velocity + np.cross(state.turning, arm)) / UNIT
         bullet.resetBaseVelocity(self.bike, velocity, state.turning)
         for joint, angle, rate in zip(self.joints, state.angles, state.rates, strict=True):
             bullet.resetJointState(self.bike, joint, angle, rate)
@@ -61,8 +74,8 @@ class Engine:
         joints = [bullet.getJointState(self.bike, joint)[:2] for joint in self.joints]
         angles, rates = np.array(joints).T
         return State(
-            np.array(centre) - arm, attitude, angles, velocity - np.cross(turning, arm), turning,
-            rates,
+            np.array(centre) * UNIT - arm, attitude, angles,
+            velocity * UNIT - np.cross(turning, arm), turning, rates,
         )  # fmt: skip
 
     def bodies(self):
@@ -80,7 +93,9 @@ class Engine:
             # That of the link's frame has the digits of binary32.
             principal = rotation(np.roll(self.info[letter][4], 1))
             axes = rotation(np.roll(link[1], 1)) @ principal.T
-            found[letter] = Body(self.info[letter][0], centre, velocity, axes, turning)
+            found[letter] = Body(
+                self.info[letter][0], centre * UNIT, velocity * UNIT, axes, turning
+            )  # fmt: skip
         return found
 
     def tensors(self):
@@ -108,7 +123,9 @@ class Engine:
         back, own = (axes @ rotation(self.principal)).T, np.eye(9)
         own[:3, :3], own[:3, 3:6] = 0, back
         own[3:6, :3], own[3:6, 3:6] = back, -back @ cross_matrix(axes @ self.centre)
-        return own.T @ np.array(bullet.calculateMassMatrix(self.bike, list(state.angles))) @ own
+        own[3:6] /= UNIT
+        found = np.array(bullet.calculateMassMatrix(self.bike, list(state.angles)))
+        return UNIT**2 * own.T @ found @ own
 
     def step(self, seconds):
         for _ in range(round(seconds / STEP)):
