@@ -199,7 +199,8 @@ def flat(bicycle):
 
 def test_engines_refuse_moments_of_no_body(flat, exported):
     assert list(refused(flat)) == [
-        "moments of inertia of B violate the triangle inequality, which engines refuse or change"
+        "moments of inertia of B violate the triangle inequality: most engines refuse this or "
+        "change it"
     ]
     for name, said in (("mujoco", "A + B >= C"), ("drake", "Failed to load")):
         need(name)

@@ -230,12 +230,12 @@ def _visuals(bicycle: Bicycle, tree: Tree) -> dict[str, list[Primitive]]:
 
 
 def refused(bicycle: Bicycle) -> Iterator[str]:
-    """Yield why engines refuse a bicycle, or change it, each time in one line."""
+    """Yield a line for each reason why an engine does not load a bicycle as it is."""
     for warning in bicycle.warnings:
-        yield f"{warning}, which engines refuse or change"
+        yield f"{warning}: most engines refuse this or change it"
     for letter in "RBHF":
         if bicycle[f"m{letter}"].is_zero:
-            yield f"{letter} has no mass, which engines refuse or change"
+            yield f"{letter} has no mass: most engines refuse this or change it"
 
 
 def _about(model: _Model, kind: ModelFormat) -> Iterator[str]:
