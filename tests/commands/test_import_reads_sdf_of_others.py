@@ -102,7 +102,7 @@ def test_axes_are_along_the_frame_of_their_version(version, axis, changed, bicyc
     turned = "<pose>0 0 0 0 0 3.1415926535897932384626</pose>"
     found = changed(
         (f"{old}</xyz>", new),
-        ('<sdf version="1.6">', f'<sdf version="{version}">'),
+        ('<sdf version="1.5">', f'<sdf version="{version}">'),
         ('<joint name="steer_axis" type="revolute">',
          f'<joint name="steer_axis" type="revolute">{turned}'),
     )  # fmt: skip
@@ -125,10 +125,15 @@ def test_links_that_are_fixed_are_one_body(changed, bicycle):
 
 
 def test_defaults_are_those_of_the_format_and_are_reported(changed, bicycle):
-    gravity = "<gravity>0 0 -9.81</gravity>"
-    found = changed((gravity, ""))
+    found = changed(("<gravity>0 0 -9.81</gravity>", ""))
     assert float(found.bicycle["g"]) == 9.8
     assert found.notes == ("g = 9.8 m/s^2 is taken, as SDFormat says: the world has no <gravity>",)
+
+
+def test_gravity_is_read_in_the_world_too(changed):
+    old = "<gravity>0 0 -9.81</gravity>"
+    found = changed((old, ""), ("<physics", "<gravity>0 0 -1.62</gravity><physics"))
+    assert (float(found.bicycle["g"]), found.notes) == (1.62, ())
 
 
 def test_a_model_without_a_world_has_no_gravity(bicycle, tmp_path):

@@ -139,12 +139,13 @@ def test_wheels_are_as_wide_as_told(name, bicycle):
 def test_gravity_is_the_bicycles(bicycle):
     light = bicycle.replace(g=Exact.parse("1.62"))
     assert 'gravity="0 0 -1.62"' in render("mjcf", light, ()).decode()
-    world = ElementTree.fromstring(render("sdf", light, ())).find("world")
-    # The format has it in the world, DART reads it in the physics.
-    assert {world.findtext(x) for x in ("gravity", "physics/gravity")} == {"0 0 -1.62"}
+    root = ElementTree.fromstring(render("sdf", light, ()))
+    # DART reads it there, and the version allows it.
+    assert root.findtext("world/physics/gravity") == "0 0 -1.62"
+    assert (root.get("version"), root.find("world/gravity")) == ("1.5", None)
 
 
 def test_every_link_of_sdf_has_mass(bicycle):
     """DART warns about another one on standard output, where a table may be."""
     root = ElementTree.fromstring(render("sdf", bicycle, ()))
-    assert all(link.find("inertial/mass") is not None for link in root.iter("link"))
+    assert all(link.find("inertial/inertia/ixx") is not None for link in root.iter("link"))

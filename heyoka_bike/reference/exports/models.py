@@ -362,11 +362,11 @@ def _urdf(model: _Model) -> Iterator[str]:
 
 def _sdf(model: _Model) -> Iterator[str]:
     tree = model.tree
-    yield '<sdf version="1.6">'
+    # The newest version that DART and sdformat both read with gravity: DART finds it in <physics>
+    # alone, where later versions refuse it. Readers of later versions move it to the world.
+    yield '<sdf version="1.5">'
     yield '  <world name="uncontrolled_bicycle">'
     gravity = f"<gravity>0 0 {_text(-model.gravity)}</gravity>"
-    yield f"    {gravity}"
-    # DART reads the gravity here.
     steps = f"<max_step_size>{STEP}</max_step_size><real_time_factor>1</real_time_factor>"
     yield f'    <physics name="steps" default="true" type="ode">{steps}{gravity}</physics>'
     if model.visuals:
@@ -375,7 +375,8 @@ def _sdf(model: _Model) -> Iterator[str]:
     yield "      <static>true</static>"
     yield '      <link name="floor">'
     # DART warns on standard output about a link without it.
-    yield "        <inertial><mass>1</mass></inertial>"
+    unit = "<ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz>"
+    yield f"        <inertial><mass>1</mass><inertia>{unit}</inertia></inertial>"
     yield '        <collision name="floor">'
     plane = "<normal>0 0 1</normal><size>1000 1000</size>"
     yield f"          <geometry><plane>{plane}</plane></geometry>"
