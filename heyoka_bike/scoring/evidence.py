@@ -1071,6 +1071,25 @@ class EnergyVaries(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class ContactYields(Evidence):
+    """A potential energy that falls by the same amount at the beginning of every maneuver.
+
+    Attributes
+    ----------
+    energy
+        By how much it falls [J].
+    time
+        Until when [s].
+    constant
+        Time constant of the contact, the root of its depth over gravity [s].
+    """
+
+    energy: float
+    time: float
+    constant: float
+
+
+@dataclass(frozen=True, slots=True)
 class EnergyKept(Evidence):
     """A mechanical energy that stays, while its parts are wrong in every maneuver.
 

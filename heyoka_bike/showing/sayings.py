@@ -1012,6 +1012,17 @@ def _(e: seen.EnergyVaries) -> Finding:
 
 
 @_finding.register
+def _(e: seen.ContactYields) -> Finding:
+    said = (
+        f"In every maneuver the potential energy falls by {e.energy:.2g} J within {e.time:g} s, "
+        "whatever the roll angle: the bicycle sinks into the floor. The contact yields, and the "
+        "wheels slip. Make contact and friction stiffer (docs/how-to/engines.md); a smaller step "
+        "alone does not help"
+    )
+    return info("contact_yields", said, energy=e.energy, time=e.time, time_constant=e.constant)
+
+
+@_finding.register
 def _(e: seen.EnergyKept) -> Finding:
     most = max(e.exchanged.values())
     said = (

@@ -23,6 +23,8 @@ STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 # Largest differences, over 1 + the value or over the matrix: DART's, and all others'.
 BOUNDS = {"dart": 1e-11}
 BOUND = 2e-13
+# What a system of 15 equations between masses of 2 to 94 kg leaves of rounding.
+SOLVED = {"accelerations": 1e-12, "forces": 2e-12}
 
 
 @pytest.fixture
@@ -59,8 +61,8 @@ def test_every_quantity_is_right(name, exported, states, bicycle, tmp_path):
     assert found.passed
     there = {level.level.name: level for level in found.levels if level.columns}
     assert list(there) == [level.name for level in LEVELS[:-1]]
-    bound = BOUNDS.get(name, BOUND)
-    for level in there.values():
+    for label, level in there.items():
+        bound = max(BOUNDS.get(name, BOUND), SOLVED.get(label, 0))
         worst = max(c.max_error for c in level.columns)
         print(f"{name} {level.level.name}: {worst:.1e}")
         assert worst < bound
