@@ -28,6 +28,7 @@ with the step of the time, of which ``STEP`` is the default. Run a program as
 import argparse
 import csv
 import re
+import shutil
 import struct
 import subprocess
 import time
@@ -414,8 +415,10 @@ def main(engine):
         for line in lines:
             print(line)
         return
+    if args.movie and shutil.which("ffmpeg") is None:
+        parser.error("--movie needs the program ffmpeg: install it, or try --strip")
     if not hasattr(made, "view" if args.view else "picture"):
-        parser.error(f"{Path(run.prog.split()[0]).name} cannot draw so: try with_mujoco.py")
+        parser.error("this program does not draw: try with_mujoco.py or with_pybullet.py")
     made.set(starts(args.file)[args.maneuver - 1])
     if args.view:
         view(made, args.seconds)
