@@ -1,11 +1,13 @@
 """The programs of docs/examples/engines, each in a process of its own: engines do not mix."""
 
+import os
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -191,6 +193,8 @@ def tried(name, files, seconds):
     By file: masses and centres of mass of the bodies, the axis of the steer joint, gravity, mass
     matrices upright and steered; and roll and steer angle after a start of the file.
     """
+    # MuJoCo writes its log into the working folder.
+    os.chdir(Path(files[0][0]).parent)
     found = []
     for file, number in files:
         engine, bicycle = _engine(name, file)
