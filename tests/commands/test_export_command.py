@@ -120,8 +120,11 @@ def test_what_engines_refuse_is_said(tmp_path, capsys):
     options = ("--model", "mjcf", "--bicycle", "two-mass-skate", "-o", tmp_path)
     code, _, err = run(*options, capsys=capsys)
     assert code == 0
-    assert "inertia matrix of B is only semidefinite, which engines refuse or change\n" in err
-    assert "R has no mass, which engines refuse or change\n" in err
+    assert "inertia matrix of B is only semidefinite: most engines refuse this" in err
+    assert "R has no mass: most engines refuse this or change it\n" in err
+    assert err.endswith(
+        "--nearest-valid-inertia writes the nearest bicycle that every engine loads\n"
+    )
     assert run("--model", "mjcf", "-o", tmp_path, capsys=capsys)[2] == ""
 
 

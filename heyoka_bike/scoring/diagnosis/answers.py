@@ -6,6 +6,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
+from heyoka_bike.scoring.diagnosis.energies import of_contact
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.found import (
@@ -46,6 +47,10 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 
 
+_STIFFEST = 3.0
+"""Time constant of the stiffest stable contact, in steps: two in MuJoCo."""
+
+
 def answers(
     diagnosis: Diagnosis, report: Report, first: Sequence[plain.AtOnce]
 ) -> tuple[Evidence, ...]:
@@ -70,16 +75,20 @@ def answers(
         return (*others, *causes, *units, *falls)
     if any(is_whole_cause(x) for x in first):
         return tuple(first)
+    integrator = _integrator(diagnosis.causes)
+    step = integrator.methods[0].step if integrator is not None else 0.0
+    # A contact as stiff as the step allows becomes stiffer with a smaller step.
+    yields = tuple(x for x in of_contact(report) if x.constant > _STIFFEST * step)
     if not diagnosis.is_whole:
         # What follows is concluded from that nothing else explains the file.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
-        return (*first, *_direction(diagnosis.causes), *numerical.described(report))
+        return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
     times = plain.other_times(report)
     if times is not None:
         return (times,)
     # Nothing about the motion where it is right.
-    whole = plain.columns_apart(report) or _integrator(diagnosis.causes)
+    whole = plain.columns_apart(report) or (None if yields else integrator)
     nothing = _no_cause(diagnosis, columns)
     if isinstance(whole, ColumnsApart):
         # Their first rows are those of no start.
@@ -98,7 +107,7 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    return (*forces, *described, *first, nothing, *shape)
+    return (*yields, *forces, *described, *first, nothing, *shape)
 
 
 def is_whole_cause(x: Evidence) -> bool:

@@ -305,6 +305,38 @@ class EnergyVaries(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class ContactYields(Evidence):
+    """A potential energy that falls by the same amount at the beginning of every maneuver.
+
+    Attributes
+    ----------
+    energy
+        The amount [J].
+    time
+        The time until which it falls [s].
+    constant
+        Time constant of the contact: the root of its depth over gravity [s].
+    """
+
+    energy: float
+    time: float
+    constant: float
+
+    code = "contact_yields"
+
+    def message(self) -> str:
+        return (
+            f"In every maneuver the potential energy falls by {self.energy:.2g} J within "
+            f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. The "
+            "contact yields, and the wheels slip. Make contact and friction stiffer "
+            "(docs/how-to/engines.md); a smaller step alone does not help"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"energy": self.energy, "time": self.time, "time_constant": self.constant}
+
+
+@dataclass(frozen=True, slots=True)
 class EnergyKept(Evidence):
     """A mechanical energy that stays, while its parts are wrong in every maneuver.
 
