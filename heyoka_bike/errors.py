@@ -6,6 +6,7 @@ An error message is one line: where (file, line, column), what was found, what w
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from importlib import import_module
+from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
 
@@ -153,10 +154,14 @@ def quoted(text: str, limit: int = 40) -> str:
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
 
 
-def quoted_names(names: Sequence[str], limit: int = 8) -> str:
-    """The first names in quotes for a message, and how many more there are."""
+def quoted_names(names: Sequence[str], beside: Sequence[str] = (), limit: int = 8) -> str:
+    """The first names in quotes for a message, each with a text beside it, and how many more."""
+    shown = [
+        quoted(name) + text
+        for name, text in zip_longest(names[:limit], beside[:limit], fillvalue="")
+    ]
     more = len(names) - limit
-    return ", ".join(map(quoted, names[:limit])) + (f" and {more} more" if more > 0 else "")
+    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
 
 
 def shortened(text: str, limit: int = 40) -> str:

@@ -85,7 +85,8 @@ class NotCompared(Evidence):
                 **evidence,
                 columns=keys,
             )
-        message = f"Columns of other names are left out: {quoted_names(names)}."
+        like = [f" ({x.key}?)" if x.key else "" for x in self.columns]
+        message = f"Columns of other names are left out: {quoted_names(names, like)}."
         return info("columns_left_out", message, **evidence)
 
 

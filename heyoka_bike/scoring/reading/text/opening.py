@@ -348,6 +348,10 @@ def _refuse_wrapped(
     counts = [dialect.count(content) for _, content in sample]
     begin = next((i for i, count in enumerate(counts) if count is not None), 0)
     counts, lines = counts[begin:], sample[begin:]
+    starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
+    if all(a < b for a, b in pairwise(starts)):
+        # Every line begins with a time, so each is a row.
+        return
     for width in sorted(widths):
         found = _counts_of_lines(counts, width)
         records = len(counts) // len(found) if len(found) > 1 else 0
@@ -356,7 +360,6 @@ def _refuse_wrapped(
         # Names may have several words: a heading seems to have twice as many as there are columns.
         if len({*found}) == 1 and width not in request.widths:
             continue
-        starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
         times = starts[: records * len(found) : len(found)]
         if all(a < b for a, b in pairwise(times)):
             *some, last = map(str, found)
