@@ -169,7 +169,7 @@ def judged(entry, report):
             return Judged(entry, "unfair", accused[0])
         told = any(re.search(ANSWERS["linearised"], f.message) for f in report.diagnosis)
         if answer == "linearised" and not told:
-            return Judged(entry, "silent", report.diagnosis[-1].message)
+            return Judged(entry, "silent", "")
         return Judged(entry, "fair", "")
     named = [f for f in report.diagnosis if f.code in NAMES_A_CAUSE]
     others = [f for f in (*report.diagnosis, *report.findings) if f.code not in NAMES_NOTHING]
@@ -222,7 +222,7 @@ def answered_before(path):
     content = path.read_text()
     given = json.loads(content[content.index("\n{") :] if "\n{" in content else content)
 
-    said = [SimpleNamespace(**{"evidence": {}, **f}) for f in given["findings"]]
+    said = [SimpleNamespace(**{"evidence": {}, **f}) for f in given.get("findings", ())]
     return SimpleNamespace(diagnosis=said, findings=[])
 
 
