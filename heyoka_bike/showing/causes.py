@@ -9,7 +9,8 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import found as seen
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning

@@ -8,8 +8,8 @@ from generators.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis
 from heyoka_bike.scoring.diagnosis.found import Explained, NoCauseFound
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.score import score
 

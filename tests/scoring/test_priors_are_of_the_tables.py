@@ -5,8 +5,9 @@ from math import log
 import pytest
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, benchmark
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, log_odds_before
+from heyoka_bike.scoring.diagnosis.hypothesis import log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import OF_THE_STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL

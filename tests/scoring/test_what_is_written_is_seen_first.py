@@ -306,10 +306,9 @@ def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
     program, time = apply(correct(reference), (mistake,)), reference[1].time[ROWS]
     simulator, held = Simulator(), {}
     for n in reference:
-        start = initial_state(program.bicycle, program.starts[n])
-        made = simulator.run(program.bicycle, start, time)
-        for change in program.rows:
-            made = change(made, time)
+        start = initial_state(program.motion.bicycle, program.motion.starts[n])
+        made = simulator.run(program.motion.bicycle, start, time)
+        made = program.written(made, time)
         held[n] = {key: made[key] for key in KEYS}
         if code.startswith("speed"):
             held[n]["forward_speed"] = made["forward_speed_wheel_spin"]
@@ -320,8 +319,8 @@ def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
 def test_the_energies_of_the_bodies_are_those_of_their_masses(reference):
     """At the start, upright: weights times heights, and the masses' own motion [J]."""
     program = correct(reference)
-    start = initial_state(program.bicycle, program.starts[2])
-    made = {k: x[0] for k, x in Simulator().run(program.bicycle, start, np.zeros(1)).items()}
+    start = initial_state(program.motion.bicycle, program.motion.starts[2])
+    made = {k: x[0] for k, x in Simulator().run(program.motion.bicycle, start, np.zeros(1)).items()}
     g, speed, roll = 9.81, 4.6, 0.5
     heights = {"R": 0.3, "B": 0.9, "H": 0.7, "F": 0.35}
     masses = {"R": 2.0, "B": 85.0, "H": 4.0, "F": 3.0}
@@ -337,8 +336,8 @@ def test_the_energies_of_the_bodies_are_those_of_their_masses(reference):
 
 def test_the_energies_of_the_bodies_are_all_there_is(reference):
     program, time = correct(reference), reference[1].time[ROWS]
-    start = initial_state(program.bicycle, program.starts[2])
-    made = Simulator().run(program.bicycle, start, time)
+    start = initial_state(program.motion.bicycle, program.motion.starts[2])
+    made = Simulator().run(program.motion.bicycle, start, time)
     for kind in ("kinetic", "potential"):
         parts = sum(made[f"{kind}_energy_of_{b}"] for b in "RBHF")
         np.testing.assert_allclose(parts, made[f"{kind}_energy"], rtol=1e-12)
@@ -349,8 +348,8 @@ def of_another_bicycle(reference, **values):
     found = {}
     program = correct(reference)
     changes = {k: Exact.parse(v) for k, v in values.items()}
-    bicycle = Bicycle("other", {**program.bicycle.values, **changes})
-    for n, start in program.starts.items():
+    bicycle = Bicycle("other", {**program.motion.bicycle.values, **changes})
+    for n, start in program.motion.starts.items():
         made = Simulator().run(bicycle, initial_state(bicycle, start), reference[n].time[ROWS])
         found[n] = {key: made[key].copy() for key in KEYS}
     return found
@@ -462,7 +461,11 @@ def test_a_rate_of_differences_beside_another_mistake(how, reference):
     time = reference[1].time[ROWS]
     held = {}
     for n in reference:
-        made = motion(program.bicycle, initial_state(program.bicycle, program.starts[n]), time)
+        made = motion(
+            program.motion.bicycle,
+            initial_state(program.motion.bicycle, program.motion.starts[n]),
+            time,
+        )
         held[n] = {key: made[key] for key in KEYS}
         slopes = np.diff(held[n]["steer_angle"]) / np.diff(time)
         rates = {

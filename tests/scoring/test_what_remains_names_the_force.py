@@ -21,10 +21,10 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
@@ -224,7 +224,7 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
 def pushed(reference, equations, force):
     """Maneuver 2 with a torque in the equation of roll, and one on the steer axis, by SciPy."""
     program = correct(reference)
-    start = np.array(initial_state(program.bicycle, program.starts[2]))
+    start = np.array(initial_state(program.motion.bicycle, program.motion.starts[2]))
     start[5] /= equations.k.length
 
     def slope(t, y):

@@ -6,7 +6,6 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.found import (
     Direction,
@@ -22,7 +21,9 @@ from heyoka_bike.scoring.diagnosis.found import (
     TorqueLaw,
     UnitsBeside,
 )
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE

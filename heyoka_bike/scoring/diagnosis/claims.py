@@ -1,10 +1,11 @@
 """What a cause may claim: whether what it leaves can be an integrator's error."""
 
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE

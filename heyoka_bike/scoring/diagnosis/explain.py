@@ -21,7 +21,7 @@ from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.claims import ends_search
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import Place
 from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method

@@ -14,7 +14,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.evidence import (
     AnotherStart,

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from math import log
 
 from heyoka_bike.scoring.diagnosis.claims import explains
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 
 

@@ -15,11 +15,12 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,

@@ -15,19 +15,14 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, are_even, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
 from heyoka_bike.scoring.diagnosis.budget import Deadline
-from heyoka_bike.scoring.diagnosis.evidence import (
-    WEIGHTS,
-    Hypothesis,
-    Place,
-    log_odds_before,
-    log_ratio,
-)
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run, integrated
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import Cause, Columns, Start, beginning
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE, in_si, observe
@@ -37,6 +32,7 @@ from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
+from heyoka_bike.scoring.rows.edits import Columns
 from heyoka_bike.scoring.units import factor
 
 _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
@@ -87,19 +83,18 @@ class _SeenPart:
 
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
-        if program.amounts:
+        if program.motion.amounts:
             # What potential a force has is not agreed on.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
-        for change in program.rows:
-            columns = change(columns, self.time)
+        columns = program.written(columns, self.time)
         return {name: columns[name][self.pick] for name in self.names}
 
     def motion(self, program: Program, rows: Array) -> AskedMotion:
         """Return the motion of a program at the times of some rows [s]."""
         start = beginning(program, self.part.number)
         meant = program.clock(rows, self.step)
-        return AskedMotion(program.bicycle, start, meant, dict(program.amounts))
+        return AskedMotion(program.motion.bicycle, start, meant, dict(program.motion.amounts))
 
 
 class SeenFile:
@@ -131,7 +126,8 @@ class SeenFile:
     ) -> None:
         self._reference, self._deadline = reference, deadline
         starts = {n: _start(reference[n].inputs) for n in reference}
-        self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
+        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
+        self.program = Program(Motion(bicycle, starts))
         times = max((part.time for part in parts), key=len)
         duration = float(reference[1].duration)
         self._library = mistakes_of(tuple(reference), times, duration)
@@ -306,7 +302,7 @@ class SeenFile:
         A motion that nears a singularity is simulated less well: its energy, which should be
         constant, says how well.
         """
-        if program.amounts or program.rows or program.linear:
+        if program.motion.amounts or program.edits or program.motion.linear:
             return self.right.floors
         drift = {}
         for p, columns in zip(self._parts, expected, strict=True):
@@ -392,7 +388,7 @@ class SeenFile:
         Columns of other definitions are taken back by the lengths of a program with some causes,
         and as far as is asked for [SI].
         """
-        bicycle = apply(self.program, causes).bicycle
+        bicycle = apply(self.program, causes).motion.bicycle
         equations = Equations.binary64(bicycle)
         parameters = {name: float(x) for name, x in bicycle.values.items()}
         seen = (observe(p.part, understood, equations, parameters, converged) for p in self._parts)
@@ -433,20 +429,23 @@ class SeenFile:
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
-        starts = tuple(program.starts[p.part.number] for p in self._parts)
-        bicycle = tuple(map(float, program.bicycle.values.values()))
-        clock = program.scale, program.shift
-        return bicycle, starts, clock, program.rows, program.amounts, program.linear
+        motion = program.motion
+        starts = tuple(motion.starts[p.part.number] for p in self._parts)
+        bicycle = tuple(map(float, motion.bicycle.values.values()))
+        return bicycle, starts, program.edits, motion.amounts, motion.linear
 
     def _written(self, programs: Sequence[Program]) -> Iterator[Expected]:
         """Columns that each program writes."""
         asked = [(p, part, part.motion(p, part.time)) for p in programs for part in self._parts]
         made = iter(
-            self.simulator.run_all([m for p, _, m in asked if not p.linear], self._deadline)
+            self.simulator.run_all([m for p, _, m in asked if not p.motion.linear], self._deadline)
         )
         each = (
             part.written_by(
-                p, linear_columns(m.bicycle, m.start, m.time, p.linear) if p.linear else next(made)
+                p,
+                linear_columns(m.bicycle, m.start, m.time, p.motion.linear)
+                if p.motion.linear
+                else next(made),
             )
             for p, part, m in asked
         )

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import (
     FittedValues,
@@ -167,7 +168,7 @@ class Fits:
 
     def _problem(self, changes: Mapping[str, float]) -> tuple[Errors, Array, Array, Array]:
         """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
-        sizes = np.array([_size_of(self.right.bicycle, name) for name in changes])
+        sizes = np.array([_size_of(self.right.motion.bicycle, name) for name in changes])
         return self._errors([*changes]), np.array([*changes.values()]), sizes, self.floors
 
     def _errors(self, names: Sequence[str]) -> Errors:

@@ -22,7 +22,8 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
@@ -181,7 +182,7 @@ class Residual:
     @cached_property
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
-        equations = equations_of(tuple(self.program.bicycle.values.items()))
+        equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
         with followed.taken(_METHOD) as told:
             found = find_methods(equations, self.motions)
             if found:
@@ -192,7 +193,7 @@ class Residual:
     @cached_property
     def law(self) -> Law | None:
         """A torque as a function of one variable that explains nearly all; None if none does."""
-        moving = self._moving(tuple(self.program.bicycle.values.items()))
+        moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
         zero = 0.0 * moving.state[0]
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])
         added = {
@@ -257,7 +258,7 @@ class Residual:
         That is the mass matrix times accelerations; in parts of what all of them give there, the
         geometric mean over the maneuvers.
         """
-        moving = self._moving(tuple(self.program.bicycle.values.items()))
+        moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])[: len(self.equations)]
         mass = np.array([np.broadcast_arrays(*row) for row in moving.mass])[
             : len(unit), : len(unit)
@@ -302,10 +303,10 @@ class Residual:
 
     def of(self, program: Program) -> Array:
         """Return averages of a program's accelerations, shape (n,); NaN where it has none."""
-        forces, unturned = forces_and_tensors(dict(program.amounts))
+        forces, unturned = forces_and_tensors(dict(program.motion.amounts))
         try:
             with np.errstate(all="ignore"):
-                values = tuple(program.bicycle.values.items())
+                values = tuple(program.motion.bicycle.values.items())
                 moving = self._moving(values, tuple(unturned.items()))
                 rates = moving.altered(forces)[3:6]
                 each = np.array([rates[0], rates[1], rates[2] * moving.equations.k.length])
@@ -426,7 +427,7 @@ class Residual:
     @cached_property
     def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
         """Of each maneuver whose first rows are those of a start, see `start_shown`."""
-        equations = equations_of(tuple(self.program.bicycle.values.items()))
+        equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
         # Motions that have blown up lead nowhere.
         with np.errstate(all="ignore"):
             return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}
