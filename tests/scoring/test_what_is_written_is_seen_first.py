@@ -16,13 +16,14 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.as_meant import as_meant
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.written import STEPS
+from heyoka_bike.scoring.diagnosis.sources import SOURCES
+from heyoka_bike.scoring.rows.columns import bounded
+from heyoka_bike.scoring.rows.grids import coarse_grids
 from heyoka_bike.scoring.score import score
 
 ROWS = slice(0, 1001, 2)
@@ -411,7 +412,7 @@ def test_a_few_levels_are_no_bounds(reference, key):
         size = np.ptp(held[n][key]) / 3
         held[n][key][20:] = size * np.rint(held[n][key][20:] / size)
     report = score(table(reference, held), reference)
-    assert as_meant(report, [step for step in STEPS if step.name == "bounds"]) is None
+    assert bounded(report) is None
 
 
 def test_rows_that_are_held_stay_at_no_bound(reference):
@@ -420,8 +421,7 @@ def test_rows_that_are_held_stay_at_no_bound(reference):
         for key in KEYS:
             held[n][key] = np.repeat(held[n][key][::6], 6)[: len(held[n][key])]
     report = score(table(reference, held), reference)
-    bounds = [step for step in STEPS if step.name == "bounds"]
-    assert as_meant(report, bounds) is None
+    assert bounded(report) is None
 
 
 def test_a_clipped_column(reference):
@@ -449,7 +449,7 @@ def test_each_maneuver_has_a_grid_of_its_own_digits(reference):
     for n, step in steps.items():
         held[n]["kinetic_energy"] = np.rint(held[n]["kinetic_energy"] / step) * step
     report = score(table(reference, held), reference)
-    seen = as_meant(report, [step for step in STEPS if step.name == "grid"]).seen
+    seen = coarse_grids(report).seen
     found = {n: x.step for x in seen for n in x.maneuvers}
     assert found == pytest.approx(steps)
 
@@ -511,7 +511,8 @@ def test_nothing_is_seen_in_files_of_integrators(size, reference):
         for i, key in enumerate(KEYS):
             scale = size * reference[n].scale(key)
             held[n][key] += scale * (time / 10) ** 2 * np.sin((2 + i / 3) * time + n)
-    assert as_meant(score(table(reference, held), reference), STEPS) is None
+    report = score(table(reference, held), reference)
+    assert not any(source.look(report) for source in SOURCES)
 
 
 def test_rows_that_are_spread_are_those_of_the_file():

@@ -15,7 +15,6 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.evidence import (
     AnotherStart,
     ColumnBeside,
@@ -27,13 +26,16 @@ from heyoka_bike.scoring.evidence import (
     OtherTimes,
     RowsBetween,
     RowsRepeated,
-    Scaled,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.columns import of_other_maneuvers, scaled
+from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
+from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
+from heyoka_bike.scoring.rows.table import whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
@@ -86,41 +88,6 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
         yield FallsOver(times)
 
 
-def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
-    """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
-    for m in maneuvers:
-        whole = [c for c in m.columns if c.values == m.rows]
-        still = {c.key: m.rows - _last_step(c) for c in whole}
-        # Of few digits a motion that dies away stands still for a while, too, and goes on.
-        others = [
-            c for c in whole
-            if still[c.key] < max(FEWEST_TELLING_ROWS, AS_GOOD * _still_before(c))
-        ]  # fmt: skip
-        standing = [c for c in whole if c not in others and _moves(c, 0)]
-        held = [c for c in standing if _moves(c, -still[c.key])]
-        if not held or any(_worst(c) > TOLERANCE for c in others):
-            continue
-        shown = held if others else standing
-        rows = min(still[c.key] for c in shown)
-        time = float(held[0].trace.time[m.rows - rows])
-        yield RowsRepeated(m.maneuver, time, rows, tuple(c.key for c in shown), not others)
-
-
-def _still_before(c: ColumnScore) -> int:
-    """The most rows that hold the same number, of those before the last step."""
-    return int(np.max(np.diff(np.flatnonzero(np.diff(c.trace.value))), initial=0))
-
-
-def _last_step(c: ColumnScore) -> int:
-    """The last row that is another one than the row before; 0 if none is."""
-    return int(np.max(np.flatnonzero(np.diff(c.trace.value)) + 1, initial=0))
-
-
-def _moves(c: ColumnScore, first: int) -> bool:
-    """True if the right column moves, from a row on."""
-    return float(np.ptp(c.trace.reference[first:])) > CLEARLY * (c.floor or 0.0)
-
-
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
     """Rows held, or on straight lines between fewer rows, in angles and rates.
 
@@ -142,7 +109,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     Until the last step, after which all stands still.
     """
     tiny = FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
-    rows = slice(_last_step(c) + 1)
+    rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
     with np.errstate(all="ignore"):
@@ -292,11 +259,6 @@ def _falls(c: ColumnScore, ahead: Array) -> bool:
     return rms(left) < max(rms(c.trace.error) / CLEARLY, least)
 
 
-def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
-    """Columns with a value in every row, whose definition is known."""
-    return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
-
-
 def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
     """Time by which each row is ahead of that written, and the factor by which errors fall so.
 
@@ -313,36 +275,6 @@ def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
             way = slope + ahead / 2.0 * bend
             ahead = np.sum(error * way, axis=0) / np.sum(way**2, axis=0)
         return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
-
-
-def of_other_maneuvers(
-    maneuvers: Sequence[ManeuverScore],
-) -> Iterator[ColumnOfAnotherManeuver]:
-    """Columns that are the same numbers in two maneuvers, though these differ."""
-    for i, m in enumerate(maneuvers):
-        for other in maneuvers[:i]:
-            theirs = {c.key: c for c in other.columns}
-            same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
-            if not same:
-                continue
-            right, worse = sorted((m, other), key=lambda x: max(_worst(x[key]) for key in same))
-            yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
-
-
-def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
-    a, b = one.trace, other.trace
-    n = min(len(a.value), len(b.value))
-    if (
-        n < FEWEST_TELLING_ROWS
-        or not np.ptp(a.value)
-        or not np.ptp(a.reference[:n] - b.reference[:n])
-    ):
-        return False
-    return float(np.mean(a.value[:n] == b.value[:n])) > MOST_ROWS
-
-
-def _worst(c: ColumnScore) -> float:
-    return c.as_understood.measures.max_rel_error or 0.0
 
 
 def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
@@ -447,34 +379,3 @@ def _wrong_alone(
         yield replace(seen, fit=fit)
     elif not is_unknown:
         yield seen
-
-
-def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
-    """The factor, the offset or both, the same in all maneuvers, that explain a column.
-
-    Of a factor and an offset the one that leaves less; both together if neither explains.
-    """
-    sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
-    value = np.concatenate([c.trace.value for c in columns]) / sizes
-    right = np.concatenate([c.trace.reference for c in columns]) / sizes
-    both = np.column_stack([right, 1.0 / sizes])
-
-    def solved(matrix: Array, goal: Array) -> list[float]:
-        return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
-
-    def left(fit: Scaled) -> float:
-        return rms(value - fit.factor * right - fit.offset / sizes)
-
-    def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
-        rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
-        # Each value must let the error fall by far.
-        return BY_FAR**count * rms(rest) < rms(c.trace.error)
-
-    one = [
-        Scaled(solved(both[:, :1], value)[0], 0.0),
-        Scaled(1.0, solved(both[:, 1:], value - right)[0]),
-    ]
-    for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
-        if len(value) > count and all(explains(fit, c, count) for c in columns):
-            return fit
-    return None

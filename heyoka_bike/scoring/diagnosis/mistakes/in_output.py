@@ -6,7 +6,6 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Mistake,
     Program,
@@ -15,6 +14,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 )
 from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.rows.edits import Change, Columns, Rewritten
+from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 
 # Rates by the angles that they are derivatives of: those of another roll angle are of another
 # definition of the rate.

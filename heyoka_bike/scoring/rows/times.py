@@ -12,15 +12,14 @@ from functools import cached_property
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, two_sum
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, hidden, is_right_column
-from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.diagnosis.plain import whole_columns
-from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
+from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp, TimeShift
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
+from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
 
 # Digits of a step that somebody chose.
@@ -53,7 +52,19 @@ class _Wrong(AtOtherTimes):
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
-def counted_rows(report: Report) -> AsMeant | None:
+def late_rows(report: Report) -> Undone | None:
+    """Times that are all shifted, as was seen when the file was judged."""
+    late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
+    if late is None:
+        return None
+    parts = []
+    for part in (m.part for m in report.maneuvers):
+        time, rest = two_sum(part.time, np.full_like(part.time, -late.shift))
+        parts.append(replace(part, time=time, time_lo=rest + part.time_lo).within_run())
+    return Undone((late,), tuple(parts))
+
+
+def counted_rows(report: Report) -> Undone | None:
     """Rows that are the right ones of multiples of a step, from which the written times creep away.
 
     Times that are added up do so, above all in single precision.
@@ -75,7 +86,7 @@ def counted_rows(report: Report) -> AsMeant | None:
         parts.append(replace(m.part, time=meant, time_lo=np.zeros_like(meant)).within_run())
     if len(set(steps)) > 1:
         return None
-    return AsMeant((TimesAddedUp(steps[0], max(creeps), all(singles)),), tuple(parts))
+    return Undone((TimesAddedUp(steps[0], max(creeps), all(singles)),), tuple(parts))
 
 
 def _counted(time: Array) -> tuple[float, Array] | None:
@@ -96,7 +107,7 @@ def _is_single_sum(time: Array, step: float) -> bool:
     return bool(np.array_equal(np.add.accumulate(steps).astype(np.float64), time))
 
 
-def one_clock(report: Report) -> AsMeant | None:
+def one_clock(report: Report) -> Undone | None:
     """Rows that are the right ones of times on one scale, where no maneuver tells its own clock."""
     every = [_Wrong(m) for m in report.maneuvers]
     counts = [len(wrong.columns) for wrong in every]
@@ -109,10 +120,10 @@ def one_clock(report: Report) -> AsMeant | None:
         return None
     scale = 1.0 + float(clock[0])
     parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
-    return AsMeant((OtherClock(None, scale, 0.0, None),), parts)
+    return Undone((OtherClock(None, scale, 0.0, None),), parts)
 
 
-def other_clocks(report: Report) -> AsMeant | None:
+def other_clocks(report: Report) -> Undone | None:
     """Rows that are the right ones of other times, in some of the maneuvers but not in all.
 
     Where all have one clock, whole programs that make this mistake are compared.
@@ -136,7 +147,7 @@ def other_clocks(report: Report) -> AsMeant | None:
                 seen.append(OtherClock(m.maneuver, scale, shift, rows))
                 part = _on_clock(part, scale, shift)
         parts.append(part)
-    return AsMeant(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts))
 
 
 def _is_refuted(m: ManeuverScore, clock: Array) -> bool:

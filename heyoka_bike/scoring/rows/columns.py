@@ -14,7 +14,7 @@ what it leaves is told beside it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,17 +22,13 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, hidden, is_right_column, places
-from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
-from heyoka_bike.scoring.diagnosis.grids import coarse_grids
-from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
-from heyoka_bike.scoring.diagnosis.rates import exchanged_with_rate, own_differences, shifted_rate
-from heyoka_bike.scoring.diagnosis.whole_maneuvers import mirrored, stopped
 from heyoka_bike.scoring.evidence import (
     ClippedColumn,
+    ColumnOfAnotherManeuver,
     ColumnRatio,
     Evidence,
     OtherColumn,
+    Scaled,
     SmoothedColumns,
     UnsignedColumn,
     WholeTurns,
@@ -40,8 +36,9 @@ from heyoka_bike.scoring.evidence import (
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, max_rel_error, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
@@ -75,7 +72,7 @@ _Deviations = Mapping[tuple[int, str], _Deviation]
 """By maneuver and key."""
 
 
-def _deviating_columns(report: Report) -> AsMeant | None:
+def deviating_columns(report: Report) -> Undone | None:
     """Columns that are another one, times a constant, clipped or smoothed: what explains best."""
     found: dict[tuple[int, str], _Deviation] = {}
     # These are no function of the right column.
@@ -110,7 +107,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
                 values[key] = _taken_back(m, m[key], deviation)
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
-    return AsMeant(tuple(_told(report, found)), tuple(parts))
+    return Undone(tuple(_told(report, found)), tuple(parts))
 
 
 def _alike_everywhere(
@@ -260,7 +257,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
 _WAYS = (_another, _unsigned, _wrapped, _ratio, _clipped, _averaged)
 
 
-def _bounded(report: Report) -> AsMeant | None:
+def bounded(report: Report) -> Undone | None:
     """Columns that stay at a bound, as the file itself shows it, whatever the motion."""
     found = {
         (m.maneuver, c.key): bounds
@@ -278,7 +275,7 @@ def _bounded(report: Report) -> AsMeant | None:
         for (key, low, high), of in by_key.items()
     )
     parts = (m.part.only(m.part.values.keys() - keys) for m in report.maneuvers)
-    return AsMeant(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts))
 
 
 def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
@@ -353,22 +350,60 @@ def _column(report: Report, key: str) -> ColumnScore:
     return report.by_column()[key][0][1]
 
 
-STEPS = (
-    Look("grid", "are values on a grid far coarser than their digits?", coarse_grids),
-    Look("stopped", "do the last rows repeat one another?", stopped),
-    Look("mirrored", "does a maneuver begin to the other side?", mirrored),
-    Look("exchanged", "are an angle and its rate in each other's place?", exchanged_with_rate),
-    Look("differences", "is a rate the difference of its own angle?", own_differences),
-    Look("shifted", "is a rate that of another row?", shifted_rate),
-    Look("counted", "are the rows right at multiples of a step?", counted_rows),
-    Look("one clock", "are the rows right at times on another scale?", one_clock),
-    Look("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
-    Look(
-        "columns",
-        "is a column another one, or the right one without its sign, with whole turns, times a "
-        "ratio, with another zero, bounded or averaged?",
-        _deviating_columns,
-    ),
-    Look("bounds", "does a column stay at a bound?", _bounded),
-)
-"""What is held against the rows, in this order."""
+def of_other_maneuvers(
+    maneuvers: Sequence[ManeuverScore],
+) -> Iterator[ColumnOfAnotherManeuver]:
+    """Columns that are the same numbers in two maneuvers, though these differ."""
+    for i, m in enumerate(maneuvers):
+        for other in maneuvers[:i]:
+            theirs = {c.key: c for c in other.columns}
+            same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
+            if not same:
+                continue
+            right, worse = sorted(
+                (m, other), key=lambda x: max(max_rel_error(x[key]) for key in same)
+            )
+            yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
+
+
+def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
+    a, b = one.trace, other.trace
+    n = min(len(a.value), len(b.value))
+    if (
+        n < FEWEST_TELLING_ROWS
+        or not np.ptp(a.value)
+        or not np.ptp(a.reference[:n] - b.reference[:n])
+    ):
+        return False
+    return float(np.mean(a.value[:n] == b.value[:n])) > MOST_ROWS
+
+
+def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
+    """The factor, the offset or both, the same in all maneuvers, that explain a column.
+
+    Of a factor and an offset the one that leaves less; both together if neither explains.
+    """
+    sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
+    value = np.concatenate([c.trace.value for c in columns]) / sizes
+    right = np.concatenate([c.trace.reference for c in columns]) / sizes
+    both = np.column_stack([right, 1.0 / sizes])
+
+    def solved(matrix: Array, goal: Array) -> list[float]:
+        return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
+
+    def left(fit: Scaled) -> float:
+        return rms(value - fit.factor * right - fit.offset / sizes)
+
+    def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
+        rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
+        # Each value must let the error fall by far.
+        return BY_FAR**count * rms(rest) < rms(c.trace.error)
+
+    one = [
+        Scaled(solved(both[:, :1], value)[0], 0.0),
+        Scaled(1.0, solved(both[:, 1:], value - right)[0]),
+    ]
+    for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
+        if len(value) > count and all(explains(fit, c, count) for c in columns):
+            return fit
+    return None

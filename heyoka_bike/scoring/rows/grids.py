@@ -9,13 +9,13 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, places
 from heyoka_bike.scoring.evidence import CoarseGrid
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.table import Undone, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
@@ -26,7 +26,7 @@ _FEWEST_LEVELS = 5
 _DISTANCES = 100
 
 
-def coarse_grids(report: Report) -> AsMeant | None:
+def coarse_grids(report: Report) -> Undone | None:
     """Columns whose values are all multiples of a step that is far coarser than their digits."""
     levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
     steps = _steps(levels)
@@ -53,7 +53,7 @@ def coarse_grids(report: Report) -> AsMeant | None:
         parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
     alike = grouped(((key, step), n) for (n, key), step in steps.items())
     seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
-    return AsMeant(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts))
 
 
 def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:

@@ -1,0 +1,48 @@
+"""The looks at the rows that a diagnosis takes, in this order, before anything is simulated.
+
+To add one: a function in a module of `scoring.rows`, which returns what it sees and the rows with
+that undone; a line here; and the sentence of its evidence in `showing.sayings`.
+"""
+
+from dataclasses import dataclass
+
+from heyoka_bike.scoring.diagnosis.followed import Step
+from heyoka_bike.scoring.rows.columns import bounded, deviating_columns
+from heyoka_bike.scoring.rows.grids import coarse_grids
+from heyoka_bike.scoring.rows.maneuvers import mirrored, stopped
+from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
+from heyoka_bike.scoring.rows.table import Look
+from heyoka_bike.scoring.rows.times import counted_rows, late_rows, one_clock, other_clocks
+
+
+@dataclass(frozen=True, slots=True)
+class Source(Step):
+    """A look at the rows.
+
+    Attributes
+    ----------
+    look : callable
+    """
+
+    look: Look
+
+
+SOURCES = (
+    Source("late", "are all times shifted?", late_rows),
+    Source("grid", "are values on a grid far coarser than their digits?", coarse_grids),
+    Source("stopped", "do the last rows repeat one another?", stopped),
+    Source("mirrored", "does a maneuver begin to the other side?", mirrored),
+    Source("exchanged", "are an angle and its rate in each other's place?", exchanged_with_rate),
+    Source("differences", "is a rate the difference of its own angle?", own_differences),
+    Source("shifted", "is a rate that of another row?", shifted_rate),
+    Source("counted", "are the rows right at multiples of a step?", counted_rows),
+    Source("one clock", "are the rows right at times on another scale?", one_clock),
+    Source("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
+    Source(
+        "columns",
+        "is a column another one, or the right one without its sign, with whole turns, times a "
+        "ratio, with another zero, bounded or averaged?",
+        deviating_columns,
+    ),
+    Source("bounds", "does a column stay at a bound?", bounded),
+)
