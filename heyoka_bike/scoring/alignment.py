@@ -26,6 +26,7 @@ from heyoka_bike.scoring.evidence import (
     OtherOrder,
     RowsOutside,
     TimesFromFirst,
+    TimesInLargerUnit,
     TimeUnitContradicted,
     TooLarge,
     WheelRate,
@@ -52,10 +53,13 @@ _GIVEN_AT_START = (*LATERAL, "forward_speed")
 HALF = 0.5
 FASTEST_MODE = 0.05
 """Time in which the fastest mode of the benchmark decays by e [s]."""
-# Beyond this a product of two values overflows on the way; no program means it.
+# Beyond this a product of two values overflows on the way; no program means it. Values below its
+# inverse, whose products vanish, are zero.
 _LARGEST_VALUE = 1e150
 # Units in which times are so many times as large as in seconds.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+# Seconds in the units in which times are that much smaller.
+_LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
 # Of the reference's: times of a shorter run in a smaller unit may as well be of a longer one.
 _SHORTEST_RUN = 0.1
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
@@ -118,6 +122,11 @@ class Part(Rows):
         """The rows whose times, another clock's perhaps, are within the run of the reference."""
         return self.at((self.time >= 0.0) & (self.time <= float(self.reference.duration)))
 
+    def at_distinct_times(self) -> Part:
+        """The rows less those at the time of the row before, to the rounding of summed times."""
+        later = np.diff(self.time) > SUMMED * float(self.reference.duration)
+        return self if later.all() else self.at(np.append(True, later))
+
     def sample(self) -> NDArray[np.intp]:
         """Indices of at most `MOST_SAMPLED` rows, evenly spread."""
         return spread(len(self.time), MOST_SAMPLED)
@@ -163,7 +172,7 @@ def align(results: Results, reference: Reference) -> Alignment:
         part, turning = _with_wheel_rate(part, reference)
         outside += turning
         if len(part.time):
-            outside += _of_another(part, rows, reference, results)
+            outside += _of_another(part, rows, reference, results) + _of_larger_unit(part)
         seen += [x for x in outside if x not in seen]
         (parts if len(part.time) else lost).append(part)
     if not any(part.has_values() for part in parts):
@@ -390,6 +399,8 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
             return started[0]
         option = "maneuver=N" if results.format == "array" else "--maneuver N"
         hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
+        larger = _of_larger_unit(parts[nearest]) if len(parts[nearest].time) else ()
+        hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
         raise NothingScoredError(
             f"{results.path}: found columns that fit no maneuver clearly (relative distances "
             + ", ".join(f"{n}: {d:.2g}" for n, d in sorted(distance.items()))
@@ -524,12 +535,49 @@ def _within(
     kept = rows if keep.all() else rows.at(keep)
     values = dict(kept.values)
     for key, written in kept.values.items():
-        too_large = np.abs(written) > _LARGEST_VALUE
+        size = np.abs(written)
+        too_large = size > _LARGEST_VALUE
         if count := int(too_large.sum()):
             values[key] = np.where(too_large, np.nan, written)
             seen.append(TooLarge(number, key, count))
+        if (is_tiny := (size < 1.0 / _LARGEST_VALUE) & (written != 0.0)).any():
+            values[key] = np.where(is_tiny, 0.0, values[key])
     named = vars(kept) | {"maneuver": number, "values": values}
     return Part(**named, reference=reference), tuple(seen)
+
+
+def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
+    """Tell whether angles change far more than their rates allow, unless times are in this unit."""
+    span, end = float(np.ptp(part.time)), float(part.reference.duration)
+    units = {unit: size for unit, size in _LARGER_UNITS.items() if _is_whole_run(span * size, end)}
+    if not units or max(_change_over_rate(part, kind) for kind in ("roll", "steer")) <= CLEARLY:
+        return ()
+    return tuple(TimesInLargerUnit(unit, size, span) for unit, size in units.items())
+
+
+def _is_whole_run(span: float, duration: float) -> bool:
+    """True if times span a good part of the run, and not more, to the digits they may have."""
+    return _SHORTEST_RUN * duration <= span <= duration * (1.0 + TOLERANCE)
+
+
+def _change_over_rate(part: Part, kind: str) -> float:
+    """How much an angle changes from row to row, over what its rate adds up to; 0 if unknown."""
+    keys = (f"{kind}_angle", f"{kind}_rate")
+    if not all(key in part.values for key in keys):
+        return 0.0
+    units = [factor(unit)[0] if (unit := part.units.get(key)) else 1.0 for key in keys]
+    angle, rate = (part.values[key] * unit for key, unit in zip(keys, units, strict=True))
+    good = np.isfinite(angle) & np.isfinite(rate)
+    if not good.any():
+        return 0.0
+    time, size = part.time[good], np.abs(rate[good])
+    off = size - np.abs(part.reference.approximate(time, keys[1:])[keys[1]])
+    if median(np.abs(off)) < _FAR_FROM_MANEUVER * part.reference.scale(keys[1]):
+        # The rate is right at these times: the angle is in another unit.
+        return 0.0
+    added = float(np.sum(np.diff(time) * (size[1:] + size[:-1]) / 2))
+    change = float(np.sum(np.abs(np.diff(angle[good]))))
+    return change / added if added else 0.0
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:

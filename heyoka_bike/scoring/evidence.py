@@ -240,9 +240,18 @@ class TimesUnsorted(Evidence):
 
 @dataclass(frozen=True, slots=True)
 class TimesRepeated(Evidence):
-    """Rows that have the time of another one."""
+    """Rows that repeat the time of another row.
+
+    Attributes
+    ----------
+    count
+        Number of the rows whose time another row has.
+    are_identical
+        True if rows of one time also have the same values in every column.
+    """
 
     count: int
+    are_identical: bool
 
 
 # How it lies beside the reference.
@@ -322,6 +331,25 @@ class OtherManeuver(Evidence):
     nearest: int
     distance: float
     own_distance: float
+
+
+@dataclass(frozen=True, slots=True)
+class TimesInLargerUnit(Evidence):
+    """Times that are those of a run in minutes or hours, of angles too fast for seconds.
+
+    Attributes
+    ----------
+    unit
+        Its name.
+    seconds
+        Seconds in the unit.
+    span
+        Of the times, as seconds [s].
+    """
+
+    unit: str
+    seconds: float
+    span: float
 
 
 @dataclass(frozen=True, slots=True)

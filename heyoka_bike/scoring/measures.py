@@ -24,7 +24,7 @@ row of a column that varies are no digits, however many are written.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from math import isfinite, sqrt
+from math import isfinite, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +74,9 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
 
 
 def rms(error: Array) -> float:
-    """Root of the mean square, without overflow."""
+    """Root of the mean square, without overflow; NaN of no values, which meets no condition."""
+    if not len(error):
+        return nan
     largest = float(np.maximum.reduce(np.abs(error)))
     if largest == 0.0:
         return 0.0

@@ -214,8 +214,11 @@ def _(e: seen.TimesUnsorted) -> Finding:
 
 @_finding.register
 def _(e: seen.TimesRepeated) -> Finding:
-    said = f"{e.count} rows have the time of another one."
-    return info("times_repeated", said, count=e.count)
+    if e.are_identical:
+        said = f"{e.count} rows repeat another row, with the same time and the same values"
+        return info("times_repeated", said, count=e.count, identical=True)
+    said = f"{e.count} rows repeat the time of another row: the time column has too few digits"
+    return warning("times_repeated", said, count=e.count, identical=False)
 
 
 def _names(names: Sequence[str]) -> list[str]:
@@ -268,6 +271,15 @@ def _(e: seen.OtherManeuver) -> Finding:
         f"(relative distance {e.distance:.2g}, against {e.own_distance:.2g})"
     )
     return warning("another_maneuver", said, maneuver=e.maneuver, nearest=e.nearest)
+
+
+@_finding.register
+def _(e: seen.TimesInLargerUnit) -> Finding:
+    said = (
+        f"The times span {e.span:.4g} s, in which the angles change far more than their rates "
+        f"allow. Are the times in {e.unit}? Write seconds, or the unit in the heading"
+    )
+    return warning("time_in_larger_unit", said, unit=e.unit, span=e.span)
 
 
 @_finding.register

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import codes, made, smooth_error
-from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
+from heyoka_bike.scoring.diagnosis import pursue as diagnosis
 from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results

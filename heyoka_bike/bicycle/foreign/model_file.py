@@ -222,7 +222,7 @@ def _mjcf_mass(element: Element, place: Matrix, axes: Matrix, in_degrees: bool) 
 
 def _mjcf_radius(element: Element) -> Any:
     for geom in _round(element):
-        return geom.numbers("size", len(geom.text("size").split()))[0]
+        return geom.numbers("size", max(1, len(geom.text("size").split())))[0]
     return None
 
 

@@ -11,8 +11,8 @@ from heyoka_bike.errors import InputError, did_you_mean, quoted
 from heyoka_bike.numbers.exact import Exact
 
 _LINE = re.compile(r"\s*(?P<symbol>[A-Za-z]\w*)\s*[=:,]\s*(?P<value>.*?)\s*")
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_VALUE = re.compile(rf"(?P<value>{_NUMBER})(?:\s*\+/-\s*(?P<uncertainty>{_NUMBER}))?")
+_POSITIVE = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_VALUE = re.compile(rf"(?P<value>[-+]?{_POSITIVE})(?:\s*\+/-\s*(?P<uncertainty>{_POSITIVE}))?")
 # As the package uncertainties writes small values: (3.0+/-0.1)e-05.
 _SCALED = re.compile(r"\((?P<both>[^()]*)\)(?P<power>[eE][-+]?\d+)")
 _NOT_OF_THE_BICYCLE = ("v",)
@@ -59,8 +59,8 @@ def read(text: str, file: str) -> Found:
                 "deviation",
                 parts.start("value"),
             )
-        power = Exact.parse(f"1{scaled['power']}") if scaled else Exact.parse("1")
         try:
+            power = Exact.parse(f"1{scaled['power']}" if scaled else "1")
             found.values[symbol] = Exact.parse(both["value"]) * power
             if both["uncertainty"]:
                 found.uncertainties[symbol] = Exact.parse(both["uncertainty"]) * power

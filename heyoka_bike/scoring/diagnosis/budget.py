@@ -1,20 +1,39 @@
 """The processor time that a diagnosis may take, how far it goes, and what ends it.
 
-Time is that of the process which diagnoses, in all its threads; it starts no other process. It is
-asked for before each step that takes long: a fifth of a second of the motions that are simulated
-together, a program that is compared. So the last step may end later, by the time that it takes.
+Time is that of the process which diagnoses, in all its threads; it starts no other process. A
+diagnosis asks for it before each step that takes long: a fifth of a second of the motions that are
+simulated together, a program that is compared. So the last step may end later, by the time that it
+takes.
+
+A step that never asks is interrupted from outside: `Watch` is a thread that raises
+`BudgetSpentError` in the thread of the diagnosis. Unlike a signal this works in every thread and on
+every system. The exception arrives between two instructions of Python, so a loop inside of a
+compiled library goes on until it returns. CPython alone can do it, and it needs a thread: elsewhere
+the diagnosis ends only where it asks.
 """
+
+from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from math import inf
 from numbers import Real
+from threading import Event, RLock, Thread, get_ident
+from types import TracebackType
 
 from heyoka_bike.errors import InputError, printable
 
 SECONDS = 20.0
 """Processor time that a diagnosis takes at most, unless it is told [s]."""
+
+
+OVERRUN = 5.0
+"""Processor time beyond the budget after which a diagnosis is interrupted, and again each time that
+it goes on for as long [s]."""
+
+_SECONDS_BETWEEN_LOOKS = 0.25  # [s]
 
 
 class BudgetSpentError(Exception):
@@ -52,6 +71,63 @@ class Deadline:
 
 
 NEVER = Deadline()
+
+
+class Watch:
+    """Interrupt the thread that enters the block where it goes on after a deadline.
+
+    Parameters
+    ----------
+    deadline : Deadline
+        One of another clock than the processor's is not watched.
+    """
+
+    def __init__(self, deadline: Deadline) -> None:
+        is_watched = deadline.end < inf and deadline.clock is time.process_time
+        self._end = deadline.end + OVERRUN if is_watched else inf
+        self._is_over, self._has_raised, self._lock = Event(), False, RLock()
+
+    def __enter__(self) -> None:
+        if self._end < inf:
+            # Systems without threads, and processes that may not start another one.
+            with suppress(RuntimeError):
+                Thread(target=self._look, args=(get_ident(),), daemon=True).start()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:  # fmt: skip
+        self.end()
+
+    def end(self) -> None:
+        """Stop watching, in the thread that is watched; a second call does nothing."""
+        while True:
+            with suppress(BudgetSpentError), self._lock:
+                self._is_over.set()
+                if self._has_raised:
+                    # One that has not arrived yet would do so after the block.
+                    _raise_in(get_ident(), None)
+                return
+
+    def _look(self, thread: int) -> None:
+        end = self._end
+        while not self._is_over.wait(_SECONDS_BETWEEN_LOOKS):
+            if time.process_time() < end:
+                continue
+            with self._lock:
+                if not self._is_over.is_set():
+                    self._has_raised = True
+                    _raise_in(thread, BudgetSpentError)
+            end = time.process_time() + OVERRUN
+
+
+def _raise_in(thread: int, error: type[Exception] | None) -> None:
+    """Let a thread raise an exception, or none of those that have not arrived yet."""
+    import ctypes
+
+    with suppress(AttributeError):
+        raised = None if error is None else ctypes.py_object(error)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), raised)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,13 +8,21 @@ from typing import Any
 from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget
+from heyoka_bike.scoring.alignment import Alignment
+from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, BudgetSpentError, Watch
 from heyoka_bike.scoring.diagnosis.found import NothingWrong
-from heyoka_bike.scoring.diagnosis.pursue import pursue
-from heyoka_bike.scoring.evidence import SignContradiction, StoppedEarly
+from heyoka_bike.scoring.diagnosis.pursue import Answer, pursue
+from heyoka_bike.scoring.evidence import (
+    Evidence,
+    RowsOutside,
+    SignContradiction,
+    StoppedEarly,
+    TimesInLargerUnit,
+    TimesRepeated,
+)
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
 
@@ -79,10 +87,20 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
-    with one_thread_of_linear_algebra():
-        found = pursue(report, reference, progress or (lambda _: None), budget.begun())
+    deadline = budget.begun()
+    watch = Watch(deadline)
+    distinct = _at_distinct_times(report, reference)
+    try:
+        with one_thread_of_linear_algebra(), watch:
+            found = pursue(distinct, reference, progress or (lambda _: None), deadline)
+    except BudgetSpentError:
+        watch.end()
+        found = Answer(distinct, (), is_whole=False)
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
-    said = found.seen
+    said = (*filter(_is_of_times, report.seen), *found.seen)
+    if distinct is not report:
+        # The other rows are right: no more is wrong than their times.
+        said = tuple(x for x in said if not (isinstance(x, NothingWrong) and x.signs is None))
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
         said = (odd, *said)
@@ -91,11 +109,32 @@ def diagnosed(
     if found.cause is not None and found.curves:
         explanation = Explanation(say(found.cause).message, found.curves)
     return replace(
-        found.report,
+        report,
         seen=(*found.report.seen, *stopped),
         diagnosis=tuple(map(say, (*said, *stopped))),
         explanation=explanation,
     )
+
+
+def _at_distinct_times(report: Report, reference: Reference) -> Report:
+    """The report without rows at the time of the row before them, between which nothing moves.
+
+    Its evidence stays that of the whole file.
+    """
+    parts = tuple(m.part.at_distinct_times() for m in report.maneuvers)
+    if all(p is m.part for p, m in zip(parts, report.maneuvers, strict=True)):
+        return report
+    return replace(scored(Alignment(report.file, parts, ()), reference), seen=report.seen)
+
+
+def _is_of_times(seen: Evidence) -> bool:
+    """True for evidence that the times are written wrongly, which comes before any cause."""
+    match seen:
+        case TimesRepeated():
+            return not seen.are_identical
+        case RowsOutside():
+            return seen.may_be_in is not None
+    return isinstance(seen, TimesInLargerUnit)
 
 
 def diagnosed_elsewhere(

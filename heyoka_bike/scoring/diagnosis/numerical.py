@@ -150,6 +150,7 @@ def _roughness(c: ColumnScore) -> _Rough | None:
     if c.values < FEWEST_ROWS:
         return None
     found = roughness(c.trace.error, _FIFTHS)
-    if found.size <= CLEARLY * (c.floor or 0.0):
+    spread = float(np.std(c.trace.error))
+    if found.size <= CLEARLY * (c.floor or 0.0) or not spread:
         return None
-    return _Rough(found.size / float(np.std(c.trace.error)), found.size / (c.scale or 1.0), found)
+    return _Rough(found.size / spread, found.size / (c.scale or 1.0), found)

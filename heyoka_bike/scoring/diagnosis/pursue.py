@@ -16,7 +16,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis import followed, plain
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
-from heyoka_bike.scoring.diagnosis.budget import Deadline
+from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.found import (
     Explained,
@@ -85,6 +85,8 @@ class Pursuit:
         The score of the rows with all undone that was seen.
     seen : list of Evidence
         What was undone, in this order.
+    explained : set of str
+        Keys of columns of unknown definition whose error a cause explains.
     answer : Answer or None
         The end of the diagnosis, once it is reached.
     """
@@ -95,6 +97,7 @@ class Pursuit:
     deadline: Deadline
     view: Report = field(init=False)
     seen: list[Evidence] = field(default_factory=list)
+    explained: set[str] = field(default_factory=set)
     answer: Answer | None = None
 
     def __post_init__(self) -> None:
@@ -107,7 +110,13 @@ class Pursuit:
         known mistake of what is written that leaves nothing takes the place of a ratio, or of a
         column that is in the place of another in all maneuvers.
         """
-        rest = scored(Alignment(self.view.file, undone.parts, ()), self.reference)
+        # A maneuver whose columns were all put aside has nothing to lay beside it.
+        parts = tuple(part for part in undone.parts if part.has_values())
+        if not parts:
+            self.seen += undone.seen
+            self.answer = Answer(self.view, ())
+            return
+        rest = scored(Alignment(self.view.file, parts, ()), self.reference)
         before, left = worst(self.view), worst(rest)
         if any(self._may_be_known(x) for x in undone.seen):
             known = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
@@ -134,8 +143,8 @@ class Pursuit:
             # It may be another column, or be computed wrongly.
             other = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
             if any(_is_mistake(x) for x in other.seen[:1]):
-                others = tuple(x for x in report.seen if not isinstance(x, DefinitionUnknown))
-                return replace(other, report=replace(report, seen=others))
+                self.explained |= unknown
+                return other
             if any(isinstance(x, ColumnsApart) or is_whole_cause(x) for x in other.seen):
                 return other
             found = replace(found, is_whole=found.is_whole and other.is_whole)
@@ -182,18 +191,18 @@ class Pursuit:
 
     def whole_answer(self, end: Answer) -> Answer:
         """The end of the diagnosis, after what was undone on the way."""
-        if not self.seen:
-            return end
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
         more = (
             x for x in end.seen
-            if not (isinstance(x, NothingWrong) and x.signs is None)
+            if not (self.seen and isinstance(x, NothingWrong) and x.signs is None)
             and not (is_late and isinstance(x, NoCauseFound))
         )  # fmt: skip
-        told = {getattr(x, "key", "") for x in self.seen}
+        explained = self.explained | {getattr(x, "key", "") for x in self.seen}
         # A column whose error is explained needs no definition of its own.
         seen = tuple(
-            x for x in self.root.seen if not (isinstance(x, DefinitionUnknown) and x.key in told)
+            x
+            for x in self.root.seen
+            if not (isinstance(x, DefinitionUnknown) and x.key in explained)
         )
         return replace(end, report=replace(self.root, seen=seen), seen=(*self.seen, *more))
 
@@ -201,8 +210,20 @@ class Pursuit:
 def pursue(
     report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
 ) -> Answer:
-    """What explains a report: each source is asked once, and what it sees is undone."""
+    """What explains a report: each source is asked once, and what it sees is undone.
+
+    What was seen until a diagnosis is interrupted stays.
+    """
     pursuit = Pursuit(report, reference, progress, deadline)
+    try:
+        end = _end_of(pursuit)
+    except BudgetSpentError:
+        end = Answer(pursuit.view, (), is_whole=False)
+    return pursuit.whole_answer(end)
+
+
+def _end_of(pursuit: Pursuit) -> Answer:
+    """Ask all sources, and at last for motions."""
     for source in SOURCES:
         with followed.taken(source) as told:
             undone = source.look(pursuit.view)
@@ -211,9 +232,8 @@ def pursue(
         if undone is not None:
             pursuit.undo(undone)
         if pursuit.answer is not None:
-            break
-    end = pursuit.answer or pursuit.of_motion()
-    return pursuit.whole_answer(end)
+            return pursuit.answer
+    return pursuit.of_motion()
 
 
 def _is_mistake(seen: Evidence) -> bool:

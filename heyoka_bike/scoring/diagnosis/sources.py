@@ -12,7 +12,13 @@ from heyoka_bike.scoring.rows.grids import coarse_grids
 from heyoka_bike.scoring.rows.maneuvers import mirrored, stopped
 from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
 from heyoka_bike.scoring.rows.table import Look
-from heyoka_bike.scoring.rows.times import counted_rows, late_rows, one_clock, other_clocks
+from heyoka_bike.scoring.rows.times import (
+    counted_rows,
+    late_rows,
+    one_clock,
+    other_clocks,
+    other_unit,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +34,7 @@ class Source(Step):
 
 
 SOURCES = (
+    Source("unit", "are times in minutes or hours?", other_unit),
     Source("late", "are all times shifted?", late_rows),
     Source("grid", "are values on a grid far coarser than their digits?", coarse_grids),
     Source("stopped", "do the last rows repeat one another?", stopped),

@@ -63,6 +63,8 @@ def from_derivative(
         return None, False
     # Repeated times and event steps have no step to speak of.
     near = (step > usual / 10) & (step <= FASTEST_MODE)
+    if not near.any():
+        return None, False
     with np.errstate(over="ignore"):
         slope = np.diff(angle.trace.error)[near] / step[near]
     if not np.isfinite(slope).all():

@@ -93,10 +93,18 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
         seen.append(TimesUnsorted(counted_by, line, len(back)))
         order = np.lexsort((rest, hi))
         hi, rest = hi[order], rest[order]
-    repeated = int(np.count_nonzero((hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])))
-    if repeated:
-        seen.append(TimesRepeated(repeated))
+    is_repeated = (hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])
+    if is_repeated.any():
+        count = np.count_nonzero(np.append(is_repeated, False) | np.append(False, is_repeated))
+        pairs = np.flatnonzero(is_repeated)
+        rows = (pairs + k if order is None else order[pairs + k] for k in (0, 1))
+        seen.append(TimesRepeated(int(count), _are_identical(table, *rows)))
     return Times(hi, rest, order, tuple(seen))
+
+
+def _are_identical(table: ReadTable, rows: NDArray[np.intp], others: NDArray[np.intp]) -> bool:
+    """True if each of the rows has the values of its other row in every column."""
+    return all(np.array_equal(x.values[rows], x.values[others], True) for x in table.columns)
 
 
 def in_seconds(times: Double, unit: str) -> Double:

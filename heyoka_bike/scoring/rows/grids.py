@@ -108,7 +108,9 @@ def _step_of(levels: Array, least: float) -> float | None:
     apart = apart[apart > FLOORS_OF_ROUNDING * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
-    step = _common(np.sort(apart)[:_DISTANCES])
+    step = _common(np.sort(apart)[:_DISTANCES], least)
+    if step is None:
+        return None
     # By longer and longer spans and the largest level, in which rounding counts less and less.
     ends = 2 ** np.arange(int(np.log2(len(levels) - 1)) + 1)
     for whole in (*(levels[[*ends, -1]] - levels[0]), np.max(np.abs(levels))):
@@ -116,14 +118,20 @@ def _step_of(levels: Array, least: float) -> float | None:
     return step if _are_multiples(levels, step, least) else None
 
 
-def _common(distances: Array) -> float:
-    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm."""
+def _common(distances: Array, least: float) -> float | None:
+    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm.
+
+    A rest is about half a step at most, so the steps fall until the rests vanish, or until the step
+    is no longer far above `least`, which the digits can tell. Then there is none.
+    """
     step = float(distances[0])
-    while True:
+    while step > BY_FAR * least:
         rest = np.abs(distances - step * np.rint(distances / step))
-        if not (BY_FAR * rest > step).any():
+        rest = rest[BY_FAR * rest > step]
+        if not len(rest):
             return step
-        step = float(np.min(rest[BY_FAR * rest > step]))
+        step = float(np.min(rest))
+    return None
 
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:

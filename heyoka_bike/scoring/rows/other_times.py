@@ -38,7 +38,7 @@ class AtOtherTimes:
         return self._values - np.array(each), rows
 
     def left(self, meant: Array) -> Array:
-        """What these times leave of each column."""
+        """What these times leave of each column; NaN if they leave no row within the run."""
         errors, rows = self.off(meant)
         return np.array([rms(x[rows]) for x in errors])
 

@@ -12,9 +12,15 @@ from functools import cached_property
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.numbers.double import Array, two_sum
+from heyoka_bike.numbers.double import Array, multiply, two_sum
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp, TimeShift
+from heyoka_bike.scoring.evidence import (
+    Evidence,
+    OtherClock,
+    TimesAddedUp,
+    TimeShift,
+    TimesInLargerUnit,
+)
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
@@ -52,16 +58,33 @@ class _Wrong(AtOtherTimes):
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
+def other_unit(report: Report) -> Undone | None:
+    """Times in minutes or hours, as was seen when the file was aligned."""
+    larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
+    # It is told with what else was seen of the times.
+    return None if larger is None else _at_other_times(report, (), larger.seconds, 0.0)
+
+
 def late_rows(report: Report) -> Undone | None:
     """Times that are all shifted, as was seen when the file was judged."""
     late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
-    if late is None:
-        return None
+    return None if late is None else _at_other_times(report, (late,), 1.0, late.shift)
+
+
+def _at_other_times(
+    report: Report, seen: tuple[Evidence, ...], scale: float, shift: float
+) -> Undone | None:
+    """The rows with times multiplied by a scale, less a shift, of those then within the run.
+
+    None if that leaves no row of a maneuver.
+    """
     parts = []
     for part in (m.part for m in report.maneuvers):
-        time, rest = two_sum(part.time, np.full_like(part.time, -late.shift))
-        parts.append(replace(part, time=time, time_lo=rest + part.time_lo).within_run())
-    return Undone((late,), tuple(parts))
+        factor = np.full_like(part.time, scale), np.zeros_like(part.time)
+        hi, lo = multiply((part.time, part.time_lo), factor)
+        time, rest = two_sum(hi, np.full_like(hi, -shift))
+        parts.append(replace(part, time=time, time_lo=rest + lo).within_run())
+    return Undone(seen, tuple(parts)) if all(part.has_values() for part in parts) else None
 
 
 def counted_rows(report: Report) -> Undone | None:

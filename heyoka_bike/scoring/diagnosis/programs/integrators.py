@@ -97,7 +97,8 @@ def _settled(better: Callable[[Array], Array], guess: Array) -> Array:
     """What no longer changes."""
     for _ in range(_REPETITIONS):
         guess, before = better(guess), guess
-        if np.max(np.abs(guess - before)) < _SETTLED * np.max(np.abs(guess)):
+        change, size = (np.max(np.abs(x), initial=0.0) for x in (guess - before, guess))
+        if not change >= _SETTLED * size:
             break
     return guess
 
