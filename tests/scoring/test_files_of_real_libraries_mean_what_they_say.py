@@ -14,6 +14,7 @@ from games.library_game import FINE, play
 from games.library_writers import WRITERS
 from heyoka_bike import read_results, score
 from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.not_read import NOT_READ, PRINT_ALL
 
 HERE = Path(__file__).parent / "drawn"

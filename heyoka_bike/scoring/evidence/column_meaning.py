@@ -18,8 +18,7 @@ from heyoka_bike.scoring.evidence.words import (
 from heyoka_bike.scoring.findings import Severity, named
 
 DEFAULT_CONVENTIONS = (
-    "The file follows the conventions that are taken by default: SI units, roll and steer positive "
-    "to the right, potential energy from the floor, and the first definition of each column"
+    "Conventions: as by default (SI units, roll and steer positive to the right, V from the floor)"
 )
 
 _COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {

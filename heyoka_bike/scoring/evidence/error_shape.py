@@ -110,16 +110,13 @@ class SmoothError(Evidence):
 
     def message(self) -> str:
         said = (
-            "The error is smooth, as the steps of an integrator, another model, or columns or "
-            f"times that are written otherwise leave it. Halve the step ({_BOTH_STEPS}), or divide "
-            f"the tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p "
-            "with a method of order p; any other stays the same curve; and noise of rounding or "
-            "of iterations stays as large, but is another curve"
+            "The error is smooth. Halve the step or divide the tolerance by ten: if the error "
+            "falls, it is the integrator's; if it stays, it is not"
         )
         if self.missing:
             said += (
-                f". With {named(self.missing)} in the file, what it leaves of the equations shows "
-                "more"
+                f". With {named(self.missing)} in the file, the equations of motion could be "
+                "checked"
             )
         return said
 
@@ -149,8 +146,8 @@ class WorkFromStart(Evidence):
         forces = ", ".join(f"{x:.3g} N" for x in self.forces.values())
         return (
             f"From the first row on the kinetic energy changes by {each}, where gravity does no "
-            f"work: by a force of {forces} along the motion, as of drag, wind, a slope or a drive, "
-            "unless it becomes less with a smaller step"
+            f"work, as a force of {forces} along the motion does: drag, wind, a slope or a drive. "
+            "An integrator's share falls with its step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -184,10 +181,9 @@ class Unsymmetric(Evidence):
     def message(self) -> str:
         return (
             f"The error of {self.key} begins in maneuver {self.large} with {self.times:.2g} times "
-            f"what it is in maneuver {self.small}, whose roll rate is far smaller: so it is not in "
-            "proportion to the roll rate. Something moves the upright bicycle to one side: a "
-            "mass, a wheel or an axis that is off the plane of symmetry, a torque, wind, a slope "
-            "or a frame that turns. Or a friction has a size of its own"
+            f"what it is in maneuver {self.small}, whose roll rate is far smaller. So something "
+            "moves the upright bicycle to one side (a mass, an axis, a torque, wind, a slope), or "
+            "a friction has a size of its own"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -200,14 +196,14 @@ class BeginsAs(Evidence):
 
     Attributes
     ----------
-    key
+    keys : tuple of str
     order
         1 as of another rate at the start, other times or an integrator; 2 as of a force or another
         speed at the start; 3 as of a force that is zero there. No more are told apart.
     maneuvers
     """
 
-    key: str
+    keys: tuple[str, ...]
     order: int
     maneuvers: tuple[int, ...]
 
@@ -216,28 +212,24 @@ class BeginsAs(Evidence):
 
     def message(self) -> str:
         power = {1: "the time", 2: "its square", 3: "its cube, or a higher power"}[self.order]
-        rate = self.key.replace("angle", "rate")
-        others = (
-            f"neither the times nor the first {rate} are other ones. A force or a term of the model"
-        )
-        written = "integrators and a column that is written otherwise"
+        rates = " or ".join(key.replace("angle", "rate") for key in self.keys)
         why = {
-            1: f"So it is no force: another first {rate}, other times, {written} begin so",
-            2: (
-                f"So {others} that acts from the first row on, as those of velocities do, begins "
-                f"so; another speed, some {written}, too"
+            1: (
+                f"another first {rates}, other times, or a stiff force that acts within the first "
+                "rows"
             ),
-            3: (
-                f"So {others} that is zero upright and straight, as those of angles are, or that "
-                f"sets in begins so; some {written}, too"
-            ),
+            2: "a force or a term that acts from the first row on, or another speed",
+            3: "a force or a term that is zero upright and straight, or one that sets in later",
         }[self.order]
-        each = maneuvers(self.maneuvers)
-        return f"The error of {self.key} of {each} begins in proportion to {power}. {why}"
+        many = len(self.keys) > 1
+        return (
+            f"The error{'s' * many} of {' and '.join(self.keys)} of {maneuvers(self.maneuvers)} "
+            f"begin{'s' * (not many)} in proportion to {power}, as with {why}"
+        )
 
     def numbers(self) -> Mapping[str, Any]:
-        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
-        return {**where, "order": self.order}
+        where = {"column": self.keys[0], "columns": list(self.keys)}
+        return {**where, "maneuvers": list(self.maneuvers), "order": self.order}
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,14 +252,14 @@ class EnergyTrend(Evidence):
         changes = dict(zip(each, self.changes, strict=True))
         if max(self.changes) > 0.0:
             said = (
-                f"The mechanical energy grows steadily{every}, as with an explicit method of low "
-                "order, or with a drive in the model: a smaller step helps against the former only"
+                f"The mechanical energy grows steadily{every}, as with a drive in the model, or an "
+                "explicit method of low order, whose share falls with its step"
             )
             return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
         said = (
-            f"The mechanical energy falls steadily{every}. Either the model loses it, by a damper, "
-            "drag, or a contact that slips or yields, or numerical damping does: with a smaller "
-            "step or tolerance only the latter becomes less"
+            f"The mechanical energy falls steadily{every}, as with a damper, drag or a contact "
+            "that slips, or with numerical damping, which alone falls with the step or the "
+            "tolerance"
         )
         return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
 
@@ -281,27 +273,34 @@ class EnergyVaries(Evidence):
     largest : mapping of int to (float, float)
         By the number of the maneuver, how much more it is than in the first row where that is most
         [J], and when [s]. Of maneuvers where it is seen.
+    until
+        From when on it stays in all of these [s]; None if it does not.
     """
 
     largest: Mapping[int, tuple[float, float]]
+    until: float | None = None
 
     code = "energy_varies"
 
     def message(self) -> str:
+        if self.until is not None:
+            each = ", ".join(f"{x:+.3g} J in maneuver {n}" for n, (x, _) in self.largest.items())
+            return (
+                f"The mechanical energy changes before {self.until:.3g} s only, by up to {each}, "
+                "and then stays: look at what acts, or is ramped, in that time"
+            )
         each = ", ".join(
             f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in self.largest.items()
         )
         return (
-            "The mechanical energy does not stay as it is in the first row: it changes by up to "
-            f"{each}. A force in the model does work, or stores energy that is not in the sum, or "
-            "an integrator's error does: with a smaller step or tolerance only the latter becomes "
-            "less"
+            f"The mechanical energy changes by up to {each}. A force does work, or stores energy "
+            "that is not in the sum; or it is an integrator's error, which falls with its step"
         )
 
     def numbers(self) -> Mapping[str, Any]:
         changes = {str(n): x for n, (x, _) in self.largest.items()}
         times = {str(n): t for n, (_, t) in self.largest.items()}
-        return {"changes": changes, "times": times}
+        return {"changes": changes, "times": times, "until": self.until}
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,8 +356,7 @@ class EnergyKept(Evidence):
         most = max(self.exchanged.values())
         return (
             f"The mechanical energy keeps to {self.left:.2g} J, while its parts are off by up to "
-            f"{most:.2g} J: what is wrong does no work. So it is no damper, drag, friction or "
-            "drive: look at masses, lengths, inertia, the start, and terms of the equations"
+            f"{most:.2g} J. A damper, drag, friction or a drive in the motion would change it"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -33,13 +33,94 @@ class CoarseGrid(Evidence):
     def message(self) -> str:
         return (
             f"{self.key} of {maneuvers(self.maneuvers)}: every value is a multiple of "
-            f"{self.step:.6g} (SI), far coarser than the digits written. So it was rounded on the "
-            "way: by an encoder or another sensor, a table, or a number of few digits. It is "
-            "compared as far as that tells"
+            f"{self.step:.6g} (SI), far coarser than the digits written, as of an encoder, a table "
+            "or a rounded number. Smaller errors are not judged"
         )
 
     def numbers(self) -> Mapping[str, Any]:
         return {"column": self.key, "maneuvers": list(self.maneuvers), "step": self.step}
+
+
+@dataclass(frozen=True, slots=True)
+class HalfPrecision(Evidence):
+    """Columns whose values are numbers of half precision; `are_all` if every one is."""
+
+    keys: tuple[str, ...]
+    are_all: bool
+
+    code = "half_precision"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        which = "All values" if self.are_all else f"The values of {named(self.keys)}"
+        return (
+            f"{which} are half-precision numbers (11 bits), good to three digits, however many are "
+            "written. Store them in double precision"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class RowsReversed(Evidence):
+    """Maneuvers whose rows are written from the last to the first."""
+
+    maneuvers: tuple[int, ...]
+
+    code = "rows_reversed"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"The rows of {maneuvers(self.maneuvers)} are written from the last to the first: the "
+            "last row is the start of the motion. Reverse the values or the times"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
+
+
+@dataclass(frozen=True, slots=True)
+class SingleRows(Evidence):
+    """Single rows of a column that do not fit the rows around them.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    rows
+        How many.
+    time
+        Of the first [s].
+    is_held
+        True if each holds the value of the row before it.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    rows: int
+    time: float
+    is_held: bool
+
+    code = "single_rows"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.rows == 1:
+            what = "holds the value of the row before" if self.is_held else "is far from the others"
+            said = f"1 single row {what}, at {self.time:.6g} s"
+        else:
+            what = "hold the value of the row before" if self.is_held else "are far from the others"
+            said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Look at how this column is "
+            "written or measured there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        return {**where, "rows": self.rows, "time": self.time, "is_held": self.is_held}
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,24 +340,28 @@ class OtherColumn(Evidence):
     maneuvers : tuple of int
     other
         The key of what it holds.
+    of_maneuver
+        The maneuver from which that is, if it is another one.
     """
 
     key: str
     maneuvers: tuple[int, ...]
     other: str
+    of_maneuver: int | None = None
 
     code = "other_column"
     severity = Severity.WARNING
 
     def message(self) -> str:
+        of = f" of maneuver {self.of_maneuver}" if self.of_maneuver is not None else ""
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)} has the values of {self.other}. Check the "
-            "order in which columns are written there"
+            f"{self.key} of {maneuvers(self.maneuvers)} has the values of {self.other}{of}. Check "
+            "the order in which columns are written there"
         )
 
     def numbers(self) -> Mapping[str, Any]:
         where = {"column": self.key, "maneuvers": list(self.maneuvers)}
-        return {**where, "other": self.other}
+        return {**where, "other": self.other, "of_maneuver": self.of_maneuver}
 
 
 @dataclass(frozen=True, slots=True)
@@ -442,35 +527,51 @@ class RowsBetween(Evidence):
 
     Attributes
     ----------
-    maneuver
+    maneuvers : tuple of int
     order
-        0 if rows repeat the one before, 1 if they are on straight lines between others.
+        0 if rows repeat the one before, 1 if they are on straight lines between others, 2 if they
+        are on curves between others.
     share
         Of the rows.
     keys : tuple of str
         Those of the angles and rates that show it, if these are less than half.
+    every
+        Every row of this count is right, where rows are on curves; otherwise 0.
     """
 
-    maneuver: int
+    maneuvers: tuple[int, ...]
     order: int
     share: float
     keys: tuple[str, ...] = ()
+    every: int = 0
 
     code = "rows_between"
     severity = Severity.WARNING
 
     def message(self) -> str:
+        if self.every:
+            return (
+                f"Every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right, and "
+                "the rows between are not: they were interpolated. Write the integrator's own "
+                "rows, or its dense output"
+            )
         what = "are on straight lines between rows" if self.order else "repeat the row before"
         where = named(self.keys) if self.keys else "most of its angles and rates"
         return (
-            f"At least {100 * self.share:.0f} % of the rows of maneuver {self.maneuver} {what}, in "
-            f"{where}, as no motion does: rows were held or interpolated. Write the integrator's "
-            "own rows, or its dense output at the times asked for"
+            f"At least {100 * self.share:.0f} % of the rows of {maneuvers(self.maneuvers)} {what}, "
+            f"in {where}, as no motion does: they were held or interpolated. Write the "
+            "integrator's own rows, or its dense output"
         )
 
     def numbers(self) -> Mapping[str, Any]:
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
         numbers = {"order": self.order, "share": self.share, "columns": list(self.keys)}
-        return {"maneuver": self.maneuver, **numbers}
+        return {**where, **numbers, "every": self.every}
+
+
+def _ordinal(count: int) -> str:
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{count}{'th' if 10 < count % 100 < 14 else ends.get(count % 10, 'th')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -514,9 +615,8 @@ class Departs(Evidence):
             )
         else:
             what = (
-                "on. A mistake in the model or at the start is seen from the first rows on: look "
-                "at what happens there, such as an event, an input, a limit or an impulse that "
-                "sets in, or a restart from rounded numbers"
+                "on: look at what happens there. A mistake in the model or at the start is seen "
+                "from the first rows on"
             )
         by = f", by its {named(self.keys)}," if self.keys else ""
         return (

@@ -1,14 +1,12 @@
-"""Rows as they were meant: what a step that looks at the rows returns, and what is left of them."""
+"""What a look at the rows returns: what was seen, and the rows with that undone."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.scoring.alignment import Alignment, Part
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.output_faults import Remainder
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
@@ -18,27 +16,21 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 
 @dataclass(frozen=True, slots=True)
-class AsMeant:
+class Undone:
     """What is seen in the rows, and the rows without it.
 
     Attributes
     ----------
     seen : tuple of Evidence
     parts : tuple of Part
-    steps : tuple of Look
-        Those that are left to try on these rows: each is taken once.
     """
 
     seen: tuple[Evidence, ...]
     parts: tuple[Part, ...]
-    steps: tuple[Look, ...] = ()
 
-    def alignment(self, report: Report) -> Alignment:
-        """The rows as they were meant, laid beside the reference as those of the file.
 
-        A maneuver whose columns were all put aside has nothing to lay beside it.
-        """
-        return Alignment(report.file, tuple(p for p in self.parts if p.has_values()), ())
+Look = Callable[[Report], Undone | None]
+"""What it sees in a report; None if it sees nothing."""
 
 
 def worst(report: Report) -> Remainder:
@@ -48,30 +40,6 @@ def worst(report: Report) -> Remainder:
         for m, c in places(report)
     )
     return Remainder(*max(errors, default=(0.0, "")))
-
-
-@dataclass(frozen=True, slots=True)
-class Look(followed.Step):
-    """A step that looks at the rows.
-
-    Attributes
-    ----------
-    look : callable
-        What it sees in a report; None if it sees nothing.
-    """
-
-    look: Callable[[Report], AsMeant | None]
-
-
-def as_meant(report: Report, steps: Sequence[Look]) -> AsMeant | None:
-    """What the first of some steps sees that sees something; None if none does."""
-    for i, step in enumerate(steps, 1):
-        with followed.taken(step) as told:
-            found = step.look(report)
-            if found is not None:
-                told.found = partial("; ".join, map(str, found.seen))
-                return replace(found, steps=tuple(steps[i:]))
-    return None
 
 
 def hidden(c: ColumnScore) -> float:
@@ -91,3 +59,13 @@ def places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:
         for c in m.columns:
             if c.key in BENCHMARK_COLUMNS and c.values:
                 yield m, c
+
+
+def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
+    """Columns with a value in every row, whose definition is known."""
+    return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
+
+
+def max_rel_error(c: ColumnScore) -> float:
+    """The largest error of a column in its scale; 0 without a value."""
+    return c.as_understood.measures.max_rel_error or 0.0
