@@ -9,7 +9,7 @@ import pytest
 
 from games import play
 from games.wrong_files import KINDS
-from heyoka_bike.scoring import grades, measures, score, verdict
+from heyoka_bike.scoring import grades, measures, requirements, score, verdict
 from heyoka_bike.scoring.judge import signs as judge_signs
 from heyoka_bike.scoring.report import Report
 
@@ -60,12 +60,22 @@ def test_the_game_sees_values_that_are_not_compared(monkeypatch):
     assert is_lost(["no_numbers"])
 
 
+@pytest.fixture
+def a_part_is_enough(monkeypatch):
+    """Few columns and a part of the run suffice, so that the defence of the test alone decides."""
+    for module in (verdict, requirements):
+        monkeypatch.setattr(module, "ALL_COLUMNS", 0)
+        monkeypatch.setattr(module, "WHOLE", 0.0)
+
+
+@pytest.mark.usefixtures("a_part_is_enough")
 def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
     monkeypatch.setattr(judge_signs, "_impossible", lambda keys, signs: [])
     kinds = ["rate_against_angle", "improper_matrix", "signs_against_each_other"]
     assert all(o.lost for o in outcomes(kinds, 2))
 
 
+@pytest.mark.usefixtures("a_part_is_enough")
 def test_the_game_sees_zeros_that_count_as_digits(monkeypatch):
     monkeypatch.setattr(measures, "_in_common", lambda values, largest: 0.0)
     assert is_lost(["rows_at_whole_numbers"], 10)
@@ -81,6 +91,7 @@ def test_the_game_sees_a_column_that_is_left_out_in_silence(monkeypatch):
     assert is_lost(["another_column_beside"], 2)
 
 
+@pytest.mark.usefixtures("a_part_is_enough")
 def test_the_game_sees_a_word_that_rests_on_few_digits(monkeypatch):
     def right_to_the_digits(error, *, unexplained, scale, **_):
         return grades.Grade.RIGHT if unexplained <= 1e-6 * scale else grades.Grade.WRONG

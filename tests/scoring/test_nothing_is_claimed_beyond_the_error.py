@@ -14,7 +14,6 @@ from heyoka_bike.scoring.evidence.as_read import NotFinite
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.verdict import DoesNotCount, claim
-from heyoka_bike.showing.sayings import finding
 
 
 def test_a_wrong_motion_shows_no_definition(reference):
@@ -46,7 +45,7 @@ def test_few_digits_show_no_other_energy(reference):
 
 @pytest.mark.parametrize(("count", "words"), [(1, "1 value is not"), (2, "2 values are not")])
 def test_a_count_agrees_with_its_verb(count, words):
-    said = finding(NotFinite(count=count, line=3, column=2, counted_by="line")).message
+    said = NotFinite(count=count, line=3, column=2, counted_by="line").message()
     assert said.startswith(words)
 
 

@@ -124,5 +124,6 @@ def test_the_commands_take_columns(tmp_path, folder, capsys):
     assert main(["score", str(path)]) == 1
     assert "'q4', 'q7' not understood" in capsys.readouterr().err
     told = ["--columns", "t,roll_angle,steer_angle"]
-    assert main(["score", str(path), *told, "--require", "scd >= 15"]) == 0
+    enough = ["--require", "scd >= 15", "--require", "columns >= 2"]
+    assert main(["score", str(path), *told, *enough]) == 0
     assert main(["score", str(path), "--columns", "t,roll_angle"]) == 1

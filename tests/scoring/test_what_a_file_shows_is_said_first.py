@@ -28,7 +28,7 @@ def shown(report):
 
 def columns_apart(report):
     seen = plain.columns_apart(report)
-    return None if seen is None else sayings.finding(seen)
+    return None if seen is None else seen.finding()
 
 
 def report_of(reference, change, **more):

@@ -155,4 +155,6 @@ def test_the_plugin_passes_what_is_right(game, reference, tmp_path):
         assert is_passed or not report.is_right, file.name
         assert not is_passed or file_grade(report) in (Grade.RIGHT, Grade.UNTOLD), file.name
         counts[is_passed] += 1
-    assert min(counts[True], counts[False]) > 0
+    # No wrong file passes, whatever it leaves out.
+    assert counts[False] > 0
+    assert (counts[True] > 0) == (game == "honest")
