@@ -59,7 +59,7 @@ from heyoka_bike.bicycle.columns import (
 )
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.units import UNITS, factor, tried
@@ -382,12 +382,12 @@ def _error_of_motion(key: str, sample: Sample, off_by: Mapping[str, float]) -> f
     """Return an error that the motion of a sample may have in a column [SI].
 
     The other columns show it, of which one may be bad. A column that is far from its nearest
-    definition shows it, too. A motion that is right leaves no doubt about a definition.
+    definition shows it, too.
     """
     others = [x for k, x in off_by.items() if k != key] or [0.0]
     own = off_by.get(key, 0.0)
     part = max(float(median(others)), AS_GOOD * own if CLEARLY * own > 1.0 else 0.0)
-    return part * sample.varies_by(key) if part > RIGHT else 0.0
+    return part * sample.varies_by(key)
 
 
 def _choose(

@@ -121,6 +121,10 @@ def disagreements(report, said):
     if report is None:
         yield f"score refuses what the page calls {said['line']}"
         return
+    # Where `score` leaves a definition open, it keeps the default, and the page takes the nearest.
+    worse = [c for m in report.maneuvers for c in m.columns if int(c.grade) > said["grade"]]
+    if worse and all(c.indistinguishable for c in worse):
+        return
     is_right = said["style"] == "right"
     if is_right != report.is_right or said["grade"] != int(file_grade(report)):
         yield f"{said['line']}; score: {report.verdict}"

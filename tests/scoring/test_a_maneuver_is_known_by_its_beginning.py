@@ -31,8 +31,8 @@ def wrong(reference):
     for i, change in enumerate(PROGRAMS):
         program = changed(correct(reference), change)
         for n in reference:
-            start = initial_state(program.bicycle, program.starts[n])
-            asked[i, n] = AskedMotion(program.bicycle, start, reference[n].time)
+            start = initial_state(program.motion.bicycle, program.motion.starts[n])
+            asked[i, n] = AskedMotion(program.motion.bicycle, start, reference[n].time)
     return dict(zip(asked, Simulator().run_all([*asked.values()]), strict=True))
 
 

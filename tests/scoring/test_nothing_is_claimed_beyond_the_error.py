@@ -18,16 +18,18 @@ from heyoka_bike.scoring.verdict import DoesNotCount, claim
 
 def test_a_wrong_motion_shows_no_definition(reference):
     base = correct(reference)
-    p = {k: float(v) for k, v in base.bicycle.values.items()}
+    p = {k: float(v) for k, v in base.motion.bicycle.values.items()}
     swapped = {"IBxx": p["IBzz"] - p["IBxx"], "IBzz": p["IBxx"] - p["IBzz"]}
     program = changed(base, swapped)
     asked = [
-        AskedMotion(program.bicycle, initial_state(program.bicycle, s), reference[n].time)
-        for n, s in program.starts.items()
+        AskedMotion(
+            program.motion.bicycle, initial_state(program.motion.bicycle, s), reference[n].time
+        )
+        for n, s in program.motion.starts.items()
     ]
     parts = [
         Rows(n, reference[n].time, reference[n].time_lo, {k: x[k] for k in BENCHMARK_COLUMNS})
-        for n, x in zip(program.starts, Simulator().run_all(asked), strict=True)
+        for n, x in zip(program.motion.starts, Simulator().run_all(asked), strict=True)
     ]
     report = score(Results("x", "text", tuple(parts)), reference)
     assert {
