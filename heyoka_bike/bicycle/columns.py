@@ -347,7 +347,7 @@ def key_of(name: str) -> str | None:
     return KEYS_BY_WORD.get(_NOT_OF_THE_WORD.sub("", name.lower()))
 
 
-RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
+DERIVATIVES: Mapping[tuple[str, str], tuple[str, str]] = {
     ("roll_rate", "lean_rate"): ("roll_angle", "lean"),
     ("roll_rate", "tait_bryan_xyz_rate"): ("roll_angle", "tait_bryan_xyz"),
     ("roll_rate", "zyx_rate"): ("roll_angle", "zyx"),
@@ -355,8 +355,14 @@ RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
     ("yaw_rate", "yaw_rate"): ("yaw", "yaw"),
     ("yaw_rate", "zyx_rate"): ("yaw", "zyx"),
 }
-"""The definition of an angle by that of a rate which is its derivative. A body's
-angular velocity along its own x axis is the derivative of no roll angle."""
+"""The rates that are derivatives of angles, each with its angle; both as key and definition. The
+angular velocity of a body along its own x axis is not the derivative of any roll angle."""
+
+ANGLE_OF: Mapping[str, str] = {rate: angle for (rate, _), (angle, _) in DERIVATIVES.items()}
+"""The key of the angle that each rate belongs to, by the key of the rate."""
+
+RATE_OF: Mapping[str, str] = {angle: rate for rate, angle in ANGLE_OF.items()}
+"""The key of the rate that belongs to each angle, by the key of the angle."""
 
 
 ANGLES = ("roll", "steer")

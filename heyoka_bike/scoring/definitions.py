@@ -52,6 +52,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import (
     BENCHMARK_COLUMNS,
     COMPARED,
+    DERIVATIVES,
     FREE_ZERO,
     LATERAL,
     RATE_OF,
@@ -331,7 +332,7 @@ def _joint(sizes: Iterable[float]) -> float:
 
 def _before(key: str, column: Column, found: Understandings) -> float:
     """Return the prior odds of a definition against another, as a natural logarithm."""
-    angle = RATE_OF.get((key, column.definition), ("", ""))
+    angle = DERIVATIVES.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
     attitude = {u.column.definition for k, u in found.items() if k in _ATTITUDE and k != key}
     belongs |= key in _ATTITUDE and column.definition in attitude
@@ -373,8 +374,7 @@ def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -
     """
     if key in starts:
         return starts[key]
-    rate = next((rate for (rate, _), (angle, _) in RATE_OF.items() if angle == key), "")
-    _, sign = starts.get(rate, ("", 1))
+    _, sign = starts.get(RATE_OF.get(key, ""), ("", 1))
     return _named_unit(key, samples) or COMPARED[key][0].unit, sign
 
 

@@ -54,7 +54,6 @@ _ZEROED = ("potential_energy", "mechanical_energy")
 # Other columns, such as heights and normal forces, vary little about nearly the same value.
 _SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
 _ROUNDOFF = 1e-15  # relative to the scale of a column
-_RATE_OF_ANGLE = {angle: rate for (rate, _), (angle, _) in RATE_OF.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +168,7 @@ def _varies(key: str, maneuver: ReferenceManeuver) -> bool:
 
 def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) -> bool:
     """True if the initial conditions of two maneuvers differ in a column, or in its rate."""
-    keys = (key, _RATE_OF_ANGLE.get(key, key))
+    keys = (key, RATE_OF.get(key, key))
     return any(
         abs(one[k][0] - other[k][0]) > TOLERANCE * max(one.scale(k), other.scale(k)) for k in keys
     )
@@ -192,7 +191,7 @@ def _nearness(rows: Candidate) -> _Nearness:
         if not good.any():
             continue
         is_start = good & (time <= FASTEST_MODE)
-        if key in _RATE_OF_ANGLE and not maneuver[key][0]:
+        if key in RATE_OF and not maneuver[key][0]:
             # An angle that starts at zero shows its rate in the next rows.
             is_start &= time > 0.0
         else:

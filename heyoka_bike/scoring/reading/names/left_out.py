@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
 from heyoka_bike.scoring.reading.names.columns import (
     KEYS,
@@ -42,8 +43,8 @@ def resembled(name: str, request: Request) -> str | None:
     """
     if match := _DERIVATIVE.fullmatch(name.strip(" \"'")):
         angle = recognise(next(filter(None, match.groups())))
-        if angle is not None and angle[0] in _RATE_OF:
-            return _RATE_OF[angle[0]]
+        if angle is not None and angle[0] in RATE_OF:
+            return RATE_OF[angle[0]]
     if key := nearest(name, ALMOST) or name_held(name, request)[0]:
         return key
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
@@ -111,7 +112,6 @@ _DERIVATIVE = re.compile(
     r"|d *(\w+) */ *dt|(\w+?)(?:_|\u02cd)t(?:\(\w+\))?",
     re.IGNORECASE,
 )
-_RATE_OF = {"roll_angle": "roll_rate", "steer_angle": "steer_rate", "yaw": "yaw_rate"}
 _UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
 # A letter means many things, but with a maneuver.
 _SHORTEST_WORD = 2
