@@ -58,12 +58,12 @@ from heyoka_bike.bicycle.columns import (
     RATE_OF,
     Column,
 )
-from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.numbers.double import Array, Double, median, two_sum
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
-from heyoka_bike.scoring.units import UNITS, factor, tried
+from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
 # participation ratio of their spectra); with three, odds claimed against the truth are rarer than
@@ -136,6 +136,25 @@ class Understanding:
         """The definition of the motion: the default, unless the file tells that it is not."""
         default = COMPARED[self.column.key][0]
         return default if default.definition in self.indistinguishable else self.column
+
+    @property
+    def factor(self) -> float:
+        """The factor from written values to SI units, negative if the sign is flipped."""
+        return self.sign * factor(self.unit)[0]
+
+    def in_si(self, values: Array) -> Array:
+        """Written values in SI units, with the sign and the zero of the definition."""
+        return self.factor * values - self.offset
+
+    def exactly_in_si(self, values: Double) -> Double:
+        """The same to 32 digits, as hi + lo; lo is often zero."""
+        hi, lo = to_si(values, self.unit)
+        if self.sign < 0:
+            hi, lo = -hi, -lo
+        if not self.offset:
+            return hi, lo
+        hi, rest = two_sum(hi, np.full_like(hi, -self.offset))
+        return two_sum(hi, rest + (lo - self.offset_lo))
 
     def is_plain(self) -> bool:
         """True if the column is taken as written."""
@@ -228,9 +247,7 @@ class Sample:
         return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
     def error(self, key: str, u: Understanding) -> Array:
-        return (
-            u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
-        )
+        return u.in_si(self.values[key]) - self.expected[u.column.name]
 
     def log_likelihoods(
         self, key: str, candidates: Sequence[Understanding], error_of_motion: float = 0.0
@@ -245,7 +262,7 @@ class Sample:
         error_of_motion
             Error that the motion itself may have in this column [SI]: a smaller one is chance.
         """
-        factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
+        factors = np.array([u.factor for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
         errors = np.multiply.outer(factors, self.values[key]) - expected
         if key in FREE_ZERO:

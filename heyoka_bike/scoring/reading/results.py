@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.display import shown_by
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.findings import Finding
 
@@ -82,6 +82,11 @@ class Rows:
     quantum: Mapping[str, Quantum] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     may_be: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def written(self, key: str) -> Double:
+        """The values of a column as hi + lo; lo is zero without digits beyond binary64."""
+        hi = self.values[key]
+        return hi, self.lo.get(key, np.broadcast_to(0.0, hi.shape))
 
     def only(self, keys: Collection[str]) -> Self:
         """The same rows with the values of these columns alone."""
