@@ -235,8 +235,7 @@ class Sample:
                 self.at_start.add(key)
             self.expected.update({c.name: expected[c.name][good] for c in definitions[key]})
             scale = part.reference.scale(key)
-            quantum = part.quantum.get(key)
-            written = 0.0 if quantum is None else float(median(quantum.at(values[good]))) / 2
+            written = float(median(part.spacing(key, values[good]))) / 2
             self.scale[key] = scale
             # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)

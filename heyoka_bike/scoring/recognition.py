@@ -34,7 +34,6 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
-from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.units import factor, tried
 
 FASTEST_MODE = 0.05
@@ -110,11 +109,10 @@ class Candidate(Protocol):
     @property
     def values(self) -> Mapping[str, Array]: ...
     @property
-    def quantum(self) -> Mapping[str, Quantum]: ...
-    @property
     def units(self) -> Mapping[str, str]: ...
     @property
     def reference(self) -> ReferenceManeuver: ...
+    def spacing(self, key: str, values: Array) -> Array: ...
 
 
 def recognised(candidates: Mapping[int, Candidate]) -> Recognised | None:
@@ -184,9 +182,8 @@ def _nearness(rows: Candidate) -> _Nearness:
     expected = maneuver.approximate(time, names)
     found = {}
     for key in names:
-        quantum = rows.quantum.get(key)
         values = rows.values[key][picked]
-        half = np.zeros(len(values)) if quantum is None else quantum.at(values) / 2
+        half = rows.spacing(key, values) / 2
         good = np.isfinite(values) & np.isfinite(expected[key])
         if not good.any():
             continue

@@ -79,11 +79,9 @@ def _should_vary(part: Part, key: str, number: float) -> bool:
     """True if no definition of the quantity is one number, as far as the digits written show."""
     names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
-    quantum = part.quantum.get(key)
     for name, expected in part.reference.approximate(rows, names).items():
-        step = 1e-15 * part.reference.scale(name)
-        if quantum is not None:
-            step = max(step, float(np.max(quantum.at(expected))))
+        spacing = float(np.max(part.spacing(key, expected)))
+        step = max(1e-15 * part.reference.scale(name), spacing)
         # Nothing but zeros is no mechanical energy either, which is constant.
         far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
         # Rounding explains one value.

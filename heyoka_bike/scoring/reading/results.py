@@ -88,6 +88,11 @@ class Rows:
         hi = self.values[key]
         return hi, self.lo.get(key, np.broadcast_to(0.0, hi.shape))
 
+    def spacing(self, key: str, values: Array) -> Array:
+        """Distance of neighbouring written numbers of a column at some values; 0 if unknown."""
+        quantum = self.quantum.get(key)
+        return np.zeros(np.shape(values)) if quantum is None else quantum.at(values)
+
     def only(self, keys: Collection[str]) -> Self:
         """The same rows with the values of these columns alone."""
         return replace(self, values={key: x for key, x in self.values.items() if key in keys})
