@@ -11,8 +11,8 @@ from heyoka_bike.scoring.reading.names.columns import (
     KEYS,
     TIME,
     by_words,
+    parse_heading,
     quantity_of,
-    recognise,
     unit_in,
 )
 from heyoka_bike.scoring.reading.names.joints import joint_held
@@ -42,9 +42,9 @@ def resembled(name: str, request: Request) -> str | None:
     It is for messages: a name that is misspelt, a path, a derivative, or several words.
     """
     if match := _DERIVATIVE.fullmatch(name.strip(" \"'")):
-        angle = recognise(next(filter(None, match.groups())))
-        if angle is not None and angle[0] in RATE_OF:
-            return RATE_OF[angle[0]]
+        angle = parse_heading(next(filter(None, match.groups()))).key
+        if angle is not None and angle in RATE_OF:
+            return RATE_OF[angle]
     if key := nearest(name, ALMOST) or name_held(name, request)[0]:
         return key
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
