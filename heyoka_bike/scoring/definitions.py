@@ -49,6 +49,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import (
     BENCHMARK_COLUMNS,
     COMPARED,
@@ -56,7 +57,6 @@ from heyoka_bike.bicycle.columns import (
     FREE_ZERO,
     LATERAL,
     RATE_OF,
-    Column,
 )
 from heyoka_bike.numbers.double import Array, Double, median, two_sum
 from heyoka_bike.scoring.alignment import HALF, Part

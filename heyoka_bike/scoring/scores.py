@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import inf, log10
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, key_of
+from heyoka_bike.bicycle.aliases import key_of
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array

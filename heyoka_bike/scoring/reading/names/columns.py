@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from heyoka_bike.bicycle.columns import COMPARED, KEYS_BY_WORD
+from heyoka_bike.bicycle.aliases import KEYS_BY_WORD
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.names.units import BRACKETS, is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.request import Request
