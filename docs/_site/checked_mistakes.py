@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
+from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.linear import closed_form
 from heyoka_bike.errors import BicycleError

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "columns.md"

@@ -15,7 +15,8 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.reference import layout
 from heyoka_bike.reference.layout import CARD, CRATE, as_json
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_DATE, MANIFEST, Manifest

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import CONTACT_FORCES
+from heyoka_bike.bicycle.motion_columns import CONTACT_FORCES
 from heyoka_bike.numbers.double import PI, Array, Doubles
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.values import Values

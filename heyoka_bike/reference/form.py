@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import Column
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import DatasetError

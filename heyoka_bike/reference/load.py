@@ -16,7 +16,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column, definitions_among
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, definitions_among
 from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double, two_sum, with_usual_errors

@@ -10,13 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
-from heyoka_bike.bicycle.columns import (
-    BENCHMARK_COLUMNS,
-    COLUMNS,
-    MOTION_COLUMNS,
-    QUANTITIES,
-    Column,
-)
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.instant_columns import QUANTITIES
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, STATE_INPUTS, Maneuver
 from heyoka_bike.reference.hdf5 import (
     BOUND,

@@ -49,20 +49,21 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import (
     BENCHMARK_COLUMNS,
     COMPARED,
+    DERIVATIVES,
     FREE_ZERO,
     LATERAL,
     RATE_OF,
-    Column,
 )
-from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.numbers.double import Array, Double, median, two_sum
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
-from heyoka_bike.scoring.units import UNITS, factor, tried
+from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
 # participation ratio of their spectra); with three, odds claimed against the truth are rarer than
@@ -135,6 +136,25 @@ class Understanding:
         """The definition of the motion: the default, unless the file tells that it is not."""
         default = COMPARED[self.column.key][0]
         return default if default.definition in self.indistinguishable else self.column
+
+    @property
+    def factor(self) -> float:
+        """The factor from written values to SI units, negative if the sign is flipped."""
+        return self.sign * factor(self.unit)[0]
+
+    def in_si(self, values: Array) -> Array:
+        """Written values in SI units, with the sign and the zero of the definition."""
+        return self.factor * values - self.offset
+
+    def exactly_in_si(self, values: Double) -> Double:
+        """The same to 32 digits, as hi + lo; lo is often zero."""
+        hi, lo = to_si(values, self.unit)
+        if self.sign < 0:
+            hi, lo = -hi, -lo
+        if not self.offset:
+            return hi, lo
+        hi, rest = two_sum(hi, np.full_like(hi, -self.offset))
+        return two_sum(hi, rest + (lo - self.offset_lo))
 
     def is_plain(self) -> bool:
         """True if the column is taken as written."""
@@ -215,8 +235,7 @@ class Sample:
                 self.at_start.add(key)
             self.expected.update({c.name: expected[c.name][good] for c in definitions[key]})
             scale = part.reference.scale(key)
-            quantum = part.quantum.get(key)
-            written = 0.0 if quantum is None else float(median(quantum.at(values[good]))) / 2
+            written = float(median(part.spacing(key, values[good]))) / 2
             self.scale[key] = scale
             # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
@@ -227,9 +246,7 @@ class Sample:
         return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
     def error(self, key: str, u: Understanding) -> Array:
-        return (
-            u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
-        )
+        return u.in_si(self.values[key]) - self.expected[u.column.name]
 
     def log_likelihoods(
         self, key: str, candidates: Sequence[Understanding], error_of_motion: float = 0.0
@@ -244,7 +261,7 @@ class Sample:
         error_of_motion
             Error that the motion itself may have in this column [SI]: a smaller one is chance.
         """
-        factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
+        factors = np.array([u.factor for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
         errors = np.multiply.outer(factors, self.values[key]) - expected
         if key in FREE_ZERO:
@@ -331,7 +348,7 @@ def _joint(sizes: Iterable[float]) -> float:
 
 def _before(key: str, column: Column, found: Understandings) -> float:
     """Return the prior odds of a definition against another, as a natural logarithm."""
-    angle = RATE_OF.get((key, column.definition), ("", ""))
+    angle = DERIVATIVES.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
     attitude = {u.column.definition for k, u in found.items() if k in _ATTITUDE and k != key}
     belongs |= key in _ATTITUDE and column.definition in attitude
@@ -373,8 +390,7 @@ def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -
     """
     if key in starts:
         return starts[key]
-    rate = next((rate for (rate, _), (angle, _) in RATE_OF.items() if angle == key), "")
-    _, sign = starts.get(rate, ("", 1))
+    _, sign = starts.get(RATE_OF.get(key, ""), ("", 1))
     return _named_unit(key, samples) or COMPARED[key][0].unit, sign
 
 

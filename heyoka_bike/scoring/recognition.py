@@ -34,7 +34,6 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
-from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.units import factor, tried
 
 FASTEST_MODE = 0.05
@@ -54,7 +53,6 @@ _ZEROED = ("potential_energy", "mechanical_energy")
 # Other columns, such as heights and normal forces, vary little about nearly the same value.
 _SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
 _ROUNDOFF = 1e-15  # relative to the scale of a column
-_RATE_OF_ANGLE = {angle: rate for (rate, _), (angle, _) in RATE_OF.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +109,10 @@ class Candidate(Protocol):
     @property
     def values(self) -> Mapping[str, Array]: ...
     @property
-    def quantum(self) -> Mapping[str, Quantum]: ...
-    @property
     def units(self) -> Mapping[str, str]: ...
     @property
     def reference(self) -> ReferenceManeuver: ...
+    def spacing(self, key: str, values: Array) -> Array: ...
 
 
 def recognised(candidates: Mapping[int, Candidate]) -> Recognised | None:
@@ -169,7 +166,7 @@ def _varies(key: str, maneuver: ReferenceManeuver) -> bool:
 
 def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) -> bool:
     """True if the initial conditions of two maneuvers differ in a column, or in its rate."""
-    keys = (key, _RATE_OF_ANGLE.get(key, key))
+    keys = (key, RATE_OF.get(key, key))
     return any(
         abs(one[k][0] - other[k][0]) > TOLERANCE * max(one.scale(k), other.scale(k)) for k in keys
     )
@@ -185,14 +182,13 @@ def _nearness(rows: Candidate) -> _Nearness:
     expected = maneuver.approximate(time, names)
     found = {}
     for key in names:
-        quantum = rows.quantum.get(key)
         values = rows.values[key][picked]
-        half = np.zeros(len(values)) if quantum is None else quantum.at(values) / 2
+        half = rows.spacing(key, values) / 2
         good = np.isfinite(values) & np.isfinite(expected[key])
         if not good.any():
             continue
         is_start = good & (time <= FASTEST_MODE)
-        if key in _RATE_OF_ANGLE and not maneuver[key][0]:
+        if key in RATE_OF and not maneuver[key][0]:
             # An angle that starts at zero shows its rate in the next rows.
             is_start &= time > 0.0
         else:

@@ -73,9 +73,14 @@ class Report(Scored, Held[int, ManeuverScore]):
         found = (m.worst for m in self.maneuvers)
         return min((w for w in found if w), key=lambda w: w.scd, default=None)
 
+    @property
+    def places(self) -> list[Place]:
+        """The columns of which values were compared, each with its maneuver."""
+        return [(m, c) for m in self.maneuvers for c in m.compared]
+
     def by_column(self) -> dict[str, list[Place]]:
-        """The columns that hold a value, by key, in every maneuver that has them."""
-        return grouped((c.key, (m, c)) for m in self.maneuvers for c in m.columns if c.values)
+        """The columns of which values were compared, by key, in every maneuver that has them."""
+        return grouped((c.key, (m, c)) for m, c in self.places)
 
     @property
     def findings(self) -> tuple[Finding, ...]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array, Double, add, median, two_sum, with_usual_errors
+from heyoka_bike.numbers.double import Array, Double, add, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
@@ -35,7 +35,6 @@ from heyoka_bike.scoring.scores import (
     Reading,
     Trace,
 )
-from heyoka_bike.scoring.units import to_si
 from heyoka_bike.scoring.verdict import meets_limit
 
 # Correct values that were rounded once or twice are off by up to this many times half a last digit.
@@ -200,7 +199,7 @@ def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScor
     keys = [total] if any(c.key == total for c in columns) else parts
     if not whole.issuperset(keys):
         return np.empty(0), np.empty(0)
-    energy, *more = (_as_understood(part, key, understood[key]) for key in keys)
+    energy, *more = (understood[key].exactly_in_si(part.written(key)) for key in keys)
     return add(energy, more[0]) if more else energy
 
 
@@ -242,7 +241,7 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     for part in parts:
         if key not in part.values:
             continue
-        error = errors(part, _as_understood(part, key, u), u.column.name)
+        error = errors(part, u.exactly_in_si(part.written(key)), u.column.name)
         error = error[np.isfinite(error)]
         if not len(error):
             continue
@@ -269,7 +268,7 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
 
 def _taken(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
     """A column in SI units and its error, the finite ones of both, and what these measure."""
-    values = _as_understood(part, key, u)
+    values = u.exactly_in_si(part.written(key))
     error = errors(part, values, u.column.name)
     good = np.isfinite(error)
     trace = Trace(part.time[good], values[0][good], error[good])
@@ -282,15 +281,3 @@ def _taken(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace,
         measures=measures.measures(trace.time, trace.error, trace.reference, scale),
     )
     return values[0], error, trace, reading
-
-
-def _as_understood(part: Part, key: str, u: Understanding) -> Double:
-    """A column in SI units as hi + lo, the latter often nothing."""
-    written = part.values[key]
-    hi, lo = to_si((written, part.lo.get(key, np.broadcast_to(0.0, written.shape))), u.unit)
-    if u.sign < 0:
-        hi, lo = -hi, -lo
-    if not u.offset:
-        return hi, lo
-    hi, rest = two_sum(hi, np.full_like(hi, -u.offset))
-    return two_sum(hi, rest + (lo - u.offset_lo))

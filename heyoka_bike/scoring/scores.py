@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import inf, log10
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, key_of
+from heyoka_bike.bicycle.aliases import key_of
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
@@ -240,6 +241,21 @@ class ColumnScore:
         return self.as_understood.measures.max_rel_error
 
     @property
+    def error(self) -> float:
+        """Largest error divided by the column's scale; 0 if nothing was compared."""
+        return self.max_rel_error or 0.0
+
+    @property
+    def hidden(self) -> float:
+        """Largest error that rounding to the digits written explains [SI unit]; 0 if unknown."""
+        return grades.FLOORS_OF_ROUNDING * (self.floor or 0.0)
+
+    @property
+    def is_hidden(self) -> bool:
+        """True if rounding to the digits written explains the error."""
+        return self.is_at_floor(grades.FLOORS_OF_ROUNDING)
+
+    @property
     def time_to_tolerance(self) -> float | None:
         """First time at which the error exceeds 1e-3 of the scale [s]; None if it never does."""
         return self.as_understood.measures.time_to_tolerance
@@ -281,7 +297,7 @@ class ColumnScore:
         return f"<{self.key} ({self.definition}): {found}>"
 
     def is_at_floor(self, times: float = 1.0) -> bool:
-        """True if the error is no more than so many times what the digits written allow."""
+        """True if the error is at most this many times what the digits written allow."""
         error = self.as_understood.measures.max_abs_error
         return error is not None and self.floor is not None and error <= times * self.floor
 
@@ -422,9 +438,14 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         return len(self.columns)
 
     @property
+    def compared(self) -> tuple[ColumnScore, ...]:
+        """The columns of which values were compared."""
+        return tuple(c for c in self.columns if c.values)
+
+    @property
     def column_count(self) -> int:
         """Number of the benchmark's eight columns of which values were compared."""
-        return sum(c.key in BENCHMARK_COLUMNS and c.values > 0 for c in self.columns)
+        return sum(c.key in BENCHMARK_COLUMNS for c in self.compared)
 
     @property
     def worst(self) -> Worst | None:

@@ -57,7 +57,7 @@ from heyoka_bike.scoring.evidence.several_runs import (
     Staying,
     StepsUnknown,
 )
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT
+from heyoka_bike.scoring.grades import RIGHT
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.reading.given import results_of, several
@@ -165,7 +165,7 @@ def _order(of_coarse: _OfRun, of_fine: _OfRun) -> float | None:
     before, after = coarse.max_abs_error, fine.max_abs_error
     if coarse.definition != fine.definition or not before or not after:
         return None
-    if coarse.is_at_floor(FLOORS_OF_ROUNDING) or fine.is_at_floor(FLOORS_OF_ROUNDING):
+    if coarse.is_hidden or fine.is_hidden:
         return None
     return log(before / after) / log(step / next_step)
 
@@ -191,9 +191,8 @@ def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> Iterator
         if exponent > _LEAST_EXPONENT:
             exponents.append(exponent)
             continue
-        error = b.max_rel_error or 0.0
         how = Staying.SAME_CURVE if _is_same(*_errors_of_both(a, b)) else Staying.NOISE
-        staying[Staying.ROUNDING if error < ROUNDING else how][f"{maneuver}.{key}"] = error
+        staying[Staying.ROUNDING if b.error < ROUNDING else how][f"{maneuver}.{key}"] = b.error
     by = "tolerance" if runs[-1].step is None else "step"
     if exponents and by == "tolerance":
         yield _exponent(by, exponents)

@@ -82,7 +82,7 @@ class Claim:
 
 def claim(m: ManeuverScore, limit: float) -> Claim:
     """Return eq. (1) of a maneuver as it may be claimed against a limit [%]."""
-    columns = {c.key: c for c in m.columns if c.values}
+    columns = {c.key: c for c in m.compared}
     total = columns.get("mechanical_energy")
     parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
     energy = [total] if total else parts

@@ -277,7 +277,7 @@ def graded(report: Report) -> str:
     and a definition that is not known here.
     """
     word, worst = judgement(report), worst_words(report)
-    every = [c for m in report.maneuvers for c in m.columns if c.values]
+    every = [c for _, c in report.places]
     odd = dict.fromkeys(c.key for c in every if c.is_contradicted)
     own = own_definitions(report)
     if odd:
@@ -290,7 +290,7 @@ def graded(report: Report) -> str:
 
 def own_definitions(report: Report) -> list[str]:
     """Columns of definitions that are not known here, where without them the file is better."""
-    every = [c for m in report.maneuvers for c in m.columns if c.values]
+    every = [c for _, c in report.places]
     own = list(dict.fromkeys(c.key for c in every if not c.is_known))
     others = max((c.grade for c in every if c.key not in own), default=Grade.UNKNOWN)
     found = file_grade(report)

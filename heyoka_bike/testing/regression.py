@@ -292,9 +292,8 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     """The worst of the columns that a requirement is about."""
     about = [
         (m, c)
-        for m in scored.maneuvers
-        for c in m.columns
-        if c.values and p.maneuver in (None, m.maneuver) and p.column in (None, c.key)
+        for m, c in scored.places
+        if p.maneuver in (None, m.maneuver) and p.column in (None, c.key)
     ]
     if not about:
         return

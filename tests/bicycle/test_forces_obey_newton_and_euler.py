@@ -12,8 +12,8 @@ from fractions import Fraction
 import pytest
 from test_independent_model_agrees_with_the_reduced_one import BALLS, Case, both_of, compare
 
-from heyoka_bike.bicycle.columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.equations.bodies import bodies
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.numbers.exact import Exact
 from support.two_models import found_motion, from_the_integrals, from_the_whole_motion, whole_motion

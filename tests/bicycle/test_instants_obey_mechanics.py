@@ -6,7 +6,7 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.columns import COORDINATES, LEVELS
+from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact

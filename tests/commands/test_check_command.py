@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import heyoka_bike as hb
-from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS
+from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact

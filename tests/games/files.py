@@ -10,7 +10,8 @@ from functools import cache, cached_property, lru_cache
 import numpy as np
 
 from heyoka_bike import load_motion, load_reference
-from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS, MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.values import Values

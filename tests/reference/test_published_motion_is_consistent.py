@@ -11,8 +11,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.columns import DENSE_COLUMNS, FOLLOWING, MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.numbers.double import root

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from generators.made_sets import accept, manifest
-from heyoka_bike.bicycle.columns import DENSE_COLUMNS
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.reference.layout import content_sha256

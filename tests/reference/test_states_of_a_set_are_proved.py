@@ -10,7 +10,7 @@ import pytest
 
 import heyoka_bike as hb
 from generators.made_sets import accept, older
-from heyoka_bike.bicycle.columns import QUANTITIES
+from heyoka_bike.bicycle.instant_columns import QUANTITIES
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.reference import hdf5

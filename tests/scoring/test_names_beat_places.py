@@ -15,7 +15,7 @@ from generators.made_results import is_right_in_part
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import recognise, with_unit
+from heyoka_bike.scoring.reading.names.columns import parse_heading, with_unit
 from heyoka_bike.scoring.reading.names.paths import without_paths
 
 ORDER = ("forward_speed", "steer_rate", "roll_angle", "mechanical_energy", "roll_rate",
@@ -100,7 +100,7 @@ def test_a_joint_of_that_name_beside_the_column_is_refused_by_name(reference, tm
 
 @pytest.mark.parametrize("degree", ["°", "º", "˚", "Â°", "\ufffd"])
 def test_degree_signs_of_any_keyboard_and_encoding(degree, reference, tmp_path):
-    assert recognise(f"roll_rate [{degree}/s]") == ("roll_rate", None)
+    assert parse_heading(f"roll_rate [{degree}/s]").meaning == ("roll_rate", None)
     m = reference[2]
     keys = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
     names = [f"{k} [{degree}{'/s' if 'rate' in k else ''}]" for k in keys]
@@ -137,8 +137,12 @@ def test_an_attribute_tells_the_unit_of_a_path():
 
 
 def test_derivatives_of_dymola(reference):
-    assert recognise("field.der(bike.roll.phi)") == ("roll_rate", None)
-    assert recognise("der(bike.roll,1)") == recognise("der(bike.roll)") == ("roll_rate", None)
+    assert parse_heading("field.der(bike.roll.phi)").meaning == ("roll_rate", None)
+    assert (
+        parse_heading("der(bike.roll,1)").meaning
+        == parse_heading("der(bike.roll)").meaning
+        == ("roll_rate", None)
+    )
 
 
 def test_an_index_without_a_name_is_none(reference, tmp_path):

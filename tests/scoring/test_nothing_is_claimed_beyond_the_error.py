@@ -29,7 +29,7 @@ def test_a_wrong_motion_shows_no_definition(reference):
     ]
     parts = [
         Rows(n, reference[n].time, reference[n].time_lo, {k: x[k] for k in BENCHMARK_COLUMNS})
-        for n, x in zip(program.motion.starts, Simulator().run_all(asked), strict=True)
+        for n, x in zip(motion.starts, Simulator().run_all(asked), strict=True)
     ]
     report = score(Results("x", "text", tuple(parts)), reference)
     assert {

@@ -4,7 +4,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import group_number, recognise
+from heyoka_bike.scoring.reading.names.columns import group_number, parse_heading
 from heyoka_bike.scoring.reading.source import read_results
 
 KEYS = BENCHMARK_COLUMNS
@@ -61,7 +61,7 @@ def found(results):
     ],
 )  # fmt: skip
 def test_names_are_recognised(name, key, number):
-    assert recognise(name) == (None if key is None else (key, number))
+    assert parse_heading(name).meaning == (None if key is None else (key, number))
 
 
 @pytest.mark.parametrize(
@@ -84,14 +84,14 @@ def test_names_are_recognised(name, key, number):
     ],
 )  # fmt: skip
 def test_names_of_joints(name, key):
-    assert recognise(name) == (None if key is None else (key, None))
+    assert parse_heading(name).meaning == (None if key is None else (key, None))
 
 
 def test_joints_of_maneuvers_and_their_units(tmp_path):
-    assert recognise("maneuver2.roll.phi") == ("roll_angle", 2)
-    assert recognise("field.bike.Steer_Joint.Rz.q_3") == ("steer_angle", 3)
+    assert parse_heading("maneuver2.roll.phi").meaning == ("roll_angle", 2)
+    assert parse_heading("field.bike.Steer_Joint.Rz.q_3").meaning == ("steer_angle", 3)
     # A coordinate of its own.
-    assert recognise("Steer_Joint.Rz.q3") is None
+    assert parse_heading("Steer_Joint.Rz.q3").meaning is None
     names = ["time", "bike.roll.phi [deg]", "der(bike.steer.phi)"]
     assert found(read_results(written(tmp_path, names))) == {
         "time": 0,

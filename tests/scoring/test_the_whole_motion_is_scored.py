@@ -16,7 +16,7 @@ from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.columns import parse_heading
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -55,13 +55,13 @@ def results(reference, exact, change=lambda key, values: values, keys=COMPARED):
 def test_every_column_has_its_name(key):
     words = key.replace("_", " ").capitalize()
     for name, number in ((key, None), (f"{key}_2", 2), (f"m3_{key}", 3), (f"{words} [x]", None)):
-        assert recognise(name) == (key, number)
+        assert parse_heading(name).meaning == (key, number)
 
 
 def test_digits_in_a_name_are_no_maneuver():
-    assert recognise("rear_frame_q0") == ("rear_frame_q0", None)
-    assert recognise("front_frame_r32_1") == ("front_frame_r32", 1)
-    assert recognise("rear_frame_q4") is None
+    assert parse_heading("rear_frame_q0").meaning == ("rear_frame_q0", None)
+    assert parse_heading("front_frame_r32_1").meaning == ("front_frame_r32", 1)
+    assert parse_heading("rear_frame_q4").meaning is None
 
 
 def test_a_file_of_all_columns_scores_at_its_floor(reference, exact, tmp_path):
@@ -283,11 +283,13 @@ def test_eight_columns_need_no_motion(reference, exact):
 
 def test_one_is_the_unit_of_what_has_no_dimension():
     assert (
-        recognise("rear_friction [1]") == recognise("Rear friction(1)") == ("rear_friction", None)
+        parse_heading("rear_friction [1]").meaning
+        == parse_heading("Rear friction(1)").meaning
+        == ("rear_friction", None)
     )
-    assert recognise("front_frame_q1 [ 1 ]") == ("front_frame_q1", None)
-    assert recognise("rear_friction_2 [1]") == ("rear_friction", 2)
-    assert recognise("roll_angle[1]") == ("roll_angle", 1)
+    assert parse_heading("front_frame_q1 [ 1 ]").meaning == ("front_frame_q1", None)
+    assert parse_heading("rear_friction_2 [1]").meaning == ("rear_friction", 2)
+    assert parse_heading("roll_angle[1]").meaning == ("roll_angle", 1)
 
 
 def test_numbers_in_brackets_are_maneuvers_where_they_differ(tmp_path, exact):

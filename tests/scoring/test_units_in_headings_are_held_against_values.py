@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
-from heyoka_bike.scoring.reading.names.columns import named_unit
+from heyoka_bike.scoring.reading.names.columns import parse_heading
 from heyoka_bike.scoring.reading.names.units import _WORDS, quantities, unknown_unit
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
@@ -152,4 +152,5 @@ def test_every_unit_that_a_heading_may_name_can_be_converted():
     ],
 )  # fmt: skip
 def test_units_of_names(name, key, unit):
-    assert named_unit(name, key) == unit
+    heading = parse_heading(name)
+    assert (heading.key, heading.known_unit) == (key, unit)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generators.numbered_columns import found, written
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.columns import parse_heading
 from heyoka_bike.scoring.reading.source import read_results
 
 
@@ -54,7 +54,7 @@ from heyoka_bike.scoring.reading.source import read_results
     ],
 )
 def test_units_decide(name, key):
-    assert recognise(name) == (None if key is None else (key, None))
+    assert parse_heading(name).meaning == (None if key is None else (key, None))
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_units_decide(name, key):
      ("m2_steer_rate__deg_s__1", "steer_rate")],
 )  # fmt: skip
 def test_units_beside_a_maneuver(name, key):
-    assert recognise(name) == (key, 2)
+    assert parse_heading(name).meaning == (key, 2)
 
 
 @pytest.mark.parametrize(

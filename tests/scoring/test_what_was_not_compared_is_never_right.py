@@ -21,7 +21,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.scoring.evidence.as_read import NotCompared
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.columns import parse_heading
 
 LONG = "(rear frame, measured about its x axis)"
 EVERY = slice(None, None, 10)
@@ -156,7 +156,7 @@ def test_a_quantity_that_is_numbered_for_no_maneuver(name, tmp_path, capsys):
     "field.forward_speed", "bike state.Forward Speed", "x_forward_speed_raw", "chassis.speed",
 ])  # fmt: skip
 def test_a_known_name_that_is_not_understood(name, tmp_path):
-    assert recognise(name) is None
+    assert parse_heading(name).meaning is None
     columns = renamed({"forward_speed": name}, {**few(), "forward_speed": wrong("forward_speed")})
     report = judged(written(tmp_path / "a.csv", columns))
     assert_not_whole(report, name)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import DEFINITIONS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.showing.wording import unit_text

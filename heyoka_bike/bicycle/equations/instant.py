@@ -12,7 +12,6 @@ from itertools import product
 
 import flint
 
-from heyoka_bike.bicycle.columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     Configuration,
@@ -21,6 +20,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     wheel_rates,
     whole_rates,
 )
+from heyoka_bike.bicycle.instant_columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
 from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import flint
 
-from heyoka_bike.bicycle.columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.equations.bodies import Axes, Points
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.forces import Forces, forces
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.vectors import Quaternion, Vector, from_turned, plus, product, scaled
 

@@ -23,7 +23,8 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array

@@ -19,13 +19,10 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import (
-    BENCHMARK_COLUMNS,
-    COLUMNS,
-    MOTION_COLUMNS,
-    QUANTITIES,
-    Column,
-)
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.instant_columns import QUANTITIES
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver, describe_inputs
 from heyoka_bike.errors import BicycleError, DatasetError, NotCertifiedError, printable
 from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator

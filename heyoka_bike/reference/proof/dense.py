@@ -39,7 +39,7 @@ from math import ceil, frexp, ldexp, log2, nan
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS, DENSE_COLUMNS, MOTION_COLUMNS, NORMS
+from heyoka_bike.bicycle.columns import COLUMNS, NORMS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
@@ -48,6 +48,7 @@ from heyoka_bike.bicycle.equations.whole_motion import (
     motion_columns,
     rates_of_integrals,
 )
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import (
     Certificate,

@@ -16,11 +16,11 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COORDINATES, UNITS, WHERE
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.instant import Instant, linear_quantities, quantities
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots
+from heyoka_bike.bicycle.instant_columns import COORDINATES, UNITS, WHERE
 from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, read_maneuvers
 from heyoka_bike.bicycle.stability.linear import matrices
 from heyoka_bike.errors import BicycleError, UndecidedError

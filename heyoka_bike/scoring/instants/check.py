@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.errors import BicycleError, InputError, NothingScoredError, did_you_mean, quoted
 from heyoka_bike.numbers.arithmetic import Number

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from heyoka_bike.bicycle.columns import InstantLevel
+from heyoka_bike.bicycle.instant_columns import InstantLevel
 from heyoka_bike.display import Displayed
 
 

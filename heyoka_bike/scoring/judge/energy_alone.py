@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.verdict import claim
 
@@ -20,11 +19,7 @@ def errors_hidden(report: Report) -> Iterator[EnergyHidesError]:
         limit = m.performance_limit or min(limits, default=None)
         if m.performance is None or limit is None or claim(m, limit).value >= limit:
             continue
-        wrong = {
-            c.key: c.max_rel_error or 0.0
-            for c in m.columns
-            if c.is_known and not c.is_at_floor(FLOORS_OF_ROUNDING)
-        }
+        wrong = {c.key: c.error for c in m.columns if c.is_known and not c.is_hidden}
         key = max(wrong, key=wrong.__getitem__, default="")
         worst = wrong.get(key, 0.0)
         # Where the energy itself is wrong, it shows the error, but eq. (1) does not ask for it.

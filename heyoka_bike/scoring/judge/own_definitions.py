@@ -17,7 +17,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
@@ -70,7 +70,7 @@ def far_worse(
     limit : float
         Largest error of the other columns, in scales.
     """
-    columns = [c for c in m.columns if c.values]
+    columns = m.compared
     ranked = sorted((c for c in columns if c.key in keys), key=size, reverse=True)
     for count in range(len(ranked), 0, -1):
         worse = ranked[:count]
@@ -98,8 +98,8 @@ def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
 
 def is_far(c: ColumnScore, limit: float, times: float = FAR_WORSE, size: Size = typical) -> bool:
     """True if a column is so many times worse than a limit, and than its digits allow."""
-    return size(c) > times * limit and not c.is_at_floor(FLOORS_OF_ROUNDING)
+    return size(c) > times * limit and not c.is_hidden
 
 
 def _largest(columns: Sequence[ColumnScore]) -> float:
-    return max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
+    return max((c.error for c in columns), default=0.0)

@@ -10,7 +10,6 @@ import numpy as np
 
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.contradictions import FewDigits, SinglePrecision
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.noise import FEWEST_ROWS, roughness
 from heyoka_bike.scoring.reading.digits import are_single
@@ -55,7 +54,7 @@ def _has_its_noise(c: ColumnScore) -> bool:
 
     Where so few digits are written that their rounding is as large, it says nothing.
     """
-    if c.as_understood.measures.max_abs_error in (None, 0.0) or c.is_at_floor(FLOORS_OF_ROUNDING):
+    if not c.max_abs_error or c.is_hidden:
         return False
     found = roughness(c.trace.error[:_ROWS_LOOKED_AT])
     size = rms(c.trace.value[:_ROWS_LOOKED_AT])
@@ -78,7 +77,7 @@ def digits_written(report: Report) -> Iterator[FewDigits]:
     limited = tuple(
         key
         for key, places in report.by_column().items()
-        if key not in single and all(c.is_at_floor(FLOORS_OF_ROUNDING) for _, c in places)
+        if key not in single and all(c.is_hidden for _, c in places)
     )
     if limited:
         yield FewDigits(limited, digits)

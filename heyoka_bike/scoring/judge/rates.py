@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import RATE_OF
+from heyoka_bike.bicycle.columns import DERIVATIVES
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence.contradictions import RateContradiction
@@ -51,7 +51,7 @@ def from_derivative(
     if key not in columns:
         return None, False
     rate = columns[key]
-    pair = RATE_OF.get((key, rate.as_understood.definition))
+    pair = DERIVATIVES.get((key, rate.as_understood.definition))
     angle = columns.get(pair[0]) if pair else None
     if pair is None or angle is None or angle.as_understood.definition != pair[1]:
         return None, False
@@ -86,7 +86,7 @@ def _distance_left_open(
     angles = {(angle.key, other) for other in angle.indistinguishable}
     meant = list(rate.indistinguishable)
     # A set may have an angle and not its rate.
-    meant += [d for (_, d), of in RATE_OF.items() if of in angles and d in names]
+    meant += [d for (_, d), of in DERIVATIVES.items() if of in angles and d in names]
     own = names[rate.as_understood.definition]
     rows = reference.approximate(reference.time, [own, *(names[d] for d in meant)])
     return max((rms(rows[names[other]] - rows[own]) for other in meant), default=0.0)

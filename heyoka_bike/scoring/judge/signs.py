@@ -16,7 +16,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED, MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed, SignContradiction

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
+from heyoka_bike.bicycle.columns import ANGLE_OF, BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence.as_compared import NeverFilled, Unfilled
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
@@ -19,8 +19,6 @@ from heyoka_bike.scoring.rows.grids import bits_of
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
 # linear equations have, a constant angle what a motion has that stands still.
 _MAY_HOLD_A_NUMBER = ("potential_energy", "kinetic_energy", "mechanical_energy")
-# Zeros are the rate of such an angle.
-_ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
 _ROUNDOFF_OF_INTEGRATOR = 1e-9
 
@@ -58,7 +56,7 @@ def _unfilled(part: Part) -> dict[str, float]:
     found = {
         key: number
         for key, number in constant.items()
-        if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(_ANGLE_OF.get(key, "")))
+        if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(ANGLE_OF.get(key, "")))
         and _should_vary(part, key, number, bits)
     }
     # Their sum is constant, as the mechanical energy should be, and as empty.
@@ -86,11 +84,9 @@ def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
     """True if no definition of the quantity is one number, as far as the digits written show."""
     names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
-    quantum = part.quantum.get(key)
     for name, expected in part.reference.approximate(rows, names).items():
-        step = 1e-15 * part.reference.scale(name)
-        if quantum is not None:
-            step = max(step, float(np.max(quantum.at(expected))))
+        spacing = float(np.max(part.spacing(key, expected)))
+        step = max(1e-15 * part.reference.scale(name), spacing)
         if bits is not None:
             step = max(step, float(np.max(Quantum(2, digits=bits).at(expected))))
         # Nothing but zeros is no mechanical energy either, which is constant.

@@ -12,7 +12,7 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.evidence.as_read import NotCompared, NotFinite, Reason
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.reading.layout import ColumnLayout, layout_of
-from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, may_mean, named_unit
+from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -64,8 +64,7 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
                 len(times.hi), number or "not told", places.time + 1,
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
-            names = request.names or table.names or ()
-            maneuvers.append(_rows(table, names, times, number, places, columns, bad))
+            maneuvers.append(_rows(table, times, number, places, columns, bad))
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     seen += [_not_finite(bad)] if bad else []
@@ -101,8 +100,8 @@ def _of_the_reference(
 
 def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
     """The rows of each maneuver, if a column tells of which they are; else the table alone."""
-    names, count = request.names or table.names or (), request.count
-    at = next((j for j, name in enumerate(names) if is_maneuver(name)), None)
+    headings, count = table.headings(request), request.count
+    at = next((j for j, heading in enumerate(headings) if heading.is_maneuver), None)
     if at is None or at >= len(table.columns) or table.maneuver is not None:
         return [table]
     numbers = table.columns[at].values
@@ -111,7 +110,8 @@ def _by_maneuver(table: ReadTable, request: Request) -> list[ReadTable]:
     if not fits.all():
         i = int(np.argmin(fits))
         found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
-        said = f"found {found} as {quoted(names[at])}, expected {first} to {first + count - 1}"
+        name, last = quoted(headings[at].text), first + count - 1
+        said = f"found {found} as {name}, expected {first} to {last}"
         raise table.error(request, i, said)
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
 
@@ -137,10 +137,10 @@ def _one_by_one(table: ReadTable, request: Request) -> Iterator[tuple[ReadTable,
 
 
 def _rows(
-    table: ReadTable, names: Sequence[str], times: Times, number: int | None,
-    places: ColumnLayout, columns: Mapping[str, int], bad: list[_BadPlace],
+    table: ReadTable, times: Times, number: int | None, places: ColumnLayout,
+    columns: Mapping[str, int], bad: list[_BadPlace],
 ) -> Rows:  # fmt: skip
-    named = {key: names[j] if names else "" for key, j in columns.items()}
+    meant = {key: places.headings[j] for key, j in columns.items() if places.headings}
     used = {key: table.columns[j] for key, j in columns.items()}
     order = slice(None) if times.order is None else times.order
     values = {}
@@ -152,10 +152,10 @@ def _rows(
         finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
         values[key] = finite[order]
     lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}
-    units = {key: unit for key, name in named.items() if (unit := named_unit(name, key))}
+    units = {key: unit for key, heading in meant.items() if (unit := heading.known_unit)}
     if places.unit != "s":
         units[TIME] = places.unit
-    may_be = {key: keys for key, name in named.items() if key in (keys := may_mean(name))}
+    may_be = {key: keys for key, heading in meant.items() if (keys := heading.may_be)}
     quantum = {key: table.columns[j].quantum for key, j in {TIME: places.time, **columns}.items()}
     return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 

@@ -9,7 +9,7 @@ from os import PathLike
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, is_time, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, is_known, is_time
 from heyoka_bike.scoring.reading.names.words import did_you_mean
 from heyoka_bike.scoring.reading.request import NAMES, maneuver_number
 from heyoka_bike.scoring.reading.results import Results
@@ -107,7 +107,7 @@ def several(given: Any) -> list[Any]:
 def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
     """Columns by name with their time; a word that is no column is not left out in silence."""
     for name in named:
-        if not any(map(recognise, (name, name.removesuffix("_lo")))):
+        if not any(map(is_known, (name, name.removesuffix("_lo")))):
             raise InputError(
                 f"found a column {quoted(name)}, expected {NAMES}, or a column of motion.h5"
                 f"{did_you_mean(name)}"

@@ -14,15 +14,14 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
-    is_maneuver,
-    named_unit,
+    Heading,
+    Meaning,
     nanoseconds_beside,
     quantity_of,
-    unit_in,
 )
 from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside, unknown_units
-from heyoka_bike.scoring.reading.names.meanings import Found, letter_of, meanings
-from heyoka_bike.scoring.reading.names.units import is_si, quantities, split_unit
+from heyoka_bike.scoring.reading.names.meanings import letter_of, meant_together, with_meaning
+from heyoka_bike.scoring.reading.names.units import is_si, split_unit
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
@@ -42,15 +41,18 @@ class ColumnLayout:
         Index of the column of times.
     maneuvers
         Index of each other column, by number of the maneuver (None if that is not told) and key.
+    headings : tuple of Heading
+        What each column means; empty if the table has no headings.
     seen : tuple of Evidence
     unit
-        Of the times, one of `UNITS_OF_TIME`.
+        Unit of the times, one of `UNITS_OF_TIME`.
     nanoseconds
         Index of the column of what the times are more than whole seconds; None without one.
     """
 
     time: int
     maneuvers: Mapping[int | None, Mapping[str, int]]
+    headings: tuple[Heading, ...]
     seen: tuple[Evidence, ...]
     unit: str
     nanoseconds: int | None = None
@@ -68,37 +70,43 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     InputError
         The columns cannot be told, or one is there twice.
     """
-    names = list(request.names or vectors.names or ())
+    headings = meant_together(vectors.headings(request), request.count)
+    names = [h.text for h in headings]
     width = len(vectors.columns)
-    found = meanings(names, request.count)
-    known = [f[0] for f in found if f]
+    found = [h.meaning for h in headings]
+    known = [h.key for h in headings if h.key is not None]
     is_named = TIME in known and len(known) > 1
     # The benchmark's order has no place for what is not of the benchmark.
     is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS}
-    is_beyond |= any(map(is_maneuver, names))
+    is_beyond |= any(h.is_maneuver for h in headings)
     places = _meanings_by_place(width, request.count) if vectors.is_ordered else None
-    unused = _names_unused(names, found, places or ())
+    unused = _names_unused(headings, places or ())
     names_decide = places is None or None not in found or is_beyond or bool(unused)
     if request.names or (is_named and names_decide):
-        return _settled(names, found, vectors, request)
-    if places is not None and not _are_held_elsewhere(names, found, places, request):
-        return replace(_settled([""] * width, places, vectors, request), seen=unused)
+        return _settled(headings, vectors, request)
+    if places is not None and not _are_held_elsewhere(headings, places, request):
+        by_place = _settled([Heading("", *place) for place in places], vectors, request)
+        # Names that are not known may have units.
+        both = zip(headings, places, strict=False)
+        meant = tuple(with_meaning(h, place) for h, place in both)
+        return replace(by_place, headings=meant, seen=unused)
     raise request.not_columns(names_found(names, found), vectors.heading)
 
 
 def _are_held_elsewhere(
-    names: Sequence[str], found: Sequence[Found], places: Sequence[Found], request: Request
+    headings: Sequence[Heading], places: Sequence[Meaning], request: Request
 ) -> bool:
     """True if a name is, or holds, that of a quantity that has another place; no mere letter."""
-    for name, f, place in zip(names, found, places, strict=False):
-        is_letter = bool(letter_of(split_unit(name)[0]))
-        held = f[0] if f and f[0] != TIME and not is_letter else name_held(name, request)[0]
-        if held is not None and place is not None and held != place[0]:
+    for h, (key, _) in zip(headings, places, strict=False):
+        is_letter = bool(letter_of(split_unit(h.text)[0]))
+        is_usable = h.key is not None and not h.is_time and not is_letter
+        held = h.key if is_usable else name_held(h.text, request)[0]
+        if held is not None and held != key:
             return True
     return False
 
 
-def _meanings_by_place(width: int, count: int) -> Sequence[Found] | None:
+def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
     """Return the meanings of columns without names; None if there are too many or too few."""
     # One maneuver needs no number.
     by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
@@ -108,30 +116,27 @@ def _meanings_by_place(width: int, count: int) -> Sequence[Found] | None:
     return [(TIME, None), *columns]
 
 
-def _settled(
-    names: Sequence[str], found: Sequence[Found], vectors: ReadTable, request: Request
-) -> ColumnLayout:
+def _settled(headings: Sequence[Heading], vectors: ReadTable, request: Request) -> ColumnLayout:
     """Each meaning with the one column that has it."""
-    meant: dict[tuple[str, int | None], int] = {}
+    meant: dict[Meaning, int] = {}
     contradicting: set[int] = set()
-    for meaning, places in grouped((f, i) for i, f in enumerate(found) if f is not None).items():
+    every = ((meaning, i) for i, h in enumerate(headings) if (meaning := h.meaning) is not None)
+    for meaning, places in grouped(every).items():
         # Of several columns of one meaning the plainest name is meant.
-        best, *others = sorted(places, key=lambda i: _oddity(names[i]))
-        if others and _oddity(names[others[0]]) == _oddity(names[best]):
+        best, *others = sorted(places, key=lambda i: _oddity(headings[i]))
+        if others and _oddity(headings[others[0]]) == _oddity(headings[best]):
             key, number = meaning
             of_which = "" if number is None else f" for maneuver {number}"
             raise request.error(
-                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
-                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                f"found {quoted(headings[best].text)} and {quoted(headings[others[0]].text)}, "
+                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
                 vectors.heading,
             )
         meant[meaning] = best
         if meaning[0] != TIME:
-            first = vectors.columns[best], names[best]
+            first = vectors.columns[best], headings[best]
             contradicting |= {
-                i
-                for i in others
-                if not _are_the_same(meaning[0], first, (vectors.columns[i], names[i]))
+                i for i in others if not _are_the_same(first, (vectors.columns[i], headings[i]))
             }
     time = meant[TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
@@ -143,19 +148,20 @@ def _settled(
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
         said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
         raise request.error(said, vectors.heading)
-    nanoseconds = nanoseconds_beside(names, names[time])
+    nanoseconds = nanoseconds_beside([h.text for h in headings], headings[time].text)
     used = {*meant.values(), *([] if nanoseconds is None else [nanoseconds])}
-    seen = _not_used(names, found, used, contradicting, request)
-    seen += unknown_units({names[i]: key for (key, _), i in meant.items()})
-    unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
-    return ColumnLayout(time, maneuvers, tuple(seen), unit, nanoseconds)
+    seen = _not_used(headings, used, contradicting, request)
+    seen += unknown_units({headings[i].text: key for (key, _), i in meant.items()})
+    unit = headings[time].known_unit or "s"
+    return ColumnLayout(time, maneuvers, tuple(headings), tuple(seen), unit, nanoseconds)
 
 
-def _are_the_same(key: str, first: tuple[ReadColumn, str], second: tuple[ReadColumn, str]) -> bool:
+def _are_the_same(first: tuple[ReadColumn, Heading], second: tuple[ReadColumn, Heading]) -> bool:
     """True if two columns of a quantity hold the same values, each in the unit that it is named."""
-    si, values, bounds = COMPARED[key][0].unit, [], []
-    for column, name in (first, second):
-        to_si = factor(named_unit(name, key) or si)[0]
+    values, bounds = [], []
+    for column, heading in (first, second):
+        assert heading.key is not None
+        to_si = factor(heading.known_unit or COMPARED[heading.key][0].unit)[0]
         values.append(to_si * column.values)
         bounds.append(to_si * column.quantum.at(column.values))
     one, other = values
@@ -169,38 +175,37 @@ def _are_the_same(key: str, first: tuple[ReadColumn, str], second: tuple[ReadCol
 
 
 def _not_used(
-    names: Sequence[str], found: Sequence[Found], used: Collection[int],
-    contradicting: Collection[int], request: Request,
+    headings: Sequence[Heading], used: Collection[int], contradicting: Collection[int],
+    request: Request,
 ) -> list[Evidence]:  # fmt: skip
     """Return evidence of columns that are not used, unless the user left them out."""
-    left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
-    left = [i for i in left if not is_maneuver(names[i])]
-    known = [i for i in left if found[i] is None and quantity_of(names[i])]
+    left = [i for i, h in enumerate(headings) if i not in used and h.text not in LEFT_OUT]
+    left = [i for i in left if not headings[i].is_maneuver]
+    known = [i for i in left if headings[i].key is None and quantity_of(headings[i].text)]
     others = [i for i in left if i in contradicting]
     told = {*known, *others}
     unknown = [i for i in left if i not in told]
 
     def named(places: Sequence[int]) -> list[str]:
-        return [names[i] for i in places]
+        return [headings[i].text for i in places]
 
     seen = [set_aside(named(known), request)] if known else []
     seen += [set_aside(named(others), request, Reason.CONTRADICTS)] if others else []
     return [*seen, left_out(named(unknown), request)] if unknown else [*seen]
 
 
-def _oddity(name: str) -> tuple[bool, bool]:
+def _oddity(heading: Heading) -> tuple[bool, bool]:
     """True if a name has a unit other than SI, and true if it has its unit as an ending."""
-    _, unit, is_ending = unit_in(name)
-    return not is_si(unit), is_ending
+    return not is_si(heading.unit), heading.is_ending
 
 
 def _names_unused(
-    names: Sequence[str], found: Sequence[Found], places: Sequence[Found]
+    headings: Sequence[Heading], places: Sequence[Meaning]
 ) -> tuple[NamesNotUsed, ...]:
     """Tell whether a name that is known contradicts the place of its column."""
-    both = enumerate(zip(found, places, strict=False))
-    wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
+    both = enumerate(zip(headings, places, strict=False))
+    wrong = [i for i, (h, (key, _)) in both if h.key not in (None, key)]
     if not wrong:
         return ()
-    unknown = tuple(name for name, f in zip(names, found, strict=True) if f is None)
-    return (NamesNotUsed(tuple(i + 1 for i in wrong), names[wrong[0]], unknown),)
+    unknown = tuple(h.text for h in headings if h.key is None)
+    return (NamesNotUsed(tuple(i + 1 for i in wrong), headings[wrong[0]].text, unknown),)

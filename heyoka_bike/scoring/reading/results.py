@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.findings import Finding
 
@@ -81,6 +81,16 @@ class Rows:
     quantum: Mapping[str, Quantum] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     may_be: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def written(self, key: str) -> Double:
+        """The values of a column as hi + lo; lo is zero without digits beyond binary64."""
+        hi = self.values[key]
+        return hi, self.lo.get(key, np.broadcast_to(0.0, hi.shape))
+
+    def spacing(self, key: str, values: Array) -> Array:
+        """Distance of neighbouring written numbers of a column at some values; 0 if unknown."""
+        quantum = self.quantum.get(key)
+        return np.zeros(np.shape(values)) if quantum is None else quantum.at(values)
 
     def only(self, keys: Collection[str]) -> Self:
         """The same rows with the values of these columns alone."""

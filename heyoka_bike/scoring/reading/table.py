@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.reading.names.columns import Heading, parse_heading
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum
 
@@ -73,6 +74,10 @@ class ReadTable:
     maneuver: int | None = None
     commented: int | None = None
     seen: tuple[Evidence, ...] = ()
+
+    def headings(self, request: Request) -> list[Heading]:
+        """The headings of the columns, as the user or the file has them; empty without any."""
+        return [parse_heading(name) for name in request.names or self.names or ()]
 
     def place(self, row: int) -> tuple[str, int]:
         """Return the word that rows are counted by, ``row`` or ``line``, and the number of one."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading.arrays.long_tables import long_columns
 from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.names.columns import TIME, group_number, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, group_number, is_time
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
@@ -93,8 +93,7 @@ def _plain(name: str, cell: Any, word: str, dialect: Dialect) -> Any:
     """A number as it is or as its decimal, a time without its unit; a word as it is."""
     if is_number(cell):
         return cell
-    found = recognise(name)
-    match = _PATTERN_OF_DURATION.fullmatch(word) if found and found[0] == TIME else None
+    match = _PATTERN_OF_DURATION.fullmatch(word) if is_time(name) else None
     return dialect.number(match[1] if match else word) or word
 
 

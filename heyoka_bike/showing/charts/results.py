@@ -315,7 +315,7 @@ def _programs(series: Series, maneuver: int, key: str, time: ChartAxis) -> str:
 
 def definitions(m: ManeuverScore) -> str:
     """Errors of a maneuver's columns against each of their definitions; empty without a choice."""
-    tables = [_definitions(c, m.maneuver) for c in m.columns if c.alternatives and c.values]
+    tables = [_definitions(c, m.maneuver) for c in m.compared if c.alternatives]
     return wide(
         "".join(tables),
         "Honest programs mean different things by the same name: the full dot is the definition "

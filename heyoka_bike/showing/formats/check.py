@@ -6,7 +6,7 @@ from dataclasses import asdict
 from difflib import get_close_matches
 from typing import Any
 
-from heyoka_bike.bicycle.columns import UNITS
+from heyoka_bike.bicycle.instant_columns import UNITS
 from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
 from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock

@@ -199,7 +199,7 @@ def _next(report: Report, in_python: bool) -> str:
 
 def _missing(report: Report) -> list[str]:
     """Keys of the eight columns that some maneuver lacks."""
-    held = [{c.key for c in m.columns if c.values} for m in report.maneuvers]
+    held = [{c.key for c in m.compared} for m in report.maneuvers]
     return [key for key in BENCHMARK_COLUMNS if any(key not in keys for keys in held)]
 
 

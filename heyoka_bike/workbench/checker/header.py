@@ -12,7 +12,8 @@ from string import Template
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, RATE_OF, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DERIVATIVES
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array, median
@@ -95,7 +96,7 @@ def _data(
     places = {(c.key, c.definition): i for i, c in enumerate(columns)}
     yield "static const ub_column ub_names[BICYCLE_COLUMNS] = {"
     for c in columns:
-        angle = places.get(RATE_OF.get((c.key, c.definition), ("", "")), -1)
+        angle = places.get(DERIVATIVES.get((c.key, c.definition), ("", "")), -1)
         of = BENCHMARK_COLUMNS.index(c.key)
         yield f'    {{"{c.key}", "{c.definition}", {of}, {angle}}},'
     units = [UNITS[c.unit] for c in columns[: len(BENCHMARK_COLUMNS)]]

@@ -194,7 +194,7 @@ def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
 def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownResult | str:
     """The result's motion, or why there is none."""
     part = found.part
-    columns = {c.key: c for c in found.columns if c.values}
+    columns = {c.key: c for c in found.compared}
     moving = [name for name in WRITTEN_STATES if name in columns]
     if not moving:
         return (

@@ -11,7 +11,8 @@ from math import inf
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.definitions import NEAR_STEADY

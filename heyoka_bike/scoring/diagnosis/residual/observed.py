@@ -224,9 +224,7 @@ def start_shown(m: Observed, equations: Equations) -> tuple[Array, Array]:
 
 def in_si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
     """Return a column in SI, with the sign and the zero of the definition."""
-    u = understood[key]
-    values: Array = u.sign * factor(u.unit)[0] * part.values[key] - u.offset
-    return values
+    return understood[key].in_si(part.values[key])
 
 
 def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> float:

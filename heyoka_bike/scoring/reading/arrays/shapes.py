@@ -8,7 +8,7 @@ import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.columns import read_array, read_maneuvers
 from heyoka_bike.scoring.reading.arrays.groups import ArrayGroup, is_vector, length
-from heyoka_bike.scoring.reading.names.columns import group_number, is_maneuver, recognise
+from heyoka_bike.scoring.reading.names.columns import group_number, is_maneuver, parse_heading
 
 # What Simulink calls the outputs of a model; its states may have the same shape.
 _SIMULINK_OUTPUTS = ("yout", "simout", "y")
@@ -27,8 +27,8 @@ def by_maneuver(group: ArrayGroup) -> ArrayGroup:
 def _columns_by_maneuver(group: ArrayGroup) -> dict[str, Any]:
     """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
     arrays, request = group.arrays, group.request
-    meant = {name: recognise(name) for name in arrays if name not in group.times}
-    unnumbered = [name for name, found in meant.items() if found and found[1] is None]
+    meant = [parse_heading(name) for name in arrays if name not in group.times]
+    unnumbered = [x.text for x in meant if x.key is not None and x.maneuver is None]
     shapes = {tuple(arrays[name].shape) for name in unnumbered}
     if not group.times or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
         return {}

@@ -29,10 +29,11 @@ from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     are_names,
     group_number,
+    is_known,
     is_maneuver,
     is_time,
     nanoseconds_beside,
-    recognise,
+    parse_heading,
     time_among,
 )
 from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside
@@ -112,7 +113,7 @@ def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
     with suppress(InputError):
         every = group.with_all_below()
         known = _known_vectors(every)
-        is_more = len(known) > len([*filter(request.known or recognise, names or ())])
+        is_more = len(known) > len([*filter(request.known or is_known, names or ())])
         if is_more and are_names(known, request):
             return [_named(every, known)]
         return _with_held_below(found, every) if names else found
@@ -121,16 +122,16 @@ def _or_all_below(found: list[ReadTable], group: ArrayGroup) -> list[ReadTable]:
 
 def _with_held_below(found: list[ReadTable], every: ArrayGroup) -> list[ReadTable]:
     """The one table, with the evidence that groups hold columns that it lacks."""
-    known = {x[0] for name in found[0].names or () if (x := recognise(name))}
+    known = {parse_heading(name).key for name in found[0].names or ()}
     paths = [name for name, x in every.arrays.items() if "." in name and length(x) > 1]
-    held = [n for n in paths if name_held(n, every.request)[0] not in (None, *known)]
+    held = [n for n in paths if name_held(n, every.request)[0] not in {None, *known}]
     return _with_evidence(found, left_out(held, every.request)) if held else found
 
 
 def _known_vectors(group: ArrayGroup) -> list[str]:
     """Names of columns that are known."""
-    is_known = group.request.known or recognise
-    return [name for name, x in group.arrays.items() if is_vector(x) and is_known(name)]
+    is_column = group.request.known or is_known
+    return [name for name, x in group.arrays.items() if is_vector(x) and is_column(name)]
 
 
 def _with_times(members: Mapping[str, Any], group: ArrayGroup) -> ArrayGroup:
@@ -176,9 +177,8 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
         every = ArrayGroup(others, request).with_all_below()
         for name, x in every.arrays.items():
             step = name.rpartition(".")[2]
-            meant = recognise(step)
-            if meant and is_vector(x) and length(x) > 1 and _is_known_column(step):
-                lost.append(LostColumn(name, meant[0]))
+            if is_vector(x) and length(x) > 1 and _is_known_column(step):
+                lost.append(LostColumn(name, parse_heading(step).key))
     if not lost:
         return found
     seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell)
@@ -192,9 +192,7 @@ def _with_evidence(found: list[ReadTable], seen: NotCompared) -> list[ReadTable]
 
 def _is_known_column(name: str) -> bool:
     """True if a name is that of a column of the benchmark, and not of a group of columns."""
-    found = recognise(name)
-    is_column = found is not None and found[0] in BENCHMARK_COLUMNS
-    return is_column and group_number(name) is None
+    return parse_heading(name).key in BENCHMARK_COLUMNS and group_number(name) is None
 
 
 def _table(group: ArrayGroup) -> list[ReadTable]:

@@ -12,12 +12,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import (
-    are_names,
-    group_number,
-    is_maneuver,
-    recognise,
-)
+from heyoka_bike.scoring.reading.names.columns import are_names, group_number, is_known, is_maneuver
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL
 from heyoka_bike.scoring.reading.request import Request
@@ -136,12 +131,12 @@ def _member(name: str, x: Any, below: Callable[[Any], Any], request: Request) ->
     if is_maneuver(name) and isinstance(x, str):
         return name, np.array(x, object)
     lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, dict) else []
-    if len(lists) != 1 or not recognise(name):
+    if len(lists) != 1 or not is_known(name):
         values, unit = x, None
     else:
         values, unit = lists[0], x.get("unit", x.get("units"))
     found = below(values)
-    if found is None and isinstance(values, list) and values and recognise(name):
+    if found is None and isinstance(values, list) and values and is_known(name):
         # Left out, it would be a column that nobody has seen.
         raise request.error(
             f"{name}: found a list that is no column, expected a number in each place"

@@ -21,7 +21,7 @@ from heyoka_bike.scoring.reading.arrays.columns import read_array
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
 from heyoka_bike.scoring.reading.formats.hdf5 import OfClass
-from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.names.columns import is_known
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
@@ -326,7 +326,7 @@ def _columns(signals: list[Mapping[str, Any]], request: Request) -> dict[str, An
         if "values" in s
     }
     labels = {i: _word(signals[i].get("label")) for i in values}
-    if all(recognise(label) for label in labels.values()) or len(values) == 1:
+    if all(map(is_known, labels.values())) or len(values) == 1:
         return {labels[i] or "values": x for i, x in values.items()}
     # Blocks in the order of the benchmark, or a matrix of each.
     rows = max((max(x.shape, default=0) for x in values.values()), default=0)

@@ -1,13 +1,15 @@
-"""The column that a name means alone: aliases, units that decide, the number of a maneuver."""
+"""What a heading means alone: the column, by aliases and its unit, and the maneuver."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from heyoka_bike.bicycle.columns import COMPARED, KEYS_BY_WORD
+from heyoka_bike.bicycle.aliases import KEYS_BY_WORD
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.names.units import BRACKETS, is_si, quantities, split_unit
 from heyoka_bike.scoring.reading.request import Request
@@ -21,6 +23,9 @@ _MOST_WORDS_OF_UNIT = 4
 # A longer one is no name of a column, but a whole line.
 _LONGEST_OF_R = 1000
 _OF_R = re.compile(r"(.+?)\.\.([A-Za-z.]+)\.")
+Meaning = tuple[str, int | None]
+"""Key of a column, and the number of its maneuver if it is known."""
+
 TIME = "time"
 _NAMES_OF_TIME = (
     "t", "times", "timestamp", "timestamps", "datetime", "sec", "secs", "seconds", "simulationtime",
@@ -93,35 +98,89 @@ _IN_WORDS = re.compile(r"\bman(?:eu|oeu)v(?:er|re)[\s_.:#=-]*([0-9]{1,3})\b", re
 _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 
-# The names of a file are asked for many times.
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading, and what it says of its column.
+
+    Attributes
+    ----------
+    text
+        The heading itself.
+    key
+        Key of the column that it means, or ``time``; None if it is not known.
+    maneuver
+        Number of the maneuver; None if it has none.
+    unit
+        The unit that it names, as it is written there; None if it names no unit that is known.
+    is_ending
+        True if the unit is an ending such as ``_rad``.
+    """
+
+    text: str
+    key: str | None = None
+    maneuver: int | None = None
+    unit: str | None = None
+    is_ending: bool = False
+
+    @property
+    def meaning(self) -> Meaning | None:
+        """The key and the number of the maneuver; None if the key is not known."""
+        return None if self.key is None else (self.key, self.maneuver)
+
+    @property
+    def is_time(self) -> bool:
+        """True if it is that of the times."""
+        return self.key == TIME
+
+    @property
+    def is_maneuver(self) -> bool:
+        """True if its column holds the number of the maneuver of each row."""
+        return is_maneuver(self.text)
+
+    @property
+    def known_unit(self) -> str | None:
+        """Its unit as `units` has it; None if it names none that its quantity can have."""
+        if self.unit is None or self.key is None:
+            return None
+        return quantities(self.unit).get("s" if self.is_time else COMPARED[self.key][0].unit)
+
+    @property
+    def may_be(self) -> tuple[str, ...]:
+        """All keys that it may have, for values to decide; empty if it means one thing."""
+        keys = may_mean(self.text)
+        return keys if self.key in keys else ()
+
+
+# A program asks for the names of a file many times.
 @lru_cache(1 << 17)
-def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
-    """Key of the column that a name means, and number of the maneuver if it has one.
+def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
+    """Find out what a heading means alone.
 
     Case, blanks, hyphens and underscores do not matter. A unit, in brackets or at the end, decides
     where a name alone would mean another column (``V [J]``); there 1 is that of a column without
     dimension, or the first maneuver.
     """
-    if one_is_a_unit and _ONE_IN_BRACKETS.search(name):
-        found = recognise(_ONE_IN_BRACKETS.sub("", name))
-        if found and found[0] != TIME and COMPARED[found[0]][0].unit == "1":
-            return found
-    stem, unit, is_ending = unit_in(name)
-    word, key, number = by_words(stem)
-    if key is None:
+    stem, unit, is_ending = unit_in(text)
+    unknown = Heading(text, unit=unit, is_ending=is_ending)
+    if one_is_a_unit and _ONE_IN_BRACKETS.search(text):
+        key, number = parse_heading(_ONE_IN_BRACKETS.sub("", text)).meaning or (TIME, None)
+        if key != TIME and COMPARED[key][0].unit == "1":
+            return replace(unknown, key=key, maneuver=number)
+    word, known, number = by_words(stem)
+    if known is None:
         plain, number = without_maneuver(stem)
-        key = of_joint(plain)
-        if key is None and number is None and (match := _NUMBER_OF_JOINT.fullmatch(plain)):
-            key = of_joint(match[1])
-            number = None if key is None else int(match[2])
+        known = of_joint(plain)
+        if known is None and number is None and (match := _NUMBER_OF_JOINT.fullmatch(plain)):
+            known = of_joint(match[1])
+            number = None if known is None else int(match[2])
         # A step of the way may be the maneuver.
         each = (group_number(step) for step in _STEPS_OF_PATH.split(plain))
         number = number or next((n for n in each if n), None)
-    if key is not None and unit is not None:
-        key = _in_unit(word, key, unit, is_ending)
-    if key is None or (key == TIME and number is not None):
-        return None
-    return key, number
+    if known is not None and unit is not None:
+        known = _in_unit(word, known, unit, is_ending)
+    if known is None or (known == TIME and number is not None):
+        return unknown
+    return replace(unknown, key=known, maneuver=number)
 
 
 @lru_cache(1 << 17)
@@ -131,8 +190,9 @@ def quantity_of(name: str) -> str | None:
     pandas writes a second ``m1_roll_angle`` as ``m1_roll_angle.1``; others as ``2:roll_angle`` or
     ``roll_angle*``. A word, or a sign of a formula, gives a name a meaning of its own.
     """
-    if found := recognise(name):
-        return found[0]
+    heading = parse_heading(name)
+    if heading.key is not None:
+        return heading.key
     # What stands in brackets says no other quantity.
     stem = BRACKETS.sub(" ", unit_in(name.strip(" \"'"))[0])
     if _FORMULA.search(stem):
@@ -140,13 +200,18 @@ def quantity_of(name: str) -> str | None:
     plain = " ".join(_NUMBER_OR_MARKS.sub(" ", _MANEUVER_ANYWHERE.sub(" ", stem)).split())
     # The number of a joint's angle is an index, and T is a time where T2 is none.
     is_word = by_words(plain)[1] is not None
-    found = recognise(plain) if is_word else None
-    return None if found is None or found[0] == TIME else found[0]
+    key = parse_heading(plain).key if is_word else None
+    return None if key == TIME else key
+
+
+def is_known(name: str) -> bool:
+    """True if the name is that of a column, or of the times."""
+    return parse_heading(name).key is not None
 
 
 def is_time(name: str) -> bool:
     """True if the name is that of the times."""
-    return recognise(name) == (TIME, None)
+    return parse_heading(name).is_time
 
 
 def time_among(names: Sequence[str]) -> int:
@@ -188,23 +253,17 @@ def with_unit(name: str, attributes: Mapping[str, Any]) -> str:
     told = next((attributes[x] for x in ("units", "unit") if x in attributes), "")
     unit = told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)
     steps = [x for x in _STEPS_OF_PATH.split(name) if x.lower() not in OF_NO_QUANTITY]
-    is_known = any(recognise(x) is not None for x in (name, *steps[-1:]))
-    is_told = is_known and bool(quantities(unit)) and unit_in(name)[1] is None
+    is_column = any(map(is_known, (name, *steps[-1:])))
+    is_told = is_column and bool(quantities(unit)) and parse_heading(name).unit is None
     return f"{name} [{unit}]" if is_told and not is_si(unit) else name
 
 
 def with_degrees(names: Sequence[str]) -> list[str]:
     """Names of columns, with degrees as the unit of angles and rates that tell none."""
-    keys = [found[0] if (found := recognise(name)) else TIME for name in names]
+    keys = [parse_heading(name).key or TIME for name in names]
     units = ["" if key == TIME else COMPARED[key][0].unit for key in keys]
     told = (_IN_DEGREES.get(unit, "") for unit in units)
     return [with_unit(name, {"unit": unit}) for name, unit in zip(names, told, strict=True)]
-
-
-def named_unit(name: str, key: str) -> str | None:
-    """The unit that the name of a column tells, if the column can have it, as `units` has it."""
-    unit = unit_in(name)[1]
-    return None if unit is None else quantities(unit).get(COMPARED[key][0].unit)
 
 
 def by_words(name: str) -> tuple[str, str | None, int | None]:
@@ -265,7 +324,7 @@ def are_names(names: Sequence[str], request: Request) -> bool:
     """True if the names have the time and another column that is known, or what is asked for."""
     if request.known is not None:
         return any(map(request.known, names))
-    known = {found[0] for name in names if (found := recognise(name))}
+    known = {parse_heading(name).key for name in names} - {None}
     return TIME in known and len(known) > 1
 
 

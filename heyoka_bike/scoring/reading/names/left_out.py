@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason, UnknownUnit
 from heyoka_bike.scoring.evidence.base import LostColumn
 from heyoka_bike.scoring.reading.names.columns import (
     KEYS,
     TIME,
     by_words,
+    parse_heading,
     quantity_of,
-    recognise,
     unit_in,
 )
 from heyoka_bike.scoring.reading.names.joints import joint_held
@@ -42,9 +43,9 @@ def resembled(name: str, request: Request) -> str | None:
     It is for messages: a name that is misspelt, a path, a derivative, or several words.
     """
     if match := _DERIVATIVE.fullmatch(name.strip(" \"'")):
-        angle = recognise(next(filter(None, match.groups())))
-        if angle is not None and angle[0] in _RATE_OF:
-            return _RATE_OF[angle[0]]
+        angle = parse_heading(next(filter(None, match.groups()))).key
+        if angle is not None and angle in RATE_OF:
+            return RATE_OF[angle]
     if key := nearest(name, ALMOST) or name_held(name, request)[0]:
         return key
     plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
@@ -112,7 +113,6 @@ _DERIVATIVE = re.compile(
     r"|d *(\w+) */ *dt|(\w+?)(?:_|\u02cd)t(?:\(\w+\))?",
     re.IGNORECASE,
 )
-_RATE_OF = {"roll_angle": "roll_rate", "steer_angle": "steer_rate", "yaw": "yaw_rate"}
 _UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
 # A letter means many things, but with a maneuver.
 _SHORTEST_WORD = 2

@@ -10,13 +10,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise, without_maneuver
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    Heading,
+    Meaning,
+    may_mean,
+    parse_heading,
+    without_maneuver,
+)
 from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
 
-Found = tuple[str, int | None] | None
-"""Key of a column and number of its maneuver; None if it is not known."""
+Found = Meaning | None
+"""What a heading means; None if it is not known."""
 
 _UNIT_OF_ENERGY = "J"
 # The small letters, what the capital means alone, and what beside one of these.
@@ -31,34 +39,43 @@ _LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
 IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,3})")
 
 
-def meanings(names: Sequence[str], count: int) -> list[Found]:
-    """Find the meaning of each column of a file.
+def meant_together(headings: Sequence[Heading], count: int) -> list[Heading]:
+    """Find out what the headings of a file mean beside each other.
 
     Parameters
     ----------
-    names
-        Of all its columns.
+    headings
+        Those of all its columns.
     count
         Number of maneuvers of the reference.
 
     Returns
     -------
-    list of (str, int or None) or None
-        Key, and number of the maneuver if that is told; None if the name is not known, or if what
-        it means alone cannot be meant beside the others.
+    list of Heading
+        With the maneuver if that is told. A key is None if it is not known, or if what the heading
+        means alone cannot be meant beside the others.
     """
+    names = [heading.text for heading in headings]
     # With other numbers in brackets, all of them are maneuvers.
     brackets = [x[1:-1] for name in names for x in BRACKETS.findall(name)]
-    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
-    found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
-    found = _apart(names, _with_capitals(names, found))
+    if any(b.strip().isdecimal() and int(b) != 1 for b in brackets):
+        headings = [parse_heading(name, one_is_a_unit=False) for name in names]
+    found = _apart(names, _with_capitals(names, [h.meaning for h in headings]))
     found = _without_speeds(names, _from_one(found, count))
     found = _without_indices(names, found, count)
-    if not any(f and f[1] is not None for f in found):
-        return _in_turn(names, found, count)
-    # Beside numbered columns one without a number tells nothing, and no reference has others.
-    numbers = range(1, count + 1)
-    return [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
+    if any(f and f[1] is not None for f in found):
+        # Beside numbered columns one without a number tells nothing, and no reference has others.
+        numbers = range(1, count + 1)
+        found = [f if f and (f[0] == TIME or f[1] in numbers) else None for f in found]
+    else:
+        found = _in_turn(names, found, count)
+    return [with_meaning(h, f) for h, f in zip(headings, found, strict=True)]
+
+
+def with_meaning(heading: Heading, found: Found) -> Heading:
+    """The heading with another meaning."""
+    key, maneuver = found or (None, None)
+    return replace(heading, key=key, maneuver=maneuver)
 
 
 def is_coordinate(name: str) -> bool:

@@ -19,7 +19,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     by_words,
     group_number,
-    recognise,
+    parse_heading,
     unit_in,
 )
 from heyoka_bike.scoring.reading.names.units import split_unit
@@ -41,12 +41,16 @@ def without_paths(names: Sequence[str]) -> list[str]:
     split = [_split(name) for name in names]
     if not any(part for part, _ in split):
         return list(names)
-    plain = {found for name, (part, _) in zip(names, split, strict=True)
-             if not part and (found := recognise(name))}  # fmt: skip
+    # A name that is no path is its own last step.
+    headings = [parse_heading(last) for _, last in split]
+    plain = {
+        h.meaning for (part, _), h in zip(split, headings, strict=True) if not part and h.meaning
+    }
     time = {(TIME, None)}
     parts = grouped((part, last) for part, last in split if part)
     meant = {
-        part: {found for x in lasts if (found := recognise(x))} for part, lasts in parts.items()
+        part: {meaning for last in lasts if (meaning := parse_heading(last).meaning)}
+        for part, lasts in parts.items()
     }
     whole = {
         part for part, lasts in parts.items() if len({*filter(_is_whole, lasts)}) >= _FEWEST_KEYS
@@ -59,8 +63,10 @@ def without_paths(names: Sequence[str]) -> list[str]:
     }
     # The time of a part is not that of the file beside another one.
     others = plain & time
-    return [last if part in alone and (found := recognise(last)) and found not in others else name
-            for name, (part, last) in zip(names, split, strict=True)]  # fmt: skip
+    return [
+        last if part in alone and h.meaning and h.meaning not in others else name
+        for name, (part, last), h in zip(names, split, headings, strict=True)
+    ]
 
 
 def _unquoted(name: str) -> str:

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, by_words, is_maneuver, recognise
+from heyoka_bike.scoring.reading.names.columns import (
+    KEYS,
+    TIME,
+    by_words,
+    is_known,
+    is_maneuver,
+    is_time,
+    parse_heading,
+)
 from heyoka_bike.scoring.reading.names.units import split_unit
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 
@@ -38,15 +46,15 @@ def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
     where = option.rstrip("=")
     found = []
     for name in names:
-        known = recognise(name)
-        if known is None and name not in LEFT_OUT and not is_maneuver(name):
+        key = parse_heading(name).key
+        if key is None and name not in LEFT_OUT and not is_maneuver(name):
             raise InputError(
                 f"{where}: found {quoted(name)}, expected {NAMES}, a column of motion.h5, a short "
                 f"name such as t, phi, v or delta, or - for one that is left out"
                 f"{did_you_mean(name)}"
             )
-        if known is not None:
-            found.append(known[0])
+        if key is not None:
+            found.append(key)
     if TIME not in found or len(found) < 2:
         raise InputError(f"{where}: found no time and another column, expected both among them")
     return names
@@ -76,7 +84,7 @@ def did_you_mean(name: str) -> str:
 def listed(names: Sequence[str], like: float | None = None) -> str:
     """List some of the names in quotes, each with a known name that is so much like it."""
     found = [
-        None if like is None or recognise(name) else nearest(name, like)
+        None if like is None or is_known(name) else nearest(name, like)
         for name in names[:NAMES_SHOWN]
     ]
     shown = ", ".join(
@@ -89,11 +97,11 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
 
 def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
     """Return words that say that too few of the names are known, or mean what is found."""
-    known = [recognise(name) for name in names] if found is None else found
+    known = [is_known(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
     if unknown:
         return f"column names {listed(unknown, LIKE)} not understood"
     if not names:
         return "no column whose name is known"
-    has_time = any(k and k[0] == TIME for k in map(recognise, names))
+    has_time = any(map(is_time, names))
     return f"column names {listed(names)}{'' if has_time else ' without their times'}"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from heyoka_bike.scoring.reading.names.columns import are_names, recognise, with_degrees
+from heyoka_bike.scoring.reading.names.columns import are_names, parse_heading, with_degrees
 from heyoka_bike.scoring.reading.names.paths import without_paths
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.request import Request
@@ -114,7 +114,7 @@ def _levels(above: Headings, width: int, request: Request) -> tuple[list[str] | 
 
 def _are_repeated(names: Sequence[str]) -> bool:
     """True if two names mean the same."""
-    found = [x for name in names if (x := recognise(name))]
+    found = [x for name in names if (x := parse_heading(name).meaning)]
     return len(set(found)) < len(found)
 
 

@@ -17,9 +17,9 @@ from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import (
+    is_known,
     is_maneuver,
     maneuvers_in,
-    recognise,
     time_among,
 )
 from heyoka_bike.scoring.reading.names.left_out import name_held
@@ -388,7 +388,7 @@ def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
 
 def _unknown(names: Sequence[str]) -> int:
     """How many of the names are not known."""
-    return sum(not (recognise(name) or is_maneuver(name)) for name in names)
+    return sum(not (is_known(name) or is_maneuver(name)) for name in names)
 
 
 def _count_up(rows: Sequence[Line], dialect: Dialect) -> bool:

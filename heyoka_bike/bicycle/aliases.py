@@ -1,0 +1,45 @@
+"""Other names of columns, as programs write them."""
+
+import re
+from collections.abc import Mapping
+
+from heyoka_bike.bicycle.columns import COMPARED
+
+ALIASES: Mapping[str, tuple[str, ...]] = {
+    "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
+    "roll_rate": (
+        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid", "p",
+        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "dotphi", "dotvarphi",
+        "\u03c6\u0307", "\u03d5\u0307",
+    ),
+    "forward_speed": (
+        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed",
+        "longitudinalvelocity",
+    ),
+    "potential_energy": ("potential", "epot", "ep", "pe", "u"),
+    "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
+    "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
+    "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
+    "steer_rate": (
+        "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
+        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
+        "steerd", "dotdelta", "\u03b4\u0307",
+    ),
+    "pitch": ("pitchangle", "theta", "\u03b8"),
+    "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
+    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
+}  # fmt: skip
+"""By key, other names of columns as programs write them: small letters without any breaks."""
+
+KEYS_BY_WORD: Mapping[str, str] = {
+    **{key.replace("_", ""): key for key in COMPARED},
+    **{alias: key for key, aliases in ALIASES.items() for alias in aliases},
+}
+"""The key that each name means, in small letters without any breaks."""
+
+_NOT_OF_THE_WORD = re.compile(r"\[[^][]*\]|\([^()]*\)|[\s_-]+")
+
+
+def key_of(name: str) -> str | None:
+    """Key of the column that a name means (``phi``, ``Roll [deg]``); None if it is not known."""
+    return KEYS_BY_WORD.get(_NOT_OF_THE_WORD.sub("", name.lower()))
