@@ -20,12 +20,10 @@ def test_a_wrong_motion_shows_no_definition(reference):
     base = correct(reference)
     p = {k: float(v) for k, v in base.motion.bicycle.values.items()}
     swapped = {"IBxx": p["IBzz"] - p["IBxx"], "IBzz": p["IBxx"] - p["IBzz"]}
-    program = changed(base, swapped)
+    motion = changed(base, swapped).motion
     asked = [
-        AskedMotion(
-            program.motion.bicycle, initial_state(program.motion.bicycle, s), reference[n].time
-        )
-        for n, s in program.motion.starts.items()
+        AskedMotion(motion.bicycle, initial_state(motion.bicycle, s), reference[n].time)
+        for n, s in motion.starts.items()
     ]
     parts = [
         Rows(n, reference[n].time, reference[n].time_lo, {k: x[k] for k in BENCHMARK_COLUMNS})
