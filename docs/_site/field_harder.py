@@ -142,8 +142,8 @@ def longer(document):
     return (
         f"- In H2 the {len(ends)} integrators on SymBRiM's equations end at "
         f"{one_decimal(min(ends))} to {one_decimal(max(ends))} digits. Rounding "
-        f"limits these equations to that accuracy over 100 s. heyoka keeps {one_decimal(digits)} digits in "
-        "binary64, on [equations of its own](harder-tier.md#how-hard-they-are)."
+        f"limits these equations to that accuracy over 100 s. heyoka keeps {one_decimal(digits)} "
+        "digits in binary64, on [equations of its own](harder-tier.md#how-hard-they-are)."
     )
 
 

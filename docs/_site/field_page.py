@@ -196,7 +196,7 @@ def left_out(document):
     ]  # fmt: skip
     said = [f"Programs that were not installed: {'; '.join(absent)}."] if absent else []
     if failed:
-        said.append(f"Failed runs, with the message of the first: {'; '.join(failed)}.")
+        said.append(f"Failed runs, with the first message of each program: {'; '.join(failed)}.")
     return " ".join(said) or "Every program was installed, and every run finished."
 
 
