@@ -6,6 +6,7 @@ An error message is one line: where (file, line, column), what was found, what w
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from importlib import import_module
+from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
 
@@ -151,6 +152,16 @@ def quoted(text: str, limit: int = 40) -> str:
     if len(text) <= limit:
         return f"'{printable(text)}'"
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
+
+
+def quoted_names(names: Sequence[str], beside: Sequence[str] = (), limit: int = 8) -> str:
+    """The first names in quotes for a message, each with a text beside it, and how many more."""
+    shown = [
+        quoted(name) + text
+        for name, text in zip_longest(names[:limit], beside[:limit], fillvalue="")
+    ]
+    more = len(names) - limit
+    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
 
 
 def shortened(text: str, limit: int = 40) -> str:

@@ -11,4 +11,4 @@ def model(p, kind, width):
     """Its text, with wheels of a width [m]; numbers are the decimals that they show."""
     exact = {symbol: Exact(Fraction(repr(float(x)))) for symbol, x in p.items()}
     bicycle = benchmark()[0].replace(**exact)
-    return render(kind, bicycle, (), Fraction(repr(float(width)))).decode()
+    return render(kind, bicycle, (), Fraction(repr(float(width))), has_visuals=False).decode()

@@ -18,13 +18,13 @@ from heyoka_bike.reference.proof.instants import known_states
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
-from heyoka_bike.scoring.diagnosis.programs.program import Program
+from heyoka_bike.scoring.diagnosis.programs.program import Motion, Program
 from heyoka_bike.scoring.instants.check import binary64_states, check, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
 from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "checked-mistakes.md"
-RIGHT = Program(read_bicycle(benchmark_bicycle()), {})
+RIGHT = Program(Motion(read_bicycle(benchmark_bicycle()), {}))
 IN_MODEL = (*(m for m in MISTAKES if m.kind == "model"), *EQUATION_MISTAKES)
 # Of a parameter that is only rounded.
 SAME = 1e-14
@@ -44,29 +44,29 @@ def computed(program):
     """What a program has of each known state, by name."""
     states = given()
     try:
-        found = dict(of_own(program.bicycle, states))
+        found = dict(of_own(program.motion.bicycle, states))
     except (BicycleError, ArithmeticError, ValueError):
         # Without mass there are no linear equations.
-        found = dict(of_own(program.bicycle, states, is_linear=False))
-    if program.amounts:
-        equations, state = binary64_states(program.bicycle, states)
+        found = dict(of_own(program.motion.bicycle, states, is_linear=False))
+    if program.motion.amounts:
+        equations, state = binary64_states(program.motion.bicycle, states)
         rates = list(Instant.of(equations, state).rates)
-        rates[:7] = rates_altered(equations, state[:7], dict(program.amounts))
+        rates[:7] = rates_altered(equations, state[:7], dict(program.motion.amounts))
         altered = quantities(Instant(equations, state, rates))
         found |= {c.name: altered[c.name] for c in level("accelerations").columns}
-    if program.linear is not None:
+    if program.motion.linear is not None:
         found |= linear(program, states)
     return found
 
 
 def linear(program, states):
     """Of a program of the linear equations: no pitch, and its own accelerations."""
-    p = {s: float(x) for s, x in program.bicycle.values.items()}
+    p = {s: float(x) for s, x in program.motion.bicycle.values.items()}
     m, c1, k0, k2 = (np.array(x, float) for x in closed_form(p, Arrays()))
     angles, rates = (
         np.array([states[f"{a}_{b}"] for a in ("roll", "steer")]) for b in ("angle", "rate")
     )
-    v, terms = states["forward_speed"], program.linear
+    v, terms = states["forward_speed"], program.motion.linear
 
     def scaled(matrix, base, power):
         return 0 if power is None else base**power * matrix[:, :, None]
@@ -85,11 +85,11 @@ def level(name):
 
 def right_level(program):
     """Where a program's mistake enters first."""
-    if program.linear is not None:
+    if program.motion.linear is not None:
         return "posture"
-    if program.amounts:
+    if program.motion.amounts:
         return "accelerations"
-    right, made = RIGHT.bicycle, program.bicycle
+    right, made = RIGHT.motion.bicycle, program.motion.bicycle
     changed = {
         s for s, x in right.values.items()
         if abs(float(made[s]) - float(x)) > SAME * (1 + abs(float(x)))

@@ -38,7 +38,7 @@ def remainders(reference):
     written = {k: np.array([float(f"{x:.{DIGITS}g}") for x in v]) for k, v in columns[2].items()}
     parts = align(results(reference, {MANEUVER: written}), reference).parts
     program = correct(reference)
-    motion = observe(parts[0], understand(parts), Equations.binary64(program.bicycle))
+    motion = observe(parts[0], understand(parts), Equations.binary64(program.motion.bicycle))
     residual = Residual([motion], program, [known[code] for code in TERMS])
     right = residual.of(program)
     found = {"": residual.observed - right}

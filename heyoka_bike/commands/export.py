@@ -11,7 +11,8 @@ start. C and Python have the descriptor form too, for solvers of differential-al
 mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
 
 Or write a bicycle as a physics engine reads it: urdf, sdf (SDFormat) or mjcf (MuJoCo), with four
-links, three joints and thin wheels, axes with z up, and where each maneuver starts.
+links, three joints and thin wheels, shapes to look at, axes with z up, and where each maneuver
+starts.
 
 Or write the judge: one header for C and C++, with the exact motion in every definition of the
 columns, and functions that take your arrays and say how many digits of them are right. It is for
@@ -22,7 +23,7 @@ examples:
   heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
   heyoka-bike export --equations python
   heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90
-  heyoka-bike export --model urdf --bicycle browser
+  heyoka-bike export --model urdf --bicycle browser --nearest-valid-inertia
   heyoka-bike export --checker -o tests/
 """
 
@@ -44,7 +45,7 @@ _STEM_NAME, _BICYCLE = "uncontrolled_bicycle", "bicycle"
 _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
     "equations": ("bicycle", "maneuvers"),
-    "model": ("bicycle", "maneuvers", "tyre"),
+    "model": ("bicycle", "maneuvers", "tyre", "nearest_valid_inertia"),
     "checker": ("reference",),
     "page": (),
 }
@@ -76,13 +77,18 @@ def add_parser(subparsers: Any) -> None:
         "TOML file (default: those of the bicycle's name, benchmark for a file)",
         "--tyre WIDTH": "of --model: width of the wheels [m]; 0, the default, is as thin as "
         "engines take",
+        "--nearest-valid-inertia": "of --model: change masses and moments of inertia that no solid "
+        "body has as little as possible, and report the changes",
         "--maneuver N": "export this one (default: all)",
         "--columns NAMES": "names separated by commas, or all (default: the eight of the benchmark "
         "in their default definitions)",
         "--digits N": "of csv: 17 (default) or 32",
         **options.REFERENCE,
     }
-    options.add_arguments(p, others, maneuver={"type": int}, digits={"type": int})
+    options.add_arguments(
+        p, others, maneuver={"type": int}, digits={"type": int},
+        nearest_valid_inertia={"default": None},
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -92,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
     asked = next(kind for kind in _GOES_WITH if getattr(args, kind))
     for name in dict.fromkeys(name for names in _GOES_WITH.values() for name in names):
         if getattr(args, name) is not None and name not in _GOES_WITH[asked]:
-            raise InputError(f"--{name}: does not go with --{asked}")
+            raise InputError(f"--{name.replace('_', '-')}: does not go with --{asked}")
     write = {
         "format": _reference, "equations": _equations, "model": _model, "checker": _checker,
         "page": _page,
@@ -131,6 +137,7 @@ def _model(args: argparse.Namespace) -> dict[Path, bytes]:
     from heyoka_bike.bicycle.parameters import read_inputs
     from heyoka_bike.numbers.exact import Exact
     from heyoka_bike.reference.exports.models import MODELS, refused, render
+    from heyoka_bike.reference.exports.solid import nearest_solid
 
     suffix = MODELS[args.model].suffix
     folder, stem = _place(args.output, (suffix,), _BICYCLE)
@@ -138,7 +145,14 @@ def _model(args: argparse.Namespace) -> dict[Path, bytes]:
     width = Exact.read("--tyre", args.tyre or "0")
     if width.sign < 0 or not width.is_rational:
         raise InputError(f"--tyre: found {quoted(args.tyre)}, expected zero or more, without pi")
-    _warn(bicycle.name, refused(bicycle))
+    if args.nearest_valid_inertia:
+        bicycle, changes = nearest_solid(bicycle)
+        for change in changes:
+            complain(f"{bicycle.name}: {change}")
+    reasons = list(refused(bicycle))
+    _warn(bicycle.name, reasons)
+    if reasons:
+        complain("--nearest-valid-inertia writes the nearest bicycle that every engine loads")
     return {folder / f"{stem}{suffix}": render(args.model, bicycle, maneuvers, width.rational)}
 
 

@@ -1,17 +1,18 @@
-"""Read a bicycle from a file of others: BicycleParameters, URDF or MJCF.
+"""Read a bicycle from another program's file: BicycleParameters, URDF, SDFormat or MJCF.
 
 Write it as the TOML file that the other commands take. A parameter file has lines such as IBxx =
-9.2+/-0.1 or IBxx: 9.2, with or without standard deviations. A URDF or MJCF is a tree of a frame, a
-fork and two wheels that stands upright at zero angles, its axes of any name and direction; links
-that are fixed to one another are joined.
+9.2+/-0.1 or IBxx: 9.2, with or without standard deviations. A URDF, SDFormat or MJCF is a tree of
+a frame, a fork and two wheels that stands upright at zero angles. Names and directions of its axes
+are free. Links that are fixed to one another are joined.
 
-What the 26 parameters cannot hold is said on standard error, one line each: products of inertia xy
-and yz, what is beside the plane of the rear wheel, wheels out of balance. A fifth body that moves,
+A line on standard error reports each thing that the 26 parameters cannot hold: products of inertia
+xy and yz, offsets from the plane of the rear wheel, wheels out of balance. A fifth body that moves,
 wheels that are not parallel or not on one level, and joints of other kinds are refused.
 
 examples:
   heyoka-bike import BrowserBenchmark.txt -o browser.toml
   heyoka-bike import my_bicycle.urdf | tee my_bicycle.toml
+  heyoka-bike import my_bicycle.sdf -o my_bicycle.toml
   heyoka-bike linear --bicycle my_bicycle.toml
 """
 
@@ -29,7 +30,7 @@ from heyoka_bike.system.log import complain
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     said = {
-        "FILE": "a file of BicycleParameters, a URDF or an MJCF",
+        "FILE": "a file of BicycleParameters, URDF, SDFormat or MJCF",
         "-o --output FILE": "the TOML file (default: standard output)",
     }
     options.add_command(subparsers, run, __doc__, said)

@@ -120,8 +120,11 @@ def test_what_engines_refuse_is_said(tmp_path, capsys):
     options = ("--model", "mjcf", "--bicycle", "two-mass-skate", "-o", tmp_path)
     code, _, err = run(*options, capsys=capsys)
     assert code == 0
-    assert "inertia matrix of B is only semidefinite, which engines refuse or change\n" in err
-    assert "R has no mass, which engines refuse or change\n" in err
+    assert "inertia matrix of B is only semidefinite: most engines refuse this" in err
+    assert "R has no mass: most engines refuse this or change it\n" in err
+    assert err.endswith(
+        "--nearest-valid-inertia writes the nearest bicycle that every engine loads\n"
+    )
     assert run("--model", "mjcf", "-o", tmp_path, capsys=capsys)[2] == ""
 
 
@@ -222,6 +225,11 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
         (["--equations", "cpp"], "'cpp', expected one of c, fortran, matlab, julia, python, rust"),
         (["--equations", "rust", "-o", "x.c"], "found 'x.c', expected a file ending in .rs"),
         (["--equations", "python", "-o", "1st.py"], "found '1st', expected the name of a module"),
+        (
+            ["--equations", "matlab", "-o", "if.m"],
+            "'if' is a reserved word, expected another name of a module",
+        ),
+        (["--equations", "rust", "-o", "fn.rs"], "'fn' is a reserved word"),
         (["--equations", "c", "--bicycle", "no-one"], "bicycle: found 'no-one', expected"),
         (["--equations", "c", "--maneuvers", "no-one"], "maneuvers: found 'no-one', expected"),
     ],

@@ -19,7 +19,7 @@ from heyoka_bike.motion.heyoka_adapter import Expressions
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.mistakes.library import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Motion, Start, initial_state
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.system.resources import benchmark_bicycle
 
@@ -38,7 +38,7 @@ def correct(reference):
         )
         for n in reference
     }
-    return Program(Bicycle("benchmark", values), starts)
+    return Program(Motion(Bicycle("benchmark", values), starts))
 
 
 @cache
@@ -246,14 +246,13 @@ def columns_of(reference, mistakes):
     made = {}
     for number in reference:
         m = reference[number]
-        start = initial_state(program.bicycle, program.starts[number])
+        start = initial_state(program.motion.bicycle, program.motion.starts[number])
         time = program.clock(m.time, 0.01)
-        if program.linear:
-            found = linear_motion(program.bicycle, start, time, program.linear)
+        if program.motion.linear:
+            found = linear_motion(program.motion.bicycle, start, time, program.motion.linear)
         else:
-            found = motion(program.bicycle, start, time)
-        for change in program.rows:
-            found = dict(change(found, m.time))
+            found = motion(program.motion.bicycle, start, time)
+        found = dict(program.written(found, m.time))
         # A run ends with the maneuver, whatever its rows are called.
         is_within = time <= float(m.duration) * (1 + 1e-9)
         made[number] = {key: np.where(is_within, found[key], np.nan) for key in BENCHMARK_COLUMNS}

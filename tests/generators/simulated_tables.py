@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Motion, Program, Start, initial_state
 
 TIME = np.arange(1001) / 100
 
@@ -13,14 +13,15 @@ def right_program(bicycle, reference):
         n: Start(*(float(reference[n].rows[k][0]) for k in ("forward_speed", "roll_rate")))
         for n in reference
     }
-    return Program(bicycle, starts)
+    return Program(Motion(bicycle, starts))
 
 
 def simulated(simulator, program, keys, **amounts):
     """Columns ``<key>_<n>`` of a program, with coefficients of forces beside its own."""
     table = {"time": TIME}
-    for n, start in program.starts.items():
-        first, meant = initial_state(program.bicycle, start), program.clock(TIME, 0.01)
-        columns = simulator.run(program.bicycle, first, meant, dict(program.amounts) | amounts)
+    for n, start in program.motion.starts.items():
+        first, meant = initial_state(program.motion.bicycle, start), program.clock(TIME, 0.01)
+        forces = dict(program.motion.amounts) | amounts
+        columns = simulator.run(program.motion.bicycle, first, meant, forces)
         table |= {f"{key}_{n}": columns[key] for key in keys}
     return table

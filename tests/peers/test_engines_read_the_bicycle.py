@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike import check
+from heyoka_bike.bicycle.columns import LEVELS
 from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.exact import Exact
@@ -22,6 +23,8 @@ STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 # Largest differences, over 1 + the value or over the matrix: DART's, and all others'.
 BOUNDS = {"dart": 1e-11}
 BOUND = 2e-13
+# What a system of 15 equations between masses of 2 to 94 kg leaves of rounding.
+SOLVED = {"accelerations": 1e-12, "forces": 2e-12}
 
 
 @pytest.fixture
@@ -57,9 +60,9 @@ def test_every_quantity_is_right(name, exported, states, bicycle, tmp_path):
     found = checked(name, exported(name, bicycle), states, tmp_path)
     assert found.passed
     there = {level.level.name: level for level in found.levels if level.columns}
-    assert list(there) == ["geometry", "posture", "positions", "velocities", "energy"]
-    bound = BOUNDS.get(name, BOUND)
-    for level in there.values():
+    assert list(there) == [level.name for level in LEVELS[:-1]]
+    for label, level in there.items():
+        bound = max(BOUNDS.get(name, BOUND), SOLVED.get(label, 0))
         worst = max(c.max_error for c in level.columns)
         print(f"{name} {level.level.name}: {worst:.1e}")
         assert worst < bound
@@ -149,18 +152,21 @@ def test_dart_takes_small_angles_for_their_sines():
     assert apart(engines.dart_sine, 2e-3) == np.sin(2e-3)
 
 
-def test_dart_does_not_free_the_base_of_mjcf(exported, bicycle):
+def test_dart_reads_no_mjcf_with_settings(exported, bicycle):
+    """Without them it would read the file, and fix the base to the ground."""
     need("dart")
-    assert apart(engines.dart_of_mjcf, exported("dart", bicycle, kind="mjcf")) == 3
+    assert not apart(engines.dart_reads_mjcf, exported("dart", bicycle, kind="mjcf"))
 
 
 def test_dart_leaves_out_the_ellipsoids_of_urdf(exported, bicycle):
     need("dart")
     file = exported("dart", bicycle, kind="urdf")
-    assert apart(engines.dart_wheel_shapes_of_urdf, file) == (4, True)
+    assert apart(engines.dart_wheel_shapes_of_urdf, file) == (2, True)
     text = file.read_text(encoding="ascii")
-    changed, count = re.subn("<cylinder [^>]*/>", '<ellipsoid radii="0.3 0.001 0.3"/>', text)
-    assert count == 4
+    cylinder = "(<collision>.*?)<cylinder [^>]*/>"
+    ellipsoid = r'\1<ellipsoid radii="0.3 0.001 0.3"/>'
+    changed, count = re.subn(cylinder, ellipsoid, text, flags=re.DOTALL)
+    assert count == 2
     file.write_text(changed, encoding="ascii")
     assert apart(engines.dart_wheel_shapes_of_urdf, file) == (0, True)
 
@@ -199,7 +205,8 @@ def flat(bicycle):
 
 def test_engines_refuse_moments_of_no_body(flat, exported):
     assert list(refused(flat)) == [
-        "moments of inertia of B violate the triangle inequality, which engines refuse or change"
+        "moments of inertia of B violate the triangle inequality: most engines refuse this or "
+        "change it"
     ]
     for name, said in (("mujoco", "A + B >= C"), ("drake", "Failed to load")):
         need(name)

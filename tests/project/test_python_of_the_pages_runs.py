@@ -21,7 +21,6 @@ ELSEWHERE = {
     "docs/after-ten-seconds.md": "runs of minutes; when the site is built",
     "docs/atlas.md": "an atlas; tests/workbench/test_an_atlas_says_what_becomes.py",
     "docs/how-to/equations.md": "IDA; reference/test_descriptor_equations_are_followed_by_ida.py",
-    "docs/how-to/engines.md": "engines; peers/test_engines_read_the_bicycle.py, and the site",
     "docs/how-to/cluster.md": "a cluster; tests/workbench/test_a_cluster_carries_out_jobs.py",
     "docs/pytest.md": "tests of a project; tests/example_project",
     "docs/how-to/continuous-integration.md": "tests of a project; tests/example_project",

@@ -6,7 +6,13 @@ import pytest
 from corpus.writing import Runs
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, TENSORS
-from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, apply, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Motion,
+    Program,
+    Start,
+    apply,
+    initial_state,
+)
 
 MADE = {
     "no_gyroscopic": "newton-no-gyroscopic",
@@ -39,13 +45,13 @@ def farthest(simulator, bicycle, run, missing):
 @pytest.mark.parametrize(("code", "run"), MADE.items())
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run):
     (mistake,) = (m for m in EQUATION_MISTAKES if m.code == code)
-    missing = apply(Program(bicycle, STARTS), (mistake,)).amounts
+    missing = apply(Program(Motion(bicycle, STARTS)), (mistake,)).motion.amounts
     # Both integrate to 1e-12 or so; motions that fall multiply that by a thousand and more.
     assert farthest(simulator, bicycle, run, missing) < 1e-7
     assert farthest(simulator, bicycle, run, ()) > 1e-3
 
 
 def test_every_mistake_is_of_a_known_term(bicycle):
-    program = Program(bicycle, STARTS)
-    amounts = [dict(apply(program, (m,)).amounts) for m in EQUATION_MISTAKES]
+    program = Program(Motion(bicycle, STARTS))
+    amounts = [dict(apply(program, (m,)).motion.amounts) for m in EQUATION_MISTAKES]
     assert set().union(*amounts) <= {*FORCES, *TENSORS}

@@ -6,8 +6,9 @@ import pytest
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.claims import left_over
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValues, Found
 
 BY_CODE = {m.code: m for m in MISTAKES}

@@ -99,13 +99,13 @@ def test_two_unknowns_that_do_the_same_are_no_trouble():
 def file_of(reference, parameters=None, starts=None, level=1e-5):
     """What SciPy makes with changed parameters, by symbol, and starts, by maneuver and name."""
     program = correct(reference)
-    values = dict(program.bicycle.values)
+    values = dict(program.motion.bicycle.values)
     for symbol, change in (parameters or {}).items():
         x = values[symbol]
         values[symbol] = Exact(x.rational + Fraction(change), x.pi_multiple)
     columns = {}
     for number in reference:
-        start = program.starts[number]
+        start = program.motion.starts[number]
         state = dict.fromkeys(("roll", "pitch", "steer", "roll_rate", "steer_rate"), 0.0)
         state |= {"roll_rate": start.roll_rate, "speed": start.speed}
         for name, change in (starts or {}).get(number, {}).items():
@@ -230,7 +230,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
 @pytest.mark.proof
 def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
     """The other integrator is told the pitch that puts both wheels on the floor."""
-    k = constants(correct(reference).bicycle, Multiprecision(25)).convert(float)
+    k = constants(correct(reference).motion.bicycle, Multiprecision(25)).convert(float)
     pitch = brentq(
         lambda x: front_contact_height(k, Arrays(), 0.0, x, 0.02), -0.01, 0.01, xtol=1e-15
     )
@@ -290,7 +290,7 @@ def test_a_mistake_of_the_library_is_not_called_a_parameter(reference, simulator
 
 NO_HEYOKA = """
 import sys
-sys.modules |= dict.fromkeys(("heyoka", "llvmlite", "filelock", "scipy"))
+sys.modules |= dict.fromkeys(("heyoka", "llvmlite", "scipy"))
 from heyoka_bike.cli import main
 sys.exit(main(["diagnose", sys.argv[1], "--format", "json"]))
 """

@@ -16,7 +16,7 @@ BY_CODE = {m.code: m for m in AXES_MISTAKES}
 
 def parameters(reference, *codes):
     program = apply(correct(reference), [BY_CODE[code] for code in codes])
-    return {s: float(x) for s, x in program.bicycle.values.items()}
+    return {s: float(x) for s, x in program.motion.bicycle.values.items()}
 
 
 def tensor(p, body):

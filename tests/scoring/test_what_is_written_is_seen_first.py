@@ -16,13 +16,14 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.as_meant import as_meant
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import misspaced
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.written import STEPS
+from heyoka_bike.scoring.diagnosis.sources import SOURCES
+from heyoka_bike.scoring.rows.columns import bounded
+from heyoka_bike.scoring.rows.grids import coarse_grids
 from heyoka_bike.scoring.score import score
 
 ROWS = slice(0, 1001, 2)
@@ -295,10 +296,9 @@ def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
     program, time = apply(correct(reference), (mistake,)), reference[1].time[ROWS]
     simulator, held = Simulator(), {}
     for n in reference:
-        start = initial_state(program.bicycle, program.starts[n])
-        made = simulator.run(program.bicycle, start, time)
-        for change in program.rows:
-            made = change(made, time)
+        start = initial_state(program.motion.bicycle, program.motion.starts[n])
+        made = simulator.run(program.motion.bicycle, start, time)
+        made = program.written(made, time)
         held[n] = {key: made[key] for key in KEYS}
         if code.startswith("speed"):
             held[n]["forward_speed"] = made["forward_speed_wheel_spin"]
@@ -309,8 +309,8 @@ def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
 def test_the_energies_of_the_bodies_are_those_of_their_masses(reference):
     """At the start, upright: weights times heights, and the masses' own motion [J]."""
     program = correct(reference)
-    start = initial_state(program.bicycle, program.starts[2])
-    made = {k: x[0] for k, x in Simulator().run(program.bicycle, start, np.zeros(1)).items()}
+    start = initial_state(program.motion.bicycle, program.motion.starts[2])
+    made = {k: x[0] for k, x in Simulator().run(program.motion.bicycle, start, np.zeros(1)).items()}
     g, speed, roll = 9.81, 4.6, 0.5
     heights = {"R": 0.3, "B": 0.9, "H": 0.7, "F": 0.35}
     masses = {"R": 2.0, "B": 85.0, "H": 4.0, "F": 3.0}
@@ -326,8 +326,8 @@ def test_the_energies_of_the_bodies_are_those_of_their_masses(reference):
 
 def test_the_energies_of_the_bodies_are_all_there_is(reference):
     program, time = correct(reference), reference[1].time[ROWS]
-    start = initial_state(program.bicycle, program.starts[2])
-    made = Simulator().run(program.bicycle, start, time)
+    start = initial_state(program.motion.bicycle, program.motion.starts[2])
+    made = Simulator().run(program.motion.bicycle, start, time)
     for kind in ("kinetic", "potential"):
         parts = sum(made[f"{kind}_energy_of_{b}"] for b in "RBHF")
         np.testing.assert_allclose(parts, made[f"{kind}_energy"], rtol=1e-12)
@@ -338,8 +338,8 @@ def of_another_bicycle(reference, **values):
     found = {}
     program = correct(reference)
     changes = {k: Exact.parse(v) for k, v in values.items()}
-    bicycle = Bicycle("other", {**program.bicycle.values, **changes})
-    for n, start in program.starts.items():
+    bicycle = Bicycle("other", {**program.motion.bicycle.values, **changes})
+    for n, start in program.motion.starts.items():
         made = Simulator().run(bicycle, initial_state(bicycle, start), reference[n].time[ROWS])
         found[n] = {key: made[key].copy() for key in KEYS}
     return found
@@ -401,7 +401,7 @@ def test_a_few_levels_are_no_bounds(reference, key):
         size = np.ptp(held[n][key]) / 3
         held[n][key][20:] = size * np.rint(held[n][key][20:] / size)
     report = score(table(reference, held), reference)
-    assert as_meant(report, [step for step in STEPS if step.name == "bounds"]) is None
+    assert bounded(report) is None
 
 
 def test_rows_that_are_held_stay_at_no_bound(reference):
@@ -410,8 +410,7 @@ def test_rows_that_are_held_stay_at_no_bound(reference):
         for key in KEYS:
             held[n][key] = np.repeat(held[n][key][::6], 6)[: len(held[n][key])]
     report = score(table(reference, held), reference)
-    bounds = [step for step in STEPS if step.name == "bounds"]
-    assert as_meant(report, bounds) is None
+    assert bounded(report) is None
 
 
 def test_a_clipped_column(reference):
@@ -439,7 +438,7 @@ def test_each_maneuver_has_a_grid_of_its_own_digits(reference):
     for n, step in steps.items():
         held[n]["kinetic_energy"] = np.rint(held[n]["kinetic_energy"] / step) * step
     report = score(table(reference, held), reference)
-    seen = as_meant(report, [step for step in STEPS if step.name == "grid"]).seen
+    seen = coarse_grids(report).seen
     found = {n: x.step for x in seen for n in x.maneuvers}
     assert found == pytest.approx(steps)
 
@@ -451,7 +450,11 @@ def test_a_rate_of_differences_beside_another_mistake(how, reference):
     time = reference[1].time[ROWS]
     held = {}
     for n in reference:
-        made = motion(program.bicycle, initial_state(program.bicycle, program.starts[n]), time)
+        made = motion(
+            program.motion.bicycle,
+            initial_state(program.motion.bicycle, program.motion.starts[n]),
+            time,
+        )
         held[n] = {key: made[key] for key in KEYS}
         slopes = np.diff(held[n]["steer_angle"]) / np.diff(time)
         rates = {
@@ -497,7 +500,8 @@ def test_nothing_is_seen_in_files_of_integrators(size, reference):
         for i, key in enumerate(KEYS):
             scale = size * reference[n].scale(key)
             held[n][key] += scale * (time / 10) ** 2 * np.sin((2 + i / 3) * time + n)
-    assert as_meant(score(table(reference, held), reference), STEPS) is None
+    report = score(table(reference, held), reference)
+    assert not any(source.look(report) for source in SOURCES)
 
 
 def test_rows_that_are_spread_are_those_of_the_file():

@@ -21,10 +21,10 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
@@ -38,7 +38,7 @@ BY_CODE = {m.code: m for m in MISTAKES}
 
 @pytest.fixture(scope="module")
 def equations(reference):
-    return Equations.binary64(correct(reference).bicycle)
+    return Equations.binary64(correct(reference).motion.bicycle)
 
 
 def likely(found):
@@ -83,7 +83,7 @@ def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
 @pytest.mark.parametrize("symbol", ["IFxx", pytest.param("IRxx", marks=pytest.mark.proof)])
 def test_a_parameter_is_found_where_nothing_of_it_is_left(reference, equations, symbol):
     """An inertia of zero: to first order, accelerations are three times as far away."""
-    right = float(correct(reference).bicycle[symbol])
+    right = float(correct(reference).motion.bicycle[symbol])
     zero = other_values({symbol: -right}, {symbol: 0.0}, correct(reference))
     found = causes_of(results_of(reference, [zero]), reference, equations)
     changes = found.fitted[0].mistakes[0].changes
@@ -224,7 +224,7 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
 def pushed(reference, equations, force):
     """Maneuver 2 with a torque in the equation of roll, and one on the steer axis, by SciPy."""
     program = correct(reference)
-    start = np.array(initial_state(program.bicycle, program.starts[2]))
+    start = np.array(initial_state(program.motion.bicycle, program.motion.starts[2]))
     start[5] /= equations.k.length
 
     def slope(t, y):

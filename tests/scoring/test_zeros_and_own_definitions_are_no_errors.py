@@ -11,7 +11,7 @@ from generators.simulated_tables import simulated
 from heyoka_bike import diagnose, score
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.program import Program, Start
+from heyoka_bike.scoring.diagnosis.programs.program import Motion, Program, Start
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 
 ZEROED = ("potential_energy", "mechanical_energy")
@@ -108,7 +108,7 @@ def test_right_roll_or_steer_shows_the_motion_of_an_energy_of_another_zero(refer
 
 def test_a_start_with_more_energy_is_no_other_zero(reference, bicycle):
     for speed in (4.601, 4.61, 4.65, 4.8):
-        program = Program(bicycle, {2: Start(speed=speed, roll_rate=0.5)})
+        program = Program(Motion(bicycle, {2: Start(speed=speed, roll_rate=0.5)}))
         file = simulated(Simulator(), program, ("roll_angle", "mechanical_energy"))
         assert score(file, reference)[2]["mechanical_energy"].as_understood.offset == 0.0
 

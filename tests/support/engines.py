@@ -1,11 +1,13 @@
 """The programs of docs/examples/engines, each in a process of its own: engines do not mix."""
 
+import os
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -129,21 +131,22 @@ def dart_masses(file):
     return [bicycle.getBodyNode(x).getMass() for x in "BRHF"]
 
 
-def dart_of_mjcf(file):
-    """Degrees of freedom of all that it reads."""
+def dart_reads_mjcf(file):
+    """Whether it reads a world from it."""
     import dartpy as dart
 
-    world = dart.utils.MjcfParser.readWorld(str(file))
-    return sum(world.getSkeleton(i).getNumDofs() for i in range(world.getNumSkeletons()))
+    return dart.utils.MjcfParser.readWorld(str(file)) is not None
 
 
 def dart_wheel_shapes_of_urdf(file):
-    """How many shapes its wheels have, and whether its base is free."""
+    """How many shapes of its wheels collide, and whether its base is free."""
     import dartpy as dart
 
     bicycle = dart.utils.DartLoader().parseSkeleton(str(file))
-    shapes = sum(bicycle.getBodyNode(x).getNumShapeNodes() for x in "RF")
-    return shapes, bicycle.getRootJoint().getNumDofs() == 6
+    nodes = [node for x in "RF" for node in bicycle.getBodyNode(x).getShapeNodes()]
+    return sum(
+        node.hasCollisionAspect() for node in nodes
+    ), bicycle.getRootJoint().getNumDofs() == 6
 
 
 def dart_top_of_the_floor(file):
@@ -151,8 +154,9 @@ def dart_top_of_the_floor(file):
     import dartpy as dart
 
     world = dart.utils.SdfParser.readWorld(str(file))
-    shape = world.getSkeleton("floor").getBodyNode(0).getShapeNode(0).getShape()
-    return float(shape.getBoundingBox().getMax()[2])
+    nodes = world.getSkeleton("floor").getBodyNode(0).getShapeNodes()
+    (touching,) = (node for node in nodes if node.hasCollisionAspect())
+    return float(touching.getShape().getBoundingBox().getMax()[2])
 
 
 def pybullet_inertias(file, *, from_file):
@@ -181,3 +185,43 @@ def pybullet_motor(file):
     bullet.resetJointState(bike, 0, 0, 10)
     bullet.stepSimulation()
     return bullet.getJointState(bike, 0)[1]
+
+
+def tried(name, files, seconds):
+    """What an engine has of each file, and where it is after so long.
+
+    By file: masses and centres of mass of the bodies, the axis of the steer joint, gravity, mass
+    matrices upright and steered; and roll and steer angle after a start of the file.
+    """
+    # MuJoCo writes its log into the working folder.
+    os.chdir(Path(files[0][0]).parent)
+    found = []
+    for file, number in files:
+        engine, bicycle = _engine(name, file)
+        zero = np.zeros(3)
+        upright = bicycle.State(zero, np.array([1.0, 0, 0, 0]), zero, zero, zero, zero)
+        steered = upright._replace(angles=np.array([0, 0.4, 0]))
+        engine.set(upright)
+        bodies = engine.bodies()
+        has = {
+            "masses": {x: bodies[x].mass for x in "BRHF"},
+            "centres": {x: bodies[x].centre for x in "BRHF"},
+            "axis": bicycle.velocities(engine, upright)["H"][3:, 7],
+            "gravity": engine.gravity,
+            "matrices": [],
+        }
+        for state in (upright, steered):
+            engine.set(state)
+            has["matrices"].append(engine.mass_matrix())
+        if name == "pybullet":
+            import pybullet
+
+            pybullet.disconnect()
+        engine = type(engine)(file, engine.STEP)
+        engine.set(bicycle.starts(file)[number - 1])
+        engine.step(seconds)
+        roll, *_, steer, _ = bicycle.columns(engine)
+        found.append((has, roll, steer))
+        if name == "pybullet":
+            pybullet.disconnect()
+    return found

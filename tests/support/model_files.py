@@ -149,7 +149,7 @@ def read_mjcf(root):
         model.masses[name] = float(inertial.get("mass"))
         model.centres[name] = numbers(inertial.get("pos"))
         model.tensors[name] = tensor(*numbers(inertial.get("fullinertia")))
-        if (geom := element.find("geom")) is not None:
+        if (geom := element.find("geom[@type='ellipsoid']")) is not None:
             model.radii[name] = numbers(geom.get("size"))[0]
         if parent:
             joint = element.find("joint")

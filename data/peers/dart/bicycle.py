@@ -37,7 +37,7 @@ def build(p, shape, thin, friction):
         path.write_text(model(p, thin), encoding="utf-8")
         skeleton = dart.utils.SdfParser.readWorld(str(path)).getSkeleton("bicycle")
     for wheel in ("R", "F"):
-        _, touching = skeleton.getBodyNode(wheel).getShapeNodes()
+        (touching,) = skeleton.getBodyNode(wheel).getShapeNodes()
         touching.getDynamicsAspect().setFrictionCoeff(friction)
         if shape == "ellipsoid":
             r = p[f"r{wheel}"]

@@ -11,10 +11,10 @@ import numpy as np
 from figures.silhouette import FROM_ABOVE, FROM_BEHIND, FROM_RIGHT, Pose, fitted, rim
 from figures.silhouette import draw as draw_silhouette
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
+from heyoka_bike.bicycle.shapes import Shape
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.workbench.replay.shapes import Shape
 from heyoka_bike.workbench.style import BLACK, BLUE, VERMILLION, WIDTH, style
 
 if TYPE_CHECKING:

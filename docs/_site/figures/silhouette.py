@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.shapes import Shape, shape
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.replay.shapes import Shape, shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,7 +1,7 @@
-"""What the programs of this folder share: states, the table for `check`, the columns for `score`.
+"""Shared by the programs of this folder: states, the table for `check`, columns, pictures.
 
-Each program has a class with these methods. Vectors are along the ground's axes, z up; the base is
-the link B, its place that of the link's origin. Angles and rates are those of rear_axle,
+Each program has a class with these methods. Vectors are along the ground's axes, z up. The base is
+the link B, and its place is the origin of that link. Angles and rates are those of rear_axle,
 steer_axis and front_axle.
 
     set(state)      put the bicycle into a `State`
@@ -9,17 +9,30 @@ steer_axis and front_axle.
     bodies()        a `Body` by the letters B, R, H, F
     energies()      potential and kinetic energy
     mass_matrix()   of the velocity and angular velocity of the base and the rates
+    bias()          generalised forces that hold these velocities constant
     step(seconds)   move
+    picture(camera) an image, if the engine draws without a window
+    view()          open a window; return a function that shows the present state in it
 
-Its first argument is the file of ``heyoka-bike export --model``. Run a program as
+The class is called with the file of ``heyoka-bike export --model``, and to move the bicycle also
+with the step of the time, of which ``STEP`` is the default. Run a program as
 
     python with_mujoco.py check bicycle.xml states.csv > table.csv
     python with_mujoco.py run bicycle.xml > results.txt
+    python with_mujoco.py run bicycle.xml --step 0.0001 > results.txt
+    python with_mujoco.py run bicycle.xml --view
+    python with_mujoco.py run bicycle.xml --movie bicycle.mp4
+    python with_mujoco.py run bicycle.xml --strip bicycle.png
 """
 
+import argparse
 import csv
 import re
-import sys
+import shutil
+import struct
+import subprocess
+import time
+import zlib
 from collections import namedtuple
 from pathlib import Path
 
@@ -29,7 +42,7 @@ State = namedtuple("State", "place attitude angles velocity turning rates")
 """Place, quaternion (scalar first), angles; velocity, angular velocity, rates."""
 
 Body = namedtuple("Body", "mass centre velocity axes turning")
-"""Mass; its centre and that one's velocity; the link's axes as columns; angular velocity."""
+"""Mass; centre of mass and its velocity; the link's axes as columns; angular velocity."""
 
 UP = np.array([0.0, 0.0, 1.0])
 Z_UP = np.diag([1.0, -1.0, -1.0])
@@ -112,6 +125,15 @@ def lowest(body, radius):
     return radius * down / np.linalg.norm(down)
 
 
+def lowest_rate(body, radius):
+    """Rate of change of `lowest`, of the geometric point."""
+    axle = body.axes[:, 1]
+    turned = np.cross(body.turning, axle)
+    down, change = axle * axle[2] - UP, turned * axle[2] + axle * turned[2]
+    length = np.linalg.norm(down)
+    return radius * (change / length - down * (down @ change) / length**3)
+
+
 def velocities(engine, state):
     """Velocity and angular velocity of each body per velocity of the base and rate: (6, 9) each."""
     found = {letter: np.zeros((6, 9)) for letter in "BRHF"}
@@ -130,7 +152,7 @@ def quantities(engine, state):
     rear, ends = bodies["B"], {"rear": ("B", "R"), "front": ("H", "F")}
 
     def name(what, vector):
-        found.update({f"{what}_{axis}": x for axis, x in zip("xyz", Z_UP @ vector, strict=True)})
+        named(found, what, Z_UP @ vector)
 
     axis = rear.axes.T @ per["H"][3:, 7]
     found["steer_axis_down_x"], found["steer_axis_down_z"] = axis[0], -axis[2]
@@ -159,18 +181,116 @@ def quantities(engine, state):
     moving = matrix @ np.concatenate([state.velocity, state.turning, state.rates])
     name("momentum", moving[:3])
     name("angular_momentum", moving[3:6] - np.cross(centre - state.place, moving[:3]))
-    # The velocities that roll, with a roll rate, a steer rate or a forward speed of one.
+    # Velocities that roll, with a roll rate, a steer rate or a forward speed of one.
     ahead = heading(rear.axes)
-    rows = [
-        per[wheel][:3] - cross_matrix(lowest(bodies[wheel], r)) @ per[wheel][3:]
-        for wheel, r in radii.items()
-    ]
-    system = np.vstack([ahead @ per["B"][3:], np.eye(9)[7], ahead @ per["R"][:3], *rows])
+    rows = np.vstack(
+        [
+            per[wheel][:3] - cross_matrix(lowest(bodies[wheel], r)) @ per[wheel][3:]
+            for wheel, r in radii.items()
+        ]
+    )
+    system = np.vstack([ahead @ per["B"][3:], np.eye(9)[7], ahead @ per["R"][:3], rows])
     units = np.linalg.solve(system, np.eye(9)[:, :3])
     reduced, names = units.T @ matrix @ units, ("roll", "steer", "speed")
     for i, j in zip(*np.triu_indices(3), strict=True):
         found[f"mass_{names[i]}_{names[j]}"] = reduced[i, j]
+    found |= dynamics(engine, state, per, rows)
     return found
+
+
+def drifts(bodies, per):
+    """Accelerations of the centres of mass and angular ones, at constant generalised velocities."""
+    base, fork = bodies["B"], bodies["H"]
+    # A steer rate alone moves the fork's centre of mass about the steer axis.
+    axis, across = per["H"][3:, 7], per["H"][:3, 7]
+    pivot = fork.centre + np.cross(axis, across)
+
+    def of_point(point, body, acceleration, angular):
+        arm = point - body.centre
+        centripetal = np.cross(body.turning, np.cross(body.turning, arm))
+        return acceleration + np.cross(angular, arm) + centripetal
+
+    # The origin of the base has no acceleration: see `centre_drift`.
+    found = {"B": (centre_drift(base, per), np.zeros(3))}
+    for wheel, frame in (("R", "B"), ("H", "B"), ("F", "H")):
+        carried, carrier = bodies[wheel], bodies[frame]
+        angular = found[frame][1] + np.cross(carrier.turning, carried.turning - carrier.turning)
+        point = pivot if wheel == "H" else carried.centre
+        there = of_point(point, carrier, *found[frame])
+        arm = carried.centre - point
+        there = there + np.cross(angular, arm)
+        there = there + np.cross(carried.turning, np.cross(carried.turning, arm))
+        found[wheel] = there, angular
+    return found
+
+
+def centre_drift(base, per):
+    """The acceleration of the base's centre of mass when its origin has none."""
+    # The velocity of the centre of mass per angular velocity is minus the matrix of its arm.
+    cross_of_arm = -per["B"][:3, 3:6]
+    arm = np.array([cross_of_arm[2, 1], cross_of_arm[0, 2], cross_of_arm[1, 0]])
+    return np.cross(base.turning, np.cross(base.turning, arm))
+
+
+def dynamics(engine, state, per, rows):
+    """Accelerations and forces of the floor and the joints, in the axes of ``states.csv``.
+
+    The lowest point of each wheel is at rest: its three rows are constraints of the engine's own
+    equations of motion.
+    """
+    bodies, radii = engine.bodies(), {"R": engine.radii[0], "F": engine.radii[1]}
+    drift, change = drifts(bodies, per), []
+    for wheel, r in radii.items():
+        body, (linear, angular) = bodies[wheel], drift[wheel]
+        change.append(
+            linear + np.cross(angular, lowest(body, r))
+            + np.cross(body.turning, lowest_rate(body, r))
+        )  # fmt: skip
+    system = np.block([[engine.mass_matrix(), rows.T], [rows, np.zeros((6, 6))]])
+    solved = np.linalg.solve(system, np.concatenate([-engine.bias(), *np.negative(change)]))
+    generalised, floor = solved[:9], dict(zip("RF", -solved[9:].reshape(2, 3), strict=True))
+    moving = {x: per[x] @ generalised + np.concatenate(drift[x]) for x in bodies}
+    rear, wheel = bodies["B"], bodies["R"]
+    found = angle_accelerations(rear, moving["B"][3:])
+    ahead = heading(rear.axes)
+    turned = np.cross(UP * found.pop("yaw_rate"), ahead)
+    found["forward_acceleration"] = ahead @ moving["R"][:3] + turned @ wheel.velocity
+    found["rear_wheel_acceleration"] = -generalised[6]
+    found["steer_acceleration"] = generalised[7]
+    found["front_wheel_acceleration"] = -generalised[8]
+    weight = -engine.gravity * UP
+    load = {x: b.mass * (moving[x][:3] - weight) for x, b in bodies.items()}
+    for end, frame, letter in (("rear", "B", "R"), ("front", "H", "F")):
+        axes, force = bodies[frame].axes, floor[letter]
+        along = heading(axes)
+        right = np.cross(along, UP)
+        found[f"{end}_normal_force"] = force[2]
+        found[f"{end}_longitudinal_force"] = along @ force
+        found[f"{end}_lateral_force"] = right @ force
+        found[f"{end}_friction"] = np.hypot(along @ force, right @ force) / force[2]
+        named(found, f"{end}_axle_force", Z_UP @ axes.T @ (load[letter] - force))
+    held = load["H"] + load["F"] - floor["F"]
+    down, right = per["H"][3:, 7], -bodies["H"].axes[:, 1]
+    named(found, "steer_joint_force", np.array([np.cross(right, down), right, down]) @ held)
+    return found
+
+
+def angle_accelerations(rear, angular):
+    """Second derivatives of yaw, roll and pitch of the rear frame, and the yaw rate; z up."""
+    ahead, axle = heading(rear.axes), rear.axes[:, 1]
+    axes = np.column_stack([UP, ahead, axle])
+    yaw, roll, pitch = np.linalg.solve(axes, rear.turning)
+    turned = roll * np.cross(yaw * UP, ahead) + pitch * np.cross(rear.turning, axle)
+    found = np.linalg.solve(axes, angular - turned)
+    return {
+        "yaw_acceleration": -found[0], "roll_acceleration": found[1],
+        "pitch_acceleration": -found[2], "yaw_rate": yaw,
+    }  # fmt: skip
+
+
+def named(found, what, vector):
+    """Add the components of a vector."""
+    found.update({f"{what}_{axis}": x for axis, x in zip("xyz", vector, strict=True)})
 
 
 def table(engine, file):
@@ -210,9 +330,99 @@ def results(engine, file):
         yield " ".join([f"{i * SPACING:.2f}", *(f"{x:.17g}" for x in np.concatenate(row))])
 
 
+CAMERAS = {
+    # From the middle of the bicycle to the camera [m], and the direction that is up in the picture.
+    "follow": ((-2.2, -2.2, 0.8), (0, 0, 1)),
+    "side": ((0, -3, 0.05), (0, 0, 1)),
+    "behind": ((-3.1, 0, 0.05), (0, 0, 1)),
+    "above": ((0, 0, 3.2), (0, 1, 0)),
+}
+MIDDLE = np.array([0.5, 0, 0.85])
+"""Of the bicycle with its rider, from the place of the base [m]."""
+WIDTH, HEIGHT, FRAMES_PER_SECOND = 640, 480, 25
+
+
+def png(image):
+    """An image of 8-bit red, green, blue as a PNG file."""
+    height, width, _ = image.shape
+    rows = np.hstack([np.zeros((height, 1), np.uint8), image.reshape(height, -1)])
+
+    def chunk(kind, data):
+        return (
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        )
+
+    header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)
+    packed = zlib.compress(rows.tobytes(), 9)
+    return (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
+    )
+
+
+def strip(engine, file, seconds, count=5):
+    """Pictures from the side, from behind and from above, in columns of equal spacing in time."""
+    columns = []
+    for i in range(count):
+        if i:
+            engine.step(round(seconds / (count - 1), 2))
+        columns.append(np.vstack([engine.picture(x) for x in ("side", "behind", "above")]))
+    Path(file).write_bytes(png(np.hstack(columns)))
+
+
+def movie(engine, file, seconds):
+    """A film of the camera that follows, written by the program ffmpeg."""
+    command = [
+        "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
+        "-s", f"{WIDTH}x{HEIGHT}", "-r", str(FRAMES_PER_SECOND), "-i", "-",
+        "-pix_fmt", "yuv420p", str(file),
+    ]  # fmt: skip
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as writer:
+        for _ in range(round(seconds * FRAMES_PER_SECOND)):
+            writer.stdin.write(engine.picture("follow").tobytes())
+            engine.step(1 / FRAMES_PER_SECOND)
+
+
+def view(engine, seconds):
+    """The motion in a window, as fast as it is."""
+    show = engine.view()
+    begin = time.monotonic()
+    for i in range(round(seconds * FRAMES_PER_SECOND)):
+        show()
+        time.sleep(max(0, begin + i / FRAMES_PER_SECOND - time.monotonic()))
+        engine.step(1 / FRAMES_PER_SECOND)
+
+
 def main(engine):
     """Carry out ``check`` or ``run``; `engine` is a class."""
-    what, file, *others = sys.argv[1:]
-    lines = table(engine(file), *others) if what == "check" else results(engine(file), file)
-    for line in lines:
-        print(line)
+    parser = argparse.ArgumentParser(description="The exported bicycle in an engine.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    check = commands.add_parser("check", help="print the table for heyoka-bike check")
+    run = commands.add_parser("run", help="print the columns for heyoka-bike score, or draw")
+    for command in (check, run):
+        command.add_argument("file", help="written by heyoka-bike export --model")
+    check.add_argument("states", help="written by heyoka-bike check --states")
+    drawn = run.add_mutually_exclusive_group()
+    drawn.add_argument("--view", action="store_true", help="show the motion in a window")
+    drawn.add_argument("--movie", metavar="MP4", help="write a film, with the program ffmpeg")
+    drawn.add_argument("--strip", metavar="PNG", help="write pictures from three sides")
+    run.add_argument("--step", type=float, help="of the time [s]")
+    run.add_argument("--maneuver", type=int, default=2, help="to draw (default: 2)")
+    run.add_argument("--seconds", type=float, default=4.0, help="to draw (default: 4)")
+    args = parser.parse_args()
+    made = engine(args.file, *([args.step or engine.STEP] if args.command == "run" else []))
+    if args.command == "check" or not (args.view or args.movie or args.strip):
+        lines = table(made, args.states) if args.command == "check" else results(made, args.file)
+        for line in lines:
+            print(line)
+        return
+    if args.movie and shutil.which("ffmpeg") is None:
+        parser.error("--movie needs the program ffmpeg: install it, or try --strip")
+    if not hasattr(made, "view" if args.view else "picture"):
+        parser.error("this program does not draw: try with_mujoco.py or with_pybullet.py")
+    made.set(starts(args.file)[args.maneuver - 1])
+    if args.view:
+        view(made, args.seconds)
+    elif args.movie:
+        movie(made, args.movie, args.seconds)
+    else:
+        strip(made, args.strip, args.seconds)

@@ -7,8 +7,8 @@ import numpy as np
 
 from bicycle import Body, State, main, parameter
 
-STEP = 0.001
-"""Of the time [s]."""
+WIDTH = 1e-6
+"""Width of the wheels where they touch [m]."""
 
 
 def rotation_vector(quaternion):
@@ -24,13 +24,34 @@ def rotation_vector(quaternion):
 class Engine:
     """DART's skeleton; contact and friction are impulses."""
 
-    def __init__(self, file):
+    STEP = 0.001
+
+    def __init__(self, file, step=STEP):
+        self.step_size = step
         self.world = dart.utils.SdfParser.readWorld(str(Path(file).resolve()))
-        self.world.setTimeStep(STEP)
+        self.world.setTimeStep(step)
+        self.gravity = -self.world.getGravity()[2]
         self.skeleton = self.world.getSkeleton("bicycle")
         self.links = {letter: self.skeleton.getBodyNode(letter) for letter in "BRHF"}
         self.joints = [self.skeleton.getJoint(x) for x in ("rear_axle", "steer_axis", "front_axle")]
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
+        self.sharpen()
+
+    def sharpen(self):
+        """Replace the shapes that touch: DART makes a box of the floor, and reads no ellipsoids.
+
+        A cylinder that leans touches with the rim of one of its sides. An ellipsoid touches where
+        the knife edge does, if the floor is a plane and FCL, the default, finds the point.
+        """
+        floor = self.world.getSkeleton("floor").getBodyNode(0)
+        shapes = [(floor, dart.dynamics.PlaneShape([0, 0, 1], 0))]
+        for letter, radius in zip("RF", self.radii, strict=True):
+            size = [2 * radius, WIDTH, 2 * radius]
+            shapes.append((self.links[letter], dart.dynamics.EllipsoidShape(size)))
+        for body, shape in shapes:
+            (touching,) = (x for x in body.getShapeNodes() if x.hasCollisionAspect())
+            touching.setShape(shape)
+            touching.setRelativeTransform(dart.math.Isometry3())
 
     def set(self, state):
         root = self.skeleton.getRootJoint()
@@ -64,15 +85,23 @@ class Engine:
         return self.skeleton.computePotentialEnergy(), self.skeleton.computeKineticEnergy()
 
     def mass_matrix(self):
+        own = self.own_order()
+        return own.T @ self.skeleton.getMassMatrix() @ own
+
+    def own_order(self):
+        """DART's velocities per velocity: the angular one is first."""
         now, own = self.state(), np.zeros((9, 9))
         for i, unit in enumerate(np.eye(9)):
             self.set(now._replace(velocity=unit[:3], turning=unit[3:6], rates=unit[6:]))
             own[:, i] = self.skeleton.getVelocities()
         self.set(now)
-        return own.T @ self.skeleton.getMassMatrix() @ own
+        return own
+
+    def bias(self):
+        return self.own_order().T @ self.skeleton.getCoriolisAndGravityForces()
 
     def step(self, seconds):
-        for _ in range(round(seconds / STEP)):
+        for _ in range(round(seconds / self.step_size)):
             self.world.step()
 
 

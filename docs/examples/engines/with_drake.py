@@ -5,20 +5,25 @@ from pydrake import all as drake
 
 from bicycle import UP, Body, State, main, parameter
 
-STEP = 0.001
-"""Of the time [s]."""
+CONTACT, STIFFNESS = "sap", 1e8
+"""Drake's contact approximation, and its stiffness [N/m]."""
 
 
 class Engine:
     """Drake's plant of discrete steps."""
 
-    def __init__(self, file):
+    STEP = 0.001
+
+    def __init__(self, file, step=STEP):
         builder = drake.DiagramBuilder()
-        self.plant, _ = drake.AddMultibodyPlantSceneGraph(builder, STEP)
+        config = drake.MultibodyPlantConfig(time_step=step, discrete_contact_approximation=CONTACT)
+        self.plant, scene = drake.AddMultibodyPlant(config, builder)
         drake.Parser(self.plant).AddModels(file)
+        self.harden(scene)
         # The gravity of a world is not read; 9.81 m/s^2 is Drake's own.
         field = self.plant.mutable_gravity_field()
-        field.set_gravity_vector(-parameter(file, "g") * UP)
+        self.gravity = parameter(file, "g")
+        field.set_gravity_vector(-self.gravity * UP)
         self.plant.Finalize()
         self.simulator = drake.Simulator(builder.Build())
         self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
@@ -27,6 +32,15 @@ class Engine:
             self.plant.GetJointByName(x) for x in ("rear_axle", "steer_axis", "front_axle")
         ]
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
+
+    def harden(self, scene):
+        """Replace stiffness and damping of what touches: no format of models has them all."""
+        source, inspector = self.plant.get_source_id(), scene.model_inspector()
+        for shape in inspector.GetAllGeometryIds(drake.Role.kProximity):
+            found = drake.ProximityProperties(inspector.GetProximityProperties(shape))
+            found.UpdateProperty("material", "point_contact_stiffness", STIFFNESS)
+            found.UpdateProperty("material", "relaxation_time", 0.0)
+            scene.AssignRole(source, shape, found, drake.RoleAssign.kReplace)
 
     def set(self, state):
         base, attitude = self.links["B"], drake.Quaternion(state.attitude)
@@ -70,12 +84,22 @@ class Engine:
 
     def mass_matrix(self):
         plant, context = self.plant, self.context
+        own = self.own_order()
+        return own.T @ plant.CalcMassMatrix(context) @ own
+
+    def own_order(self):
+        """Drake's velocities per velocity: the angular one is first."""
         own = np.zeros((9, 9))
         first = self.links["B"].floating_velocities_start_in_v()
         own[first : first + 3, 3:6] = own[first + 3 : first + 6, :3] = np.eye(3)
         for i, joint in enumerate(self.joints):
             own[joint.velocity_start(), 6 + i] = 1
-        return own.T @ plant.CalcMassMatrix(context) @ own
+        return own
+
+    def bias(self):
+        plant, context = self.plant, self.context
+        force = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
+        return self.own_order().T @ force
 
     def step(self, seconds):
         self.simulator.AdvanceTo(self.simulator.get_context().get_time() + seconds)

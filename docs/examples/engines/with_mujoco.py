@@ -1,23 +1,32 @@
 """The bicycle of ``heyoka-bike export --model mjcf`` in MuJoCo; see `bicycle`."""
 
-import mujoco
+import os
+import sys
+
 import numpy as np
 
-from bicycle import Body, State, main, parameter, rotation
+from bicycle import HEIGHT, WIDTH, Body, State, main, parameter, rotation
 
-STEP = 0.001
-"""Of the time [s]."""
+# Without a window MuJoCo draws by EGL or OSMesa, which has to be chosen before it is imported.
+if sys.platform == "linux" and {"--movie", "--strip"} & set(sys.argv):
+    os.environ.setdefault("MUJOCO_GL", "egl")
+
+import mujoco
 
 
 class Engine:
-    """MuJoCo's model: its wheels are held by soft contact and friction."""
+    """MuJoCo's model with the settings of the file; contact and friction are soft."""
 
-    def __init__(self, file):
+    STEP = None  # that of the file
+
+    def __init__(self, file, step=STEP):
         self.model = mujoco.MjModel.from_xml_path(file)
+        self.model.opt.timestep = step or self.model.opt.timestep
         self.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
-        self.model.opt.timestep = STEP
         self.data = mujoco.MjData(self.model)
+        self.gravity = parameter(file, "g")
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
+        self.renderer = None
 
     def set(self, state):
         self.data.qpos[:] = *state.place, *state.attitude, *state.angles
@@ -50,13 +59,35 @@ class Engine:
     def mass_matrix(self):
         full = np.zeros((9, 9))
         mujoco.mj_fullM(self.model, self.data, full)
-        own = np.eye(9)
-        own[3:6, 3:6] = rotation(self.data.qpos[3:7]).T
+        own = self.own_axes()
         return own.T @ full @ own
 
+    def own_axes(self):
+        """MuJoCo's velocities per velocity: the angular one is along the axes of the base."""
+        own = np.eye(9)
+        own[3:6, 3:6] = rotation(self.data.qpos[3:7]).T
+        return own
+
+    def bias(self):
+        return self.own_axes().T @ self.data.qfrc_bias
+
     def step(self, seconds):
-        mujoco.mj_step(self.model, self.data, round(seconds / STEP))
+        mujoco.mj_step(self.model, self.data, round(seconds / self.model.opt.timestep))
         mujoco.mj_forward(self.model, self.data)
+
+    def picture(self, camera):
+        if self.renderer is None:
+            self.renderer = mujoco.Renderer(self.model, HEIGHT, WIDTH)
+        self.renderer.update_scene(self.data, camera)
+        return self.renderer.render()
+
+    def view(self):
+        from mujoco import viewer
+
+        window = viewer.launch_passive(self.model, self.data)
+        window.cam.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        window.cam.fixedcamid = self.model.camera("follow").id
+        return window.sync
 
 
 if __name__ == "__main__":

@@ -7,10 +7,7 @@ to the equations of its tree, and they are integrated by Runge-Kutta 4.
 import numpy as np
 import pinocchio as pin
 
-from bicycle import UP, Body, State, cross_matrix, lowest, main, parameter, rotation
-
-STEP = 0.005
-"""Of the time [s]."""
+from bicycle import UP, Body, State, cross_matrix, lowest, lowest_rate, main, parameter, rotation
 
 AXES = pin.LOCAL_WORLD_ALIGNED
 
@@ -18,14 +15,18 @@ AXES = pin.LOCAL_WORLD_ALIGNED
 class Engine:
     """Pinocchio's tree of joints."""
 
-    def __init__(self, file):
+    STEP = 0.005
+
+    def __init__(self, file, step=STEP):
+        self.step_size = step
         # Without the free joint B would be fixed to the ground, and its mass ignored.
         self.model = pin.buildModelFromUrdf(file, pin.JointModelFreeFlyer())
         self.data = self.model.createData()
         joints = ("root_joint", "rear_axle", "steer_axis", "front_axle")
         self.joints = dict(zip("BRHF", map(self.model.getJointId, joints), strict=True))
         # URDF has no gravity.
-        self.model.gravity.linear = -parameter(file, "g") * UP
+        self.gravity = parameter(file, "g")
+        self.model.gravity.linear = -self.gravity * UP
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
         self.q, self.v = pin.neutral(self.model), np.zeros(self.model.nv)
 
@@ -70,6 +71,17 @@ class Engine:
         own[:3, :3] = own[3:6, 3:6] = rotation(back).T
         return own.T @ pin.crba(self.model, self.data, self.q) @ own
 
+    def bias(self):
+        """Pinocchio has the velocities of the base along its own axes, which turn."""
+        state, own = self.state(), np.eye(9)
+        own[:3, :3] = own[3:6, 3:6] = rotation(state.attitude).T
+        turned = np.zeros(9)
+        turned[:3] = -np.cross(self.v[3:6], self.v[:3])
+        matrix = pin.crba(self.model, self.data, self.q)
+        return own.T @ (
+            pin.nonLinearEffects(self.model, self.data, self.q, self.v) + matrix @ turned
+        )
+
     def accelerations(self, q, v):
         """With the forces of the floor that keep the lowest points of both wheels at rest."""
         model, data = self.model, self.data
@@ -83,7 +95,7 @@ class Engine:
             velocity = pin.getVelocity(model, data, joint, AXES)
             drift = pin.getClassicalAcceleration(model, data, joint, AXES)
             arm = lowest(Body(0, 0, 0, axes, 0), radius)
-            moving = self.arm_rate(axes[:, 1], velocity.angular, radius)
+            moving = lowest_rate(Body(0, 0, 0, axes, velocity.angular), radius)
             jacobian = pin.getJointJacobian(model, data, joint, AXES)
             rows.append(jacobian[:3] - cross_matrix(arm) @ jacobian[3:])
             drifts.append(
@@ -93,17 +105,9 @@ class Engine:
         system = np.block([[mass, rows.T], [rows, np.zeros((6, 6))]])
         return np.linalg.solve(system, np.concatenate([-bias, -drifts]))[:9]
 
-    @staticmethod
-    def arm_rate(axle, turning, radius):
-        """How the arm of `lowest` changes."""
-        turned = np.cross(turning, axle)
-        down, change = axle * axle[2] - UP, turned * axle[2] + axle * turned[2]
-        length = np.linalg.norm(down)
-        return radius * (change / length - down * (down @ change) / length**3)
-
     def step(self, seconds):
-        for _ in range(round(seconds / STEP)):
-            self.q, self.v = self.runge_kutta(self.q, self.v, STEP)
+        for _ in range(round(seconds / self.step_size)):
+            self.q, self.v = self.runge_kutta(self.q, self.v, self.step_size)
 
     def runge_kutta(self, q, v, h):
         """A step in the chart of the displacements from q: their rates are not the speeds."""

@@ -16,6 +16,8 @@ Matrix = Any
 """A matrix of mpmath; a column is a vector."""
 
 _DIGITS = 15  # what is left of numbers that were rounded to binary64
+_LENGTHS = ("w", "c", "xB", "zB", "xH", "zH")
+"""Differences of places in the file, so that their rounding is that of the wheel base."""
 _OFF = Fraction(1, 10**9)
 """What is more than rounding [m, kg m^2, and of unit vectors]."""
 
@@ -90,6 +92,13 @@ def turn(axis: Matrix, angle: Any) -> Matrix:
     return MP.eye(3) + MP.sin(angle) * k + (1 - MP.cos(angle)) * k * k
 
 
+def rotation(scalar: Any, x: Any, y: Any, z: Any) -> Matrix:
+    """Rotation of a quaternion of any length; of zeros, none."""
+    along = [x, y, z]
+    length = MP.norm(along)
+    return turn(vector(along) / length, 2 * MP.atan2(length, scalar)) if length else MP.eye(3)
+
+
 def unit(v: Matrix, element: Element) -> Matrix:
     """The vector of length one in this direction."""
     length = MP.norm(v)
@@ -150,7 +159,9 @@ def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:
         values |= _wheel(letter, body, hub, axes, found)
     for letter, body in (("B", base), ("H", fork)):
         values |= _frame(letter, body, axes, found, (rear[0], middle, ground))
-    found.values = {symbol: _exact(x) for symbol, x in values.items()}
+    found.values = {
+        symbol: _exact(x, values["w"] if symbol in _LENGTHS else 0) for symbol, x in values.items()
+    }
     return found
 
 
@@ -175,7 +186,7 @@ def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Bod
     for body in (rear, front):
         if body.radius is None:
             raise body.error(
-                "found no cylinder, sphere or ellipsoid that tells the radius of a wheel"
+                "found no cylinder, sphere or ellipsoid that shows the radius of a wheel"
             )
     return rear, base, fork, front
 
@@ -221,8 +232,13 @@ def _say(x: Any) -> str:
     return str(MP.nstr(x, 6))
 
 
-def _exact(x: Any) -> Exact:
-    return Exact(Fraction(MP.nstr(x, _DIGITS, min_fixed=0, max_fixed=0)))
+def _exact(x: Any, scale: Any) -> Exact:
+    """Round to 15 digits of the value, or of a scale that is larger."""
+    size = max(abs(x), abs(scale))
+    if not size:
+        return Exact(Fraction(0))
+    step = Fraction(10) ** (int(MP.floor(MP.log10(size))) + 1 - _DIGITS)
+    return Exact(step * int(MP.nint(x * step.denominator / step.numerator)))
 
 
 def _cross(u: Matrix, v: Matrix) -> Matrix:

@@ -50,7 +50,7 @@ class Imported:
 
 
 def import_bicycle(path: str | Path) -> Imported:
-    """Read a bicycle from a file of BicycleParameters, a URDF or an MJCF.
+    """Read a bicycle from a file of BicycleParameters, URDF, SDFormat or MJCF.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def import_bicycle(path: str | Path) -> Imported:
 
 def _text(path: Path) -> str:
     shown = printable(str(path))
-    expected = "expected a parameter file, URDF or MJCF"
+    expected = "expected a parameter file, URDF, SDFormat or MJCF"
     try:
         is_file = stat.S_ISREG(path.stat().st_mode)
         raw = b""

@@ -1,21 +1,24 @@
-"""URDF and MJCF: their moving bodies at zero angles."""
+"""URDF, SDFormat and MJCF: their moving bodies at zero angles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from heyoka_bike.bicycle.foreign import sdf_file
 from heyoka_bike.bicycle.foreign.bodies import (
     Body,
     Mass,
     Matrix,
     parameters,
+    rotation,
     tensor,
     turn,
     unit,
     vector,
 )
 from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base
 from heyoka_bike.bicycle.foreign.xml_source import MP, Element, parse
 
 _HINGES = ("continuous", "revolute")
@@ -23,7 +26,6 @@ _ORIENTATIONS = ("axisangle", "xyaxes", "zaxis")
 _GRAVITY = "9.81"
 """Of files that tell none [m/s^2]: MuJoCo's own."""
 
-_MAX_LINKS = 200
 _NOT_READ = ("default", "include")
 
 
@@ -33,62 +35,53 @@ def read(text: str, file: str) -> Found:
     Raises
     ------
     InputError
-        It is no URDF or MJCF, has what is not read here, or is no bicycle; see `parameters`.
+        It is no URDF, SDFormat or MJCF, has what is not read here, or is no bicycle: see
+        `parameters`.
     """
     root = parse(text, file)
     if root.tag not in _READERS:
-        raise root.error(f"found <{root.tag}>, expected <robot> (URDF) or <mujoco> (MJCF)")
+        raise root.error(f"found <{root.tag}>, expected <robot> (URDF), <sdf> or <mujoco> (MJCF)")
     return _READERS[root.tag](root)
 
 
 def _urdf(root: Element) -> Found:
-    links = {link.text("name"): link for link in root.all("link")}
+    elements = {link.text("name"): link for link in root.all("link")}
     joints = list(root.all("joint"))
-    held = {_link_of(joint, "child", links): joint for joint in joints}
-    tops = [name for name in links if name not in held]
-    if len(links) > _MAX_LINKS:
-        raise root.error(f"found {len(links)} links, expected at most {_MAX_LINKS}")
-    if len(tops) != 1 or len(held) != len(joints) or len(links) != len(list(root.all("link"))):
-        raise root.error(
-            "found no single tree of links, expected links of different names, of which no joint "
-            "holds one and one joint each of the others"
-        )
-    bodies: dict[str, Body] = {}
-
-    def visit(name: str, within: str, place: Matrix, axes: Matrix) -> None:
-        link, joint = links[name], held.get(name)
-        own = _urdf_mass(link, place, axes)
-        if joint is not None and joint.text("type") in _HINGES:
-            given = joint.first("axis")
-            numbers = given.numbers("xyz", 3, "1 0 0") if given else [1, 0, 0]
-            axis = axes * unit(vector(numbers), given or joint)
-            bodies[name] = Body(name, own, within, place, axis, _urdf_radius(link), link)
-            within = name
-        elif joint is None or joint.text("type") == "floating":
-            if any(body.mass.mass for body in bodies.values()):
-                raise link.error(f"found a second base {name}, expected one bicycle")
-            bodies.clear()
-            bodies[name] = Body(name, own, "", place, place, _urdf_radius(link), link)
-            within = name
-        elif joint.text("type") == "fixed":
-            body = bodies[within]
-            body.mass = body.mass.joined(own)
-            body.radius = _urdf_radius(link) if body.radius is None else body.radius
-        else:
-            raise joint.error(
-                f"found a joint of type {joint.text('type')!r:.40}, expected {', '.join(_HINGES)}, "
-                "fixed or floating"
-            )
-        for child, below in held.items():
-            if _link_of(below, "parent", links) == name:
-                moved, turned = _origin(below)
-                visit(child, within, place + axes * moved, axes * turned)
-
-    visit(tops[0], "", vector([0, 0, 0]), MP.eye(3))
-    found = parameters(list(bodies.values()), MP.mpf(_GRAVITY), root)
+    ends = [(_link_of(x, "parent", elements), _link_of(x, "child", elements)) for x in joints]
+    order = from_the_base([link.text("name") for link in root.all("link")], ends, root)
+    (top,) = set(elements) - {child for _, child in ends}
+    frames = {top: (vector([0, 0, 0]), MP.eye(3))}
+    found_joints = []
+    for i in order:
+        parent, child = ends[i]
+        place, axes = frames[parent]
+        moved, turned = _origin(joints[i])
+        frames[child] = place + axes * moved, axes * turned
+        found_joints.append(_urdf_joint(joints[i], parent, child, *frames[child]))
+    links = {
+        name: Link(_urdf_mass(link, *frames[name]), frames[name][0], _urdf_radius(link), link)
+        for name, link in elements.items()
+    }
+    found = parameters(bodies_of(links, found_joints), MP.mpf(_GRAVITY), root)
     found.name = root.attributes.get("name", "")
     found.notes.append(f"g = {_GRAVITY} m/s^2 is taken: URDF has no gravity")
     return found
+
+
+def _urdf_joint(joint: Element, parent: str, child: str, place: Matrix, axes: Matrix) -> Joint:
+    kind = joint.text("type")
+    if kind in _HINGES:
+        given = joint.first("axis")
+        numbers = given.numbers("xyz", 3, "1 0 0") if given else [1, 0, 0]
+        axis = axes * unit(vector(numbers), given or joint)
+        return Joint("hinge", parent, child, place, axis)
+    if kind == "fixed":
+        return Joint("fixed", parent, child, place, place)
+    if kind == "floating":
+        return Joint("free", parent, child, place, place)
+    raise joint.error(
+        f"found a joint of type {kind!r:.40}, expected {', '.join(_HINGES)}, fixed or floating"
+    )
 
 
 def _link_of(joint: Element, end: str, links: Mapping[str, Element]) -> str:
@@ -124,10 +117,16 @@ def _urdf_mass(link: Element, place: Matrix, axes: Matrix) -> Mass:
 
 
 def _urdf_radius(link: Element) -> Any:
+    """The largest radius of the shapes that collide, or else of those that are seen."""
     for what in ("collision", "visual"):
-        for shape in ("cylinder", "sphere"):
-            if (found := link.first(what, "geometry", shape)) is not None:
-                return found.numbers("radius", 1)[0]
+        radii = [
+            found.numbers("radius", 1)[0]
+            for shape in link.all(what)
+            for kind in ("cylinder", "sphere")
+            if (found := shape.first("geometry", kind)) is not None
+        ]
+        if radii:
+            return max(radii)
     return None
 
 
@@ -194,11 +193,7 @@ def _pose(element: Element, in_degrees: bool) -> tuple[Matrix, Matrix]:
             turn(MP.eye(3)[:, i], a * unit_of) for i, a in enumerate(element.numbers("euler", 3))
         )
         return place, x * y * z
-    scalar, *along = element.numbers("quat", 4, "1 0 0 0")
-    length = MP.norm(along)
-    if not length:
-        return place, MP.eye(3)
-    return place, turn(vector(along) / length, 2 * MP.atan2(length, scalar))
+    return place, rotation(*element.numbers("quat", 4, "1 0 0 0"))
 
 
 def _mjcf_mass(element: Element, place: Matrix, axes: Matrix, in_degrees: bool) -> Mass:
@@ -221,14 +216,18 @@ def _mjcf_mass(element: Element, place: Matrix, axes: Matrix, in_degrees: bool) 
 
 
 def _mjcf_radius(element: Element) -> Any:
-    for geom in _round(element):
-        return geom.numbers("size", max(1, len(geom.text("size").split())))[0]
-    return None
-
-
-def _round(element: Element) -> Iterator[Element]:
+    """The largest radius of the shapes that collide, or else of those that are seen."""
     kinds = ("ellipsoid", "cylinder", "sphere")
-    return (x for x in element.all("geom") if x.attributes.get("type", "sphere") in kinds)
+    shapes = [x for x in element.all("geom") if x.attributes.get("type", "sphere") in kinds]
+    collide = [x for x in shapes if not _is_seen_only(x)]
+    radii = [x.numbers("size", max(1, len(x.text("size").split())))[:1] for x in collide or shapes]
+    return max((radius for (radius,) in radii), default=None)
 
 
-_READERS: Mapping[str, Callable[[Element], Found]] = {"robot": _urdf, "mujoco": _mjcf}
+def _is_seen_only(geom: Element) -> bool:
+    return all(geom.attributes.get(name, "1") == "0" for name in ("contype", "conaffinity"))
+
+
+_READERS: Mapping[str, Callable[[Element], Found]] = {
+    "robot": _urdf, "sdf": sdf_file.read, "mujoco": _mjcf,
+}  # fmt: skip

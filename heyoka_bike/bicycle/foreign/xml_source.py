@@ -27,6 +27,8 @@ class Element:
     file, line, column
         Where it begins.
     children : list of Element
+    content
+        Text between its tags, without that of its children.
     """
 
     tag: str
@@ -35,6 +37,7 @@ class Element:
     line: int
     column: int
     children: list[Element] = field(default_factory=list)
+    content: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
         """Its own elements of a tag."""
@@ -63,14 +66,21 @@ class Element:
     def numbers(self, name: str, count: int, default: str | None = None) -> list[mpmath.mpf]:
         """The numbers of an attribute."""
         text = self.text(name) if default is None else self.attributes.get(name, default)
+        return self._parsed(text, count, f"{name} of <{self.tag}>")
+
+    def values(self, count: int) -> list[mpmath.mpf]:
+        """The numbers between its tags."""
+        return self._parsed(self.content, count, f"<{self.tag}>")
+
+    def _parsed(self, text: str, count: int, what: str) -> list[mpmath.mpf]:
         try:
             exact = [Exact.parse(word).fraction() for word in text.split()]
             found = [MP.mpf(x.numerator) / x.denominator for x in exact]
         except ValueError:
             found = []
         if len(found) != count:
-            what = "a number" if count == 1 else f"{count} numbers"
-            raise self.error(f"{name} of <{self.tag}>: found {quoted(text)}, expected {what}")
+            expected = "a number" if count == 1 else f"{count} numbers"
+            raise self.error(f"{what}: found {quoted(text)}, expected {expected}")
         return found
 
     def error(self, message: str) -> InputError:
@@ -105,7 +115,11 @@ def parse(text: str, file: str) -> Element:
     def doctype(*_: object) -> None:
         raise refuse("found a document type, expected plain XML without entities of its own")
 
+    def characters(text: str) -> None:
+        open_elements[-1].content += text
+
     parser.StartElementHandler = begin
+    parser.CharacterDataHandler = characters
     parser.EndElementHandler = lambda _: open_elements.pop()
     parser.StartDoctypeDeclHandler = doctype
     try:

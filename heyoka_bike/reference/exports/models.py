@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import atan2, hypot
 
 import flint
 
@@ -18,16 +19,58 @@ from heyoka_bike.bicycle.equations.instant import Instant, quantities
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.bicycle.shapes import COLOURS
 from heyoka_bike.bicycle.tree import INERTIA, Link, Tree, tree_of
 from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.vectors import Quaternion, Vector, cross, plus, scaled
 from heyoka_bike.reference.description import COPYRIGHT
 from heyoka_bike.reference.exports.formats import parameter_lines, wrapped
+from heyoka_bike.reference.exports.visuals import Primitive, primitives
 from heyoka_bike.version import __version__
 
 _BITS = 200
 _DIGITS = 17
+
+_CAMERAS = (
+    # Name, place, and the axes to the right and up in the picture.
+    ("follow", "-1.7 -2.2 1.5", "0.707 -0.707 0", "0.166 0.166 0.972"),
+    ("side", "0.5 -3 0.9", "1 0 0", "0 0 1"),
+    ("behind", "-2.6 0 0.9", "0 -1 0", "0 0 1"),
+    ("above", "0.5 0 4", "1 0 0", "0 1 0"),
+)
+_MJCF_LIGHT = (
+    '<light name="sun" mode="track" directional="true" pos="0 0 4" dir="0 0 -1" '
+    'diffuse="0.4 0.4 0.4" specular="0.1 0.1 0.1"/>'
+)
+STEP = "0.001"
+"""Step of the time in the files that have one [s]."""
+# Measured: docs/how-to/engines.md has the table.
+_MJCF_STEPS = f'timestep="{STEP}" integrator="implicit" cone="elliptic" impratio="10"'
+# MuJoCo raises the time constant to two steps, whatever the step is. With this priority the
+# settings of the wheel count, not those of the floor.
+_MJCF_CONTACT = 'priority="1" friction="1" solref="1e-5 1"'
+_SDF_FRICTION = "<surface><friction><ode><mu>1</mu><mu2>1</mu2></ode></friction></surface>"
+_SDF_SUN = (
+    '    <light name="sun" type="directional">',
+    "      <pose>0 0 10 0 0 0</pose><direction>0.3 0.4 -1</direction>",
+    "      <diffuse>0.8 0.8 0.8 1</diffuse><cast_shadows>true</cast_shadows>",
+    "    </light>",
+)
+_MJCF_SCENE = (
+    "  <visual>",
+    '    <global offwidth="1280" offheight="720"/>',
+    '    <headlight ambient="0.35 0.35 0.35" diffuse="0.25 0.25 0.25" specular="0 0 0"/>',
+    '    <quality shadowsize="4096"/>',
+    "  </visual>",
+    '  <statistic center="0.5 0 0.8" extent="2"/>',
+    "  <asset>",
+    '    <texture name="sky" type="skybox" builtin="gradient" width="64" height="384"',
+    '             rgb1="0.91 0.93 0.95" rgb2="0.7 0.78 0.86"/>',
+    '    <texture name="tiles" type="2d" builtin="checker" width="256" height="256"',
+    '             rgb1="0.9 0.9 0.89" rgb2="0.78 0.8 0.81"/>',
+    '    <material name="tiles" texture="tiles" texrepeat="1 1" texuniform="true"/>',
+)
 
 THINNEST = Fraction(1, 10**6)
 """Width of a wheel that has none [m]: what every engine takes."""
@@ -117,6 +160,8 @@ class _Model:
     maneuvers
     gravity, width, quarter
         Gravity [m/s^2], width of the wheels [m], and a quarter turn [rad].
+    visuals : dict
+        Primitives to look at, by the name of the link that carries them.
     """
 
     bicycle: Bicycle
@@ -126,10 +171,16 @@ class _Model:
     gravity: Number
     width: Number
     quarter: Number
+    visuals: Mapping[str, Sequence[Primitive]]
 
 
 def render(
-    name: str, bicycle: Bicycle, maneuvers: Sequence[Maneuver], width: Fraction = Fraction(0)
+    name: str,
+    bicycle: Bicycle,
+    maneuvers: Sequence[Maneuver],
+    width: Fraction = Fraction(0),
+    *,
+    has_visuals: bool = True,
 ) -> bytes:
     """The file of a bicycle.
 
@@ -141,7 +192,9 @@ def render(
     maneuvers
         Whose starts it has.
     width
-        Of the wheels [m]; zero is `THINNEST`.
+        Of the wheels where they touch the floor [m]; zero is `THINNEST`.
+    has_visuals
+        Whether there is something to see; programs that measure time do without.
 
     Raises
     ------
@@ -152,9 +205,11 @@ def render(
     equations = Equations.of(bicycle, balls)
     starts = tuple(start_of(equations, m) for m in maneuvers)
     with balls.precision():
+        tree = tree_of(bicycle, balls)
         model = _Model(
-            bicycle, tree_of(bicycle, balls), starts, maneuvers, balls.number(bicycle["g"]),
+            bicycle, tree, starts, maneuvers, balls.number(bicycle["g"]),
             balls.number(width or THINNEST), flint.arb.pi() / 2,
+            _visuals(bicycle, tree) if has_visuals else {},
         )  # fmt: skip
         kind = MODELS[name]
         about = _comment([*_about(model, kind), *_start_lines(model)])
@@ -162,13 +217,25 @@ def render(
     return f"{text}\n".encode("ascii")
 
 
+def _visuals(bicycle: Bicycle, tree: Tree) -> dict[str, list[Primitive]]:
+    places = {
+        name: (float(x.mid()), float(y.mid()), float(z.mid()))
+        for name, link in tree.links.items()
+        for x, y, z in [link.place]
+    }
+    found: dict[str, list[Primitive]] = {name: [] for name in tree.links}
+    for primitive in primitives(bicycle, places):
+        found[primitive.link].append(primitive)
+    return found
+
+
 def refused(bicycle: Bicycle) -> Iterator[str]:
-    """Yield why engines refuse a bicycle, or change it, each time in one line."""
+    """Yield a line for each reason why an engine does not load a bicycle as it is."""
     for warning in bicycle.warnings:
-        yield f"{warning}, which engines refuse or change"
+        yield f"{warning}: most engines refuse this or change it"
     for letter in "RBHF":
         if bicycle[f"m{letter}"].is_zero:
-            yield f"{letter} has no mass, which engines refuse or change"
+            yield f"{letter} has no mass: most engines refuse this or change it"
 
 
 def _about(model: _Model, kind: ModelFormat) -> Iterator[str]:
@@ -190,8 +257,9 @@ def _about(model: _Model, kind: ModelFormat) -> Iterator[str]:
     )
     yield kind.says
     yield (
-        f"The wheels are {kind.shape} {_text(model.width)} m wide, without mass of their own. "
-        "Joints have no damping, no friction and no limits."
+        f"The wheels touch the floor with {kind.shape} {_text(model.width)} m wide. All other "
+        "shapes are to look at: no shape has mass, and only the wheels collide. Joints have no "
+        "damping, no friction and no limits."
     )
     yield "Parameters, in the benchmark's axes:"
     yield from parameter_lines(model.bicycle)
@@ -228,9 +296,32 @@ def _words(numbers: Sequence[Number]) -> str:
     return " ".join(map(_text, numbers))
 
 
+def _rounded(*numbers: float) -> str:
+    """Numbers of a visual, to 0.1 mm or 1e-4 rad."""
+    return " ".join(f"{round(x, 4) + 0.0:g}" for x in numbers)
+
+
+def _size(x: float) -> str:
+    """A radius or length of a visual, positive however small."""
+    return f"{x:.4g}"
+
+
+def _turned_to(primitive: Primitive) -> str:
+    """Roll, pitch and yaw that turn the z axis along a primitive."""
+    x, y, z = primitive.along
+    return _rounded(0, atan2(hypot(x, y), z), atan2(y, x))
+
+
+def _rgba(colour: str) -> str:
+    red, green, blue = bytes.fromhex(COLOURS[colour].removeprefix("#"))
+    return " ".join(f"{part / 255:.3g}" for part in (red, green, blue, 255))
+
+
 def _urdf(model: _Model) -> Iterator[str]:
     tree = model.tree
     yield '<robot name="bicycle">'
+    for colour in COLOURS if model.visuals else ():
+        yield f'  <material name="{colour}"><color rgba="{_rgba(colour)}"/></material>'
     for link in tree.links.values():
         yield f'  <link name="{link.name}">'
         yield "    <inertial>"
@@ -239,12 +330,23 @@ def _urdf(model: _Model) -> Iterator[str]:
         elements = zip(INERTIA, map(_text, link.inertia), strict=True)
         yield "      <inertia " + " ".join(f'i{ij}="{x}"' for ij, x in elements) + "/>"
         yield "    </inertial>"
-        for what in ("visual", "collision") if link.radius is not None else ():
-            yield f"    <{what}>"
+        if link.radius is not None:
+            yield "    <collision>"
             yield f'      <origin xyz="0 0 0" rpy="{_text(model.quarter)} 0 0"/>'
             size = f'radius="{_text(link.radius)}" length="{_text(model.width)}"'
             yield f"      <geometry><cylinder {size}/></geometry>"
-            yield f"    </{what}>"
+            yield "    </collision>"
+        for seen in model.visuals.get(link.name, ()):
+            at = f'<origin xyz="{_rounded(*seen.middle)}" rpy="{_turned_to(seen)}"/>'
+            size = f'radius="{_size(seen.radius)}"'
+            shape = (
+                f"<sphere {size}/>" if seen.is_sphere
+                else f'<cylinder {size} length="{_size(seen.length)}"/>'
+            )  # fmt: skip
+            yield (
+                f"    <visual>{at}<geometry>{shape}</geometry>"
+                f'<material name="{seen.colour}"/></visual>'
+            )
         yield "  </link>"
     for hinge in tree.hinges:
         yield f'  <joint name="{hinge.name}" type="continuous">'
@@ -260,16 +362,31 @@ def _urdf(model: _Model) -> Iterator[str]:
 
 def _sdf(model: _Model) -> Iterator[str]:
     tree = model.tree
-    yield '<sdf version="1.6">'
+    # The newest version that DART and sdformat both read with gravity: DART finds it in <physics>
+    # alone, where later versions refuse it. Readers of later versions move it to the world.
+    yield '<sdf version="1.5">'
     yield '  <world name="uncontrolled_bicycle">'
-    yield f"    <gravity>0 0 {_text(-model.gravity)}</gravity>"
+    gravity = f"<gravity>0 0 {_text(-model.gravity)}</gravity>"
+    steps = f"<max_step_size>{STEP}</max_step_size><real_time_factor>1</real_time_factor>"
+    yield f'    <physics name="steps" default="true" type="ode">{steps}{gravity}</physics>'
+    if model.visuals:
+        yield from _SDF_SUN
     yield '    <model name="floor">'
     yield "      <static>true</static>"
     yield '      <link name="floor">'
+    # DART warns on standard output about a link without it.
+    unit = "<ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz>"
+    yield f"        <inertial><mass>1</mass><inertia>{unit}</inertia></inertial>"
     yield '        <collision name="floor">'
     plane = "<normal>0 0 1</normal><size>1000 1000</size>"
     yield f"          <geometry><plane>{plane}</plane></geometry>"
+    yield f"          {_SDF_FRICTION}"
     yield "        </collision>"
+    if model.visuals:
+        yield '        <visual name="floor">'
+        yield f"          <geometry><plane>{plane}</plane></geometry>"
+        yield f"          {_sdf_material('floor')}"
+        yield "        </visual>"
     yield "      </link>"
     yield "    </model>"
     yield '    <model name="bicycle">'
@@ -283,12 +400,22 @@ def _sdf(model: _Model) -> Iterator[str]:
         inertia = "".join(f"<i{ij}>{x}</i{ij}>" for ij, x in elements)
         yield f"          <inertia>{inertia}</inertia>"
         yield "        </inertial>"
-        for what in ("visual", "collision") if link.radius is not None else ():
-            yield f'        <{what} name="{link.name}_{what}">'
+        if link.radius is not None:
+            yield f'        <collision name="{link.name}_collision">'
             yield f"          <pose>0 0 0 {_text(model.quarter)} 0 0</pose>"
             size = f"<radius>{_text(link.radius)}</radius><length>{_text(model.width)}</length>"
             yield f"          <geometry><cylinder>{size}</cylinder></geometry>"
-            yield f"        </{what}>"
+            yield f"          {_SDF_FRICTION}"
+            yield "        </collision>"
+        for n, seen in enumerate(model.visuals.get(link.name, ()), 1):
+            at = f"<pose>{_rounded(*seen.middle)} {_turned_to(seen)}</pose>"
+            yield f'        <visual name="{link.name}_{n}">{at}'
+            size = f"<radius>{_size(seen.radius)}</radius>"
+            shape = (
+                f"<sphere>{size}</sphere>" if seen.is_sphere
+                else f"<cylinder>{size}<length>{_size(seen.length)}</length></cylinder>"
+            )  # fmt: skip
+            yield f"          <geometry>{shape}</geometry>{_sdf_material(seen.colour)}</visual>"
         yield "      </link>"
     for hinge in tree.hinges:
         yield f'      <joint name="{hinge.name}" type="revolute">'
@@ -306,12 +433,24 @@ def _sdf(model: _Model) -> Iterator[str]:
     yield "</sdf>"
 
 
+def _sdf_material(colour: str) -> str:
+    rgba = _rgba(colour)
+    return f"<material><ambient>{rgba}</ambient><diffuse>{rgba}</diffuse></material>"
+
+
 def _mjcf(model: _Model) -> Iterator[str]:
     yield '<mujoco model="bicycle">'
     yield '  <compiler angle="radian" inertiafromgeom="false"/>'
-    yield f'  <option gravity="0 0 {_text(-model.gravity)}"/>'
+    yield f'  <option gravity="0 0 {_text(-model.gravity)}" {_MJCF_STEPS}/>'
+    floor = 'name="floor" type="plane" size="0 0 1" contype="2" conaffinity="1"'
+    if model.visuals:
+        yield from _MJCF_SCENE
+        for colour in COLOURS:
+            yield f'    <material name="{colour}" rgba="{_rgba(colour)}"/>'
+        yield "  </asset>"
+        floor += ' material="tiles"'
     yield "  <worldbody>"
-    yield '    <geom name="floor" type="plane" size="0 0 1" contype="2" conaffinity="1"/>'
+    yield f"    <geom {floor}/>"
     (base, *_) = model.tree.links.values()
     yield from _mjcf_body(model, base, "    ")
     yield "  </worldbody>"
@@ -331,6 +470,13 @@ def _mjcf_body(model: _Model, link: Link, indent: str) -> Iterator[str]:
     hinge = model.tree.hinge_of(link.name)
     if hinge is None:
         yield f'{indent}  <freejoint name="{link.name}"/>'
+        if model.visuals:
+            yield f"{indent}  {_MJCF_LIGHT}"
+        for name, place, across, up in _CAMERAS if model.visuals else ():
+            yield (
+                f'{indent}  <camera name="{name}" mode="track" pos="{place}" '
+                f'xyaxes="{across} {up}"/>'
+            )
     else:
         axis = f'axis="{_words(hinge.axis)}"'
         yield f'{indent}  <joint name="{hinge.name}" type="hinge" {axis} damping="0"/>'
@@ -340,7 +486,17 @@ def _mjcf_body(model: _Model, link: Link, indent: str) -> Iterator[str]:
         size = (link.radius, model.width / 2, link.radius)
         yield (
             f'{indent}  <geom name="{link.name}" type="ellipsoid" size="{_words(size)}" mass="0" '
-            'contype="1" conaffinity="2"/>'
+            'contype="1" conaffinity="2" group="3"'
+        )
+        yield f"{indent}        {_MJCF_CONTACT}/>"
+    for seen in model.visuals.get(link.name, ()):
+        shape = (
+            f'type="sphere" pos="{_rounded(*seen.middle)}"' if seen.is_sphere
+            else f'type="cylinder" fromto="{_rounded(*seen.ends[0], *seen.ends[1])}"'
+        )  # fmt: skip
+        yield (
+            f'{indent}  <geom {shape} size="{_size(seen.radius)}" material="{seen.colour}" '
+            'mass="0" contype="0" conaffinity="0" group="2"/>'
         )
     for child in model.tree.children(link.name):
         yield from _mjcf_body(model, child, f"{indent}  ")

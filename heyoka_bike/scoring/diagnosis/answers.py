@@ -6,7 +6,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.energies import of_contact
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.found import (
     Direction,
@@ -22,22 +22,22 @@ from heyoka_bike.scoring.diagnosis.found import (
     TorqueLaw,
     UnitsBeside,
 )
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.error_shape import FallsOver, SmoothError, TooFar
+from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
-    Evidence,
-    FallsOver,
     RowsBetween,
     RowsRepeated,
-    SmoothError,
-    TooFar,
 )
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY
@@ -46,6 +46,10 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # In which columns a start is written.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
+
+
+_STIFFEST = 3.0
+"""Time constant of the stiffest stable contact, in steps: two in MuJoCo."""
 
 
 def answers(
@@ -72,16 +76,22 @@ def answers(
         return (*others, *causes, *units, *falls)
     if any(is_whole_cause(x) for x in first):
         return tuple(first)
+    integrator = _integrator(diagnosis.causes)
+    step = integrator.methods[0].step if integrator is not None else 0.0
+    # A contact as stiff as the step allows becomes stiffer with a smaller step.
+    yields = tuple(x for x in of_contact(report) if x.constant > _STIFFEST * step)
     if not diagnosis.is_whole:
         # What follows is concluded from that nothing else explains the file.
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
-        return (*first, *_direction(diagnosis.causes), *numerical.described(report))
+        return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
     times = plain.other_times(report)
     if times is not None:
         return (times,)
     # Nothing about the motion where it is right.
-    whole = plain.columns_apart(report) or _integrator(diagnosis.causes)
+    integrator = None if yields else integrator
+    is_integrator = integrator is not None and integrator.is_explained
+    whole = plain.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, columns)
     if isinstance(whole, ColumnsApart):
         # Their first rows are those of no start.
@@ -100,7 +110,13 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    return (*forces, *described, *first, nothing, *shape)
+    # A method that is only the nearest is no more than a remark.
+    nearest = () if integrator is None else (integrator,)
+    told = (*yields, *forces, *described, *first)
+    if not told:
+        return (nothing, *shape, *nearest)
+    general = tuple(x for x in shape if isinstance(x, SmoothError))
+    return (*told, *(x for x in shape if x not in general), nothing, *general, *nearest)
 
 
 def is_whole_cause(x: Evidence) -> bool:
@@ -175,14 +191,31 @@ def _explained(
     """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
     first = hypotheses[0]
     as_given = (_written_as_given(x, report) for x in first.found)
+    rest = left_over(first, causes)
     return Explained(
         rank,
         hypotheses,
-        left_over(first, causes),
+        rest,
         _acceleration(first, causes),
         tuple(key for key in as_given if key),
         max(above_digits(first).values(), default=0.0),
+        () if rest is None or causes is None else _rivals(first, causes),
     )
+
+
+def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
+    """Other causes that let what remains of the equations fall nearly as much."""
+    if h.mistakes[0].kind != "model":
+        return ()
+    relief = causes.relief(h.mistakes)
+    near = (x for x in _by_relief(causes) if x.relief * CLEARLY > relief and x.count <= h.count)
+    return tuple(x for x in near if not x.parts & h.parts)[: WEIGHTS.refined]
+
+
+def _by_relief(causes: Residual) -> list[Hypothesis]:
+    """Plausible causes that explain something of what the equations leave, the best first."""
+    every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
+    return sorted((x for x in every if x.relief > WEIGHTS.explains), key=lambda x: -x.relief)
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
@@ -214,4 +247,5 @@ def _no_cause(
     m, c = max(columns, key=lambda x: (error(x[1]), f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
-    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met)
+    closest = _by_relief(seen)[: WEIGHTS.refined] if seen is not None and seen.visibility else ()
+    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met, tuple(closest))

@@ -7,17 +7,29 @@ are wrong, tells that what is wrong does none. Both rest on the file alone.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
+from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.evidence.error_shape import (
+    ContactYields,
+    EnergyKept,
+    EnergyTrend,
+    EnergyVaries,
+)
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 _PARTS = ("potential_energy", "kinetic_energy")
+_SUNK = (0.05, 0.12)
+"""When a wheel has sunk into a soft floor, and roll errors are still small [s]: MuJoCo's contact
+with its own settings comes to rest within 0.05 s."""
+_FEWEST_SUNK = 3  # rows between these times
+_ALIKE = 0.2  # relative spread of the sinking in all maneuvers; MuJoCo's is 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,7 +74,19 @@ class _Energy:
         back = float(np.min(np.diff(means) * np.sign(change)))
         if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
+        # No tenth of the run has most of it.
+        if float(np.max(np.abs(np.diff(means)))) > HALF * abs(change):
+            return 0.0
         return change / self.size
+
+    @property
+    def until(self) -> float | None:
+        """When it has come to its last value, if that is in the first half of the run [s]."""
+        left = np.abs(self.change - self.change[-1])
+        limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
+        moving = np.flatnonzero(left > limit)
+        end = float(self.time[moving[-1]]) if len(moving) else float(self.time[0])
+        return end if end < HALF * float(self.time[-1]) else None
 
 
 def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKept]:
@@ -86,7 +110,36 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     elif (all(x < 0.0 for x in trends) or all(x > 0.0 for x in trends)) and varying:
         yield EnergyTrend(numbers, trends)
     elif not is_right and any(_does_work(known[n]) for n in varying):
-        yield EnergyVaries(varying)
+        ends = [known[n].until for n in varying]
+        settled = [x for x in ends if x is not None]
+        yield EnergyVaries(varying, max(settled) if len(settled) == len(ends) else None)
+
+
+def of_contact(report: Report) -> Iterator[ContactYields]:
+    """The energy by which the bicycle sinks into a soft floor, if it does.
+
+    It is one number in maneuvers whose roll angles differ by a factor of ten. An error of the roll
+    angle, a mass or a length changes the potential energy as the roll angle does.
+    """
+    fallen, masses = [], []
+    for m in report.maneuvers:
+        first = {c.key: float(c.trace.reference[0]) for c in m.columns if c.values}
+        if not first.get("forward_speed") or "kinetic_energy" not in first:
+            return
+        # The moving mass is a twentieth more than the weight's: wheels turn, too.
+        masses.append(2 * first["kinetic_energy"] / first["forward_speed"] ** 2)
+        columns = [c for c in m.columns if c.key == "potential_energy" and c.values == m.rows > 1]
+        for c in columns:
+            time = c.trace.time - c.trace.time[0]
+            change = _change(c)[(time >= _SUNK[0]) & (time <= _SUNK[1])]
+            if len(change) < _FEWEST_SUNK or np.max(change) >= -CLEARLY * (c.floor or 0.0):
+                return
+            fallen += [float(np.min(change)), float(np.max(change))]
+    if len(fallen) > 2 and min(fallen) > (1 + _ALIKE) * max(fallen):
+        energy = -float(np.median(fallen))
+        gravity = float(Fraction(report.maneuvers[0].part.reference.parameters["g"]))
+        constant = (energy / float(np.median(masses))) ** 0.5 / gravity
+        yield ContactYields(energy, _SUNK[0], constant)
 
 
 def _is_kept(x: _Energy) -> bool:

@@ -19,13 +19,14 @@ from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.claims import ends_search
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL, OF_WHAT_IS_WRITTEN, SEARCH, Search
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
@@ -62,6 +63,8 @@ class Diagnosis:
     ends_at_a_force
         True if two mistakes at once, and other starts, were not tried: the equations leave a force
         of which no cause explains anything.
+    edit : ColumnRatio or None
+        A zero or a ratio of a column beside a wrong value: the rows without it are to be diagnosed.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -72,17 +75,19 @@ class Diagnosis:
     is_whole: bool = True
     likeliest: Hypothesis | None = None
     ends_at_a_force: bool = False
+    edit: ColumnRatio | None = None
 
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    only_output: bool = False, progress: Callable[[float], None] = lambda _: None,
-    deadline: Deadline = NEVER,
+    only_output: bool = False, asks_for_edit: bool = True,
+    progress: Callable[[float], None] = lambda _: None, deadline: Deadline = NEVER,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
-    With `only_output` of what is written only. `progress` is called with the part of the work that
-    is done, 0 to 1. At the `deadline` what was found until then is compared.
+    With `only_output` of what is written only; with `asks_for_edit` also of a column that has
+    another zero or a ratio beside a wrong value. `progress` is called with the part of the work
+    that is done, 0 to 1. At the `deadline` what was found until then is compared.
     """
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
@@ -90,11 +95,15 @@ def explain(
     library = () if only_output else OF_MODEL
     try:
         with followed.taken(_MOTION) as told:
-            file = SeenFile(parts, reference, simulator or Simulator(), library, deadline)
+            file = SeenFile(
+                parts, reference, simulator or Simulator(), library, deadline, asks_for_edit
+            )
             told.found = partial(_left_of_equations, file.residual)
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)
+    if file.edit is not None:
+        return Diagnosis((), file.tried, file.residual, edit=file.edit)
     search = Search(file, is_thorough=deadline.is_thorough)
     residual, is_whole = file.residual, True
     steps = OF_WHAT_IS_WRITTEN if only_output else SEARCH

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from math import e, log10
 
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 
 _log = logging.getLogger(__name__)
 # Decimal logarithms in a natural one.

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import Place
 from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
-from heyoka_bike.scoring.evidence import Evidence, SignContradiction
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.ratios import BY_FAR
 
 
@@ -36,6 +38,8 @@ class Explained(Evidence):
         Columns whose first row has the start that is given, where another one was found.
     left
         The largest typical error that digits do not explain, in scales; 0 if there is none.
+    rivals : tuple of Hypothesis
+        Other causes that explain nearly as much of the equations, where the cause is not all.
     """
 
     rank: int
@@ -44,6 +48,7 @@ class Explained(Evidence):
     acceleration: tuple[str, float, float] | None
     as_given: tuple[str, ...]
     left: float = 0.0
+    rivals: tuple[Hypothesis, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -196,6 +201,8 @@ class NoCauseFound(Evidence):
         Of the largest error, in scales.
     are_equations_met
         True if the file's motion leaves nothing of the equations.
+    closest : tuple of Hypothesis
+        Causes that explain a part of what the equations leave, though not enough.
     """
 
     tried: int
@@ -203,6 +210,7 @@ class NoCauseFound(Evidence):
     key: str
     max_rel_error: float
     are_equations_met: bool
+    closest: tuple[Hypothesis, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

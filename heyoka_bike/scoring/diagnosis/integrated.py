@@ -28,7 +28,7 @@ from heyoka_bike.scoring.diagnosis.programs.integrators import (
     evaluations,
     steps_made,
 )
-from heyoka_bike.scoring.diagnosis.programs.program import Columns, NumericalMethod
+from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, blocks
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
@@ -36,6 +36,7 @@ from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.recognition import FASTEST_MODE
+from heyoka_bike.scoring.rows.edits import Columns
 
 CARRIED = 1e-12
 """What a thousand carried errors are good to, in sizes of columns: each is to 1e-13."""

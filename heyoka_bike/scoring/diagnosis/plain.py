@@ -14,31 +14,35 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
-from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
+from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
     ColumnBeside,
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
-    FallsOver,
-    NotDiagnosed,
     OtherTimes,
     RowsBetween,
     RowsRepeated,
-    Scaled,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.columns import of_other_maneuvers, scaled
+from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
+from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
+from heyoka_bike.scoring.rows.table import whole_columns
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import unit_told_by
 
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
+# Rows from one that is right to the next, at most.
+_MOST_BETWEEN = 200
 # Of the time: no error that begins at the start grows so fast.
 _LARGEST_POWER = 20.0
 # Lying on the floor, the lowest that a bicycle gets.
@@ -61,7 +65,12 @@ def shown(report: Report) -> tuple[AtOnce, ...]:
     found += _between(maneuvers)
     found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
-    known = {x.maneuver for x in found if not isinstance(x, FallsOver)}
+    known = {
+        n
+        for x in found
+        if not isinstance(x, FallsOver)
+        for n in (x.maneuvers if isinstance(x, RowsBetween) else (x.maneuver,))
+    }
     return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
 
 
@@ -86,54 +95,49 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
         yield FallsOver(times)
 
 
-def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
-    """Last rows that repeat one another, in all columns or in some, of a motion that does not."""
-    for m in maneuvers:
-        whole = [c for c in m.columns if c.values == m.rows]
-        still = {c.key: m.rows - _last_step(c) for c in whole}
-        # Of few digits a motion that dies away stands still for a while, too, and goes on.
-        others = [
-            c for c in whole
-            if still[c.key] < max(FEWEST_TELLING_ROWS, AS_GOOD * _still_before(c))
-        ]  # fmt: skip
-        standing = [c for c in whole if c not in others and _moves(c, 0)]
-        held = [c for c in standing if _moves(c, -still[c.key])]
-        if not held or any(_worst(c) > TOLERANCE for c in others):
-            continue
-        shown = held if others else standing
-        rows = min(still[c.key] for c in shown)
-        time = float(held[0].trace.time[m.rows - rows])
-        yield RowsRepeated(m.maneuver, time, rows, tuple(c.key for c in shown), not others)
-
-
-def _still_before(c: ColumnScore) -> int:
-    """The most rows that hold the same number, of those before the last step."""
-    return int(np.max(np.diff(np.flatnonzero(np.diff(c.trace.value))), initial=0))
-
-
-def _last_step(c: ColumnScore) -> int:
-    """The last row that is another one than the row before; 0 if none is."""
-    return int(np.max(np.flatnonzero(np.diff(c.trace.value)) + 1, initial=0))
-
-
-def _moves(c: ColumnScore, first: int) -> bool:
-    """True if the right column moves, from a row on."""
-    return float(np.ptp(c.trace.reference[first:])) > CLEARLY * (c.floor or 0.0)
-
-
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
-    """Rows held, or on straight lines between fewer rows, in angles and rates.
+    """Rows held, or on lines or curves between fewer rows, in angles and rates.
 
     In most of them, as one of these may be computed from the others, row by row; or in a few.
     """
-    for m in maneuvers:
-        lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
-        for order in (1, 2):
-            shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
-            if shares:
-                few = () if 2 * len(shares) >= len(lateral) else tuple(shares)
-                yield RowsBetween(m.maneuver, order - 1, min(shares.values()), few)
-                break
+    found = {m.maneuver: x for m in maneuvers if (x := _rows_between(m)) is not None}
+    for (order, keys, every), each in grouped(
+        ((x.order, x.keys, x.every), x) for x in found.values()
+    ).items():
+        numbers = tuple(n for x in each for n in x.maneuvers)
+        yield RowsBetween(numbers, order, min(x.share for x in each), keys, every)
+
+
+def _rows_between(m: ManeuverScore) -> RowsBetween | None:
+    """How the rows of a maneuver are between fewer rows; None if they are not."""
+    lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
+    for order in (1, 2):
+        shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
+        if shares:
+            few = () if 2 * len(shares) >= len(lateral) else tuple(shares)
+            return RowsBetween((m.maneuver,), order - 1, min(shares.values()), few)
+    counts = {c.key: count for c in lateral if (count := _right_rows(c))}
+    every = max(counts.values(), default=0)
+    if every and 2 * sum(x == every for x in counts.values()) > len(lateral):
+        return RowsBetween((m.maneuver,), 2, 1.0 - 1.0 / every, (), every)
+    return None
+
+
+def _right_rows(c: ColumnScore) -> int:
+    """Of which count every row is right by far, while those between are off as a plot shows; or 0.
+
+    The first of these rows is the first of the file.
+    """
+    error = np.abs(c.trace.error)
+    if float(np.max(error)) <= TOLERANCE * c.scale:
+        return 0
+    # Most of the rows between are as far off, also where these are half of all.
+    usual = float(np.quantile(error, 0.75))
+    most = min(len(error) // FEWEST_TELLING_ROWS, _MOST_BETWEEN)
+    for every in range(2, most + 1):
+        if BY_FAR * float(np.max(error[::every])) < usual:
+            return every
+    return 0
 
 
 def _flat(c: ColumnScore, order: int) -> float:
@@ -142,7 +146,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     Until the last step, after which all stands still.
     """
     tiny = FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
-    rows = slice(_last_step(c) + 1)
+    rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
     with np.errstate(all="ignore"):
@@ -168,8 +172,12 @@ def _flat(c: ColumnScore, order: int) -> float:
 
 
 def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
-    """True if every maneuver that is wrong departs from the right motion, later than its start."""
+    """True if every maneuver that is wrong departs from the right motion, or comes back to it.
+
+    It departs later than its start, or rows that are right show that those between are not.
+    """
     departs = {x.maneuver for x in seen if isinstance(x, Departs)}
+    departs |= {n for x in seen if isinstance(x, RowsBetween) and x.every for n in x.maneuvers}
     wrong = {
         m.maneuver
         for m in report.maneuvers
@@ -292,11 +300,6 @@ def _falls(c: ColumnScore, ahead: Array) -> bool:
     return rms(left) < max(rms(c.trace.error) / CLEARLY, least)
 
 
-def whole_columns(m: ManeuverScore) -> list[ColumnScore]:
-    """Columns with a value in every row, whose definition is known."""
-    return [c for c in m.columns if c.values == m.rows and c.is_known and c.scale]
-
-
 def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
     """Time by which each row is ahead of that written, and the factor by which errors fall so.
 
@@ -313,36 +316,6 @@ def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
             way = slope + ahead / 2.0 * bend
             ahead = np.sum(error * way, axis=0) / np.sum(way**2, axis=0)
         return ahead, float(np.divide(rms(error.ravel()), rms((error - ahead * way).ravel())))
-
-
-def of_other_maneuvers(
-    maneuvers: Sequence[ManeuverScore],
-) -> Iterator[ColumnOfAnotherManeuver]:
-    """Columns that are the same numbers in two maneuvers, though these differ."""
-    for i, m in enumerate(maneuvers):
-        for other in maneuvers[:i]:
-            theirs = {c.key: c for c in other.columns}
-            same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
-            if not same:
-                continue
-            right, worse = sorted((m, other), key=lambda x: max(_worst(x[key]) for key in same))
-            yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
-
-
-def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
-    a, b = one.trace, other.trace
-    n = min(len(a.value), len(b.value))
-    if (
-        n < FEWEST_TELLING_ROWS
-        or not np.ptp(a.value)
-        or not np.ptp(a.reference[:n] - b.reference[:n])
-    ):
-        return False
-    return float(np.mean(a.value[:n] == b.value[:n])) > MOST_ROWS
-
-
-def _worst(c: ColumnScore) -> float:
-    return c.as_understood.measures.max_rel_error or 0.0
 
 
 def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
@@ -447,34 +420,3 @@ def _wrong_alone(
         yield replace(seen, fit=fit)
     elif not is_unknown:
         yield seen
-
-
-def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
-    """The factor, the offset or both, the same in all maneuvers, that explain a column.
-
-    Of a factor and an offset the one that leaves less; both together if neither explains.
-    """
-    sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
-    value = np.concatenate([c.trace.value for c in columns]) / sizes
-    right = np.concatenate([c.trace.reference for c in columns]) / sizes
-    both = np.column_stack([right, 1.0 / sizes])
-
-    def solved(matrix: Array, goal: Array) -> list[float]:
-        return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
-
-    def left(fit: Scaled) -> float:
-        return rms(value - fit.factor * right - fit.offset / sizes)
-
-    def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
-        rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
-        # Each value must let the error fall by far.
-        return BY_FAR**count * rms(rest) < rms(c.trace.error)
-
-    one = [
-        Scaled(solved(both[:, :1], value)[0], 0.0),
-        Scaled(1.0, solved(both[:, 1:], value - right)[0]),
-    ]
-    for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
-        if len(value) > count and all(explains(fit, c, count) for c in columns):
-            return fit
-    return None

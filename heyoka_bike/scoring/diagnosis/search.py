@@ -15,11 +15,12 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
@@ -103,7 +104,8 @@ class Search:
     @property
     def is_over(self) -> bool:
         """True if no single cause that is tried later could take the place of one found."""
-        return any(ends_search(h, self.residual) for h in (*self.found, *self.starts))
+        every = (*self.found, *self.starts)
+        return any(ends_search(h, self.residual) for h in every)
 
     @property
     def best(self) -> Hypothesis | None:
@@ -288,8 +290,8 @@ def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
-        # Whole runs are explained no better.
-        likely = [h for h in likely if h.relief > WEIGHTS.explains]
+        # Rows that are far apart show less of a value than whole runs do.
+        likely = [h for h in likely if h.relief > WEIGHTS.explains or h.log_odds > WEIGHTS.said]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
         # Where a force is left, or no motion is seen, no values are those of the file.
         yield from file.judged(h.mistakes for h in likely)
@@ -315,7 +317,10 @@ def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothes
     is_half = (
         seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open
     )
-    names = [*(FORWARD if is_half else UNKNOWNS), *starts]
+    names = [*UNKNOWNS, *starts]
+    if seen is not None and is_half:
+        # Beside what changes the speed, what these equations speak for without showing it.
+        names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
     found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found
     keys = {x.key for h in found for x in h.found}

@@ -1,7 +1,7 @@
 """A file, and programs with mistakes that are simulated and compared with it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,29 +14,29 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, are_even, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
+from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import Deadline
-from heyoka_bike.scoring.diagnosis.evidence import (
-    WEIGHTS,
-    Hypothesis,
-    Place,
-    log_odds_before,
-    log_ratio,
-)
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run, integrated
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, log_ratio
+from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import Cause, Columns, Start, beginning
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE, in_si, observe
 from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
+from heyoka_bike.scoring.rows.edits import Columns
 from heyoka_bike.scoring.units import factor
 
 _NAMES_OF_COLUMNS = [c.name for c in (*COLUMNS, *FOLLOWING)]
@@ -48,6 +48,8 @@ _OF_POTENTIAL = [
 _BEGINNING = 1.0
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
 _PROGRAMS_AT_ONCE = 32
+
+_EDITED = followed.Step("edited", "which zero or ratio of a column is beside a wrong value?")
 
 Expected = Sequence[Columns]
 """Of each part, columns by name at the rows that are compared."""
@@ -87,19 +89,18 @@ class _SeenPart:
 
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
-        if program.amounts:
-            # What potential a force has is not agreed on.
+        if any(name not in WITHOUT_POTENTIAL for name, _ in program.motion.amounts):
+            # What energy a force stores is not agreed on.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
-        for change in program.rows:
-            columns = change(columns, self.time)
+        columns = program.written(columns, self.time)
         return {name: columns[name][self.pick] for name in self.names}
 
     def motion(self, program: Program, rows: Array) -> AskedMotion:
         """Return the motion of a program at the times of some rows [s]."""
         start = beginning(program, self.part.number)
         meant = program.clock(rows, self.step)
-        return AskedMotion(program.bicycle, start, meant, dict(program.amounts))
+        return AskedMotion(program.motion.bicycle, start, meant, dict(program.motion.amounts))
 
 
 class SeenFile:
@@ -119,6 +120,9 @@ class SeenFile:
         True if the forward speed never changes, or is not in the file.
     tried
         Number of programs that were compared.
+    edit : ColumnRatio or None
+        A zero or a ratio of a column beside a wrong value, if it was asked for: the rows without it
+        are to be diagnosed.
     """
 
     def __init__(
@@ -128,10 +132,12 @@ class SeenFile:
         simulator: Simulator,
         library: Sequence[Mistake],
         deadline: Deadline,
+        asks_for_edit: bool = False,
     ) -> None:
         self._reference, self._deadline = reference, deadline
         starts = {n: _start(reference[n].inputs) for n in reference}
-        self.program = Program(Bicycle.parse(reference.bicycle, reference.parameters), starts)
+        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
+        self.program = Program(Motion(bicycle, starts))
         times = max((part.time for part in parts), key=len)
         duration = float(reference[1].duration)
         self._library = mistakes_of(tuple(reference), times, duration)
@@ -146,6 +152,8 @@ class SeenFile:
         self.right = Hypothesis(
             (), typical, typical, (), self._limits(understood, right), True, right, understood
         )
+        self.edit: ColumnRatio | None = None
+        self._asks_for_edit = asks_for_edit
         # Motions and equations that make no sense end as such.
         with np.errstate(all="ignore"):
             self.residual = self._residual(library) if library else None
@@ -251,6 +259,24 @@ class SeenFile:
         needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
         return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
 
+    def _leaves_much(self, residual: Residual) -> bool:
+        """True if a wrong file shows the equations, and no value explains what is left of them."""
+        is_wrong = max(self.right.after.values(), default=0.0) > TOLERANCE
+        is_seen = is_wrong and shows_equations(residual) and residual.is_resolved
+        return is_seen and not residual.is_explained
+
+    def edited(self) -> ColumnRatio | None:
+        """A zero or a ratio of a column that explains the equations together with one value.
+
+        Raises
+        ------
+        BudgetSpentError
+            The time of the diagnosis is spent.
+        """
+        parts = [p.part for p in self._parts]
+        with np.errstate(all="ignore"):
+            return edit_beside_a_value(parts, self.right.understood, self.program, self._deadline)
+
     def by_integrators(self) -> Iterator[Hypothesis]:
         """Methods of integration that leave the file's error, see `integrated`.
 
@@ -306,7 +332,7 @@ class SeenFile:
         A motion that nears a singularity is simulated less well: its energy, which should be
         constant, says how well.
         """
-        if program.amounts or program.rows or program.linear:
+        if program.motion.amounts or program.edits or program.motion.linear:
             return self.right.floors
         drift = {}
         for p, columns in zip(self._parts, expected, strict=True):
@@ -363,7 +389,11 @@ class SeenFile:
         best: Residual | None = None
         tried: list[Understandings] = []
         taken: Understandings = {}
-        for understood in readings([p.part for p in self._parts], self.right.understood):
+        parts = [p.part for p in self._parts]
+        for i, understood in enumerate(readings(parts, self.right.understood)):
+            # Where nothing explains it, the default definitions may, but no other sign does.
+            if i > 1 and best is not None and best.visibility and not best.is_open:
+                break
             if understood in tried:
                 continue
             tried.append(understood)
@@ -371,8 +401,14 @@ class SeenFile:
             # Rates that contradict the angles are not understood.
             if made is not None and (best is None or _clearer(made) > _clearer(best)):
                 best, taken = made, understood
-                if best.visibility and not best.is_open:
+                if best.visibility and not best.is_open and best.is_explained:
                     break
+        if best is not None and self._asks_for_edit and self._leaves_much(best):
+            with followed.taken(_EDITED) as told:
+                self.edit = self.edited()
+                told.found = partial(str, self.edit)
+            if self.edit is not None:
+                return best
         if best is not None and best.is_open:
             best = self._by_other_definitions(taken, library) or best
         if best is not None:
@@ -392,7 +428,7 @@ class SeenFile:
         Columns of other definitions are taken back by the lengths of a program with some causes,
         and as far as is asked for [SI].
         """
-        bicycle = apply(self.program, causes).bicycle
+        bicycle = apply(self.program, causes).motion.bicycle
         equations = Equations.binary64(bicycle)
         parameters = {name: float(x) for name, x in bicycle.values.items()}
         seen = (observe(p.part, understood, equations, parameters, converged) for p in self._parts)
@@ -433,20 +469,23 @@ class SeenFile:
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
-        starts = tuple(program.starts[p.part.number] for p in self._parts)
-        bicycle = tuple(map(float, program.bicycle.values.values()))
-        clock = program.scale, program.shift
-        return bicycle, starts, clock, program.rows, program.amounts, program.linear
+        motion = program.motion
+        starts = tuple(motion.starts[p.part.number] for p in self._parts)
+        bicycle = tuple(map(float, motion.bicycle.values.values()))
+        return bicycle, starts, program.edits, motion.amounts, motion.linear
 
     def _written(self, programs: Sequence[Program]) -> Iterator[Expected]:
         """Columns that each program writes."""
         asked = [(p, part, part.motion(p, part.time)) for p in programs for part in self._parts]
         made = iter(
-            self.simulator.run_all([m for p, _, m in asked if not p.linear], self._deadline)
+            self.simulator.run_all([m for p, _, m in asked if not p.motion.linear], self._deadline)
         )
         each = (
             part.written_by(
-                p, linear_columns(m.bicycle, m.start, m.time, p.linear) if p.linear else next(made)
+                p,
+                linear_columns(m.bicycle, m.start, m.time, p.motion.linear)
+                if p.motion.linear
+                else next(made),
             )
             for p, part, m in asked
         )

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.shapes import shape
 from heyoka_bike.errors import InputError, printable, quoted
 from heyoka_bike.numbers.double import Array, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
@@ -36,7 +37,6 @@ from heyoka_bike.showing.wording import (
 from heyoka_bike.system.files import refuse_overwriting, write_output
 from heyoka_bike.workbench.replay.motion_3d import Motion3D
 from heyoka_bike.workbench.replay.scenes import Replay, Scene, replay
-from heyoka_bike.workbench.replay.shapes import shape
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")

@@ -1,22 +1,20 @@
 """Mistakes in what is written of a right motion."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.programs.program import (
-    Change,
-    Columns,
     Mistake,
     Program,
     clock_mistake,
     output_mistake,
 )
 from heyoka_bike.scoring.grades import RIGHT
+from heyoka_bike.scoring.rows.edits import Change, Columns, Rewritten
+from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 
 # Rates by the angles that they are derivatives of: those of another roll angle are of another
 # definition of the rate.
@@ -99,12 +97,12 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
     """The forward speed with the radius of the other wheel."""
 
     def make(program: Program) -> Program:
-        ratio = float(program.bicycle[radius]) / float(program.bicycle[other])
+        ratio = float(program.motion.bicycle[radius]) / float(program.motion.bicycle[other])
 
         def change(columns: Columns, _: Array) -> Columns:
             return _changed(columns, ("forward_speed",), lambda v: ratio * v)
 
-        return replace(program, rows=(*program.rows, change))
+        return program.edited(Rewritten(change))
 
     return Mistake(code, says, "the radius in the forward speed", "output", make)
 

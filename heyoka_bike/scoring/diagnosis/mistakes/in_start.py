@@ -16,9 +16,9 @@ def _place(sources: Mapping[int, int]) -> Mistake:
     """Maneuvers in the place of others: by the number written, the number computed."""
 
     def make(program: Program) -> Program:
-        held = program.starts
+        held = program.motion.starts
         starts = {n: held.get(sources.get(n, n), s) for n, s in held.items()}
-        return replace(program, starts=starts)
+        return program.moving(starts=starts)
 
     told = [f"maneuver {held} is in the place of maneuver {n}" for n, held in sources.items()]
     return Mistake(
@@ -32,15 +32,16 @@ def _place(sources: Mapping[int, int]) -> Mistake:
 
 def _faster(program: Program, ratio: float) -> Program:
     """The program with so many times the speeds at the start."""
-    starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
-    return replace(program, starts=starts)
+    starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.motion.starts.items()}
+    return program.moving(starts=starts)
 
 
 def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
     """A wheel is started with the speed over the radius of the other one."""
 
     def make(program: Program) -> Program:
-        return _faster(program, float(program.bicycle[radius]) / float(program.bicycle[other]))
+        lengths = program.motion.bicycle
+        return _faster(program, float(lengths[radius]) / float(lengths[other]))
 
     return Mistake(
         code, says, "the initial spin: the speed over the wheel's own radius", "start", make
@@ -53,7 +54,7 @@ def _spin_kept(code: str, rear: str) -> Mistake:
 
     def make(program: Program) -> Program:
         made = exchange.change(program)
-        return _faster(made, float(made.bicycle["rR"]) / float(program.bicycle["rR"]))
+        return _faster(made, float(made.motion.bicycle["rR"]) / float(program.motion.bicycle["rR"]))
 
     says = f"{exchange.says}, and the rear {rear} starts with the speed over its right radius"
     return Mistake(f"{code}_spin_kept", says, "which wheel is the rear one", "model", make)

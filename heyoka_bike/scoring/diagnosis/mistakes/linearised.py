@@ -1,7 +1,6 @@
 """Linearised equations: no mistake, but not what the benchmark asks for."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +14,7 @@ LINEARISED = Mistake(
     "the equations are linearised about the upright straight motion, at constant speed",
     "nothing if that is what you want: the benchmark asks for the nonlinear equations",
     "model",
-    lambda p: replace(p, linear=Terms()),
+    lambda p: p.moving(linear=Terms()),
 )
 
 
@@ -25,7 +24,7 @@ def _with(code: str, says: str, terms: Terms) -> Mistake:
         f"the equations are linearised, at constant speed, and {says}",
         "the equations M q'' + v C1 q' + (g K0 + v^2 K2) q = 0",
         "model",
-        lambda p: replace(p, linear=terms),
+        lambda p: p.moving(linear=terms),
     )
 
 

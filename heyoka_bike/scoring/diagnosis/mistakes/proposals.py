@@ -15,7 +15,8 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.definitions import NEAR_STEADY
-from heyoka_bike.scoring.diagnosis.programs.program import Columns, Mistake, output_mistake
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, output_mistake
+from heyoka_bike.scoring.rows.edits import Columns, Stage
 from heyoka_bike.scoring.units import UNITS, factor
 
 # Units of angles and rates, which have either sign; a moved column is as near to its quantity as
@@ -73,6 +74,7 @@ def columns_in_another_order(
         ),
         "the order of the columns",
         change,
+        Stage.PLACES,
     )
 
 

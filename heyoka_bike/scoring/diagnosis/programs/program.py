@@ -6,10 +6,13 @@ impulse of the constraint forces would: with the Jacobian J of the body velociti
 steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as it is.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +25,16 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.vectors import Vector
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
+from heyoka_bike.scoring.rows.edits import (
+    Change,
+    Clock,
+    Columns,
+    Edit,
+    Rewritten,
+    Stage,
+    meant_times,
+    written,
+)
 
 NAMES = (
     *(c.name for c in (*COLUMNS, *FOLLOWING)),
@@ -30,12 +43,8 @@ NAMES = (
 )  # fmt: skip
 """Names of the columns that are computed of a motion."""
 
-Columns = Mapping[str, Array]
-"""All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""
 Parameters = dict[str, float]
 """Of a bicycle, by symbol [SI]."""
-Change = Callable[[Columns, Array], Columns]
-"""From the right columns at the times written to those that are written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,18 +107,14 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Program:
-    """The motion that a program computes, and the columns that it writes.
+class Motion:
+    """The motion that a program computes. Equal motions are simulated once.
 
     Attributes
     ----------
     bicycle : Bicycle
     starts
         Of each maneuver, by number.
-    scale, shift
-        From written times to those meant, the latter in usual distances of the rows, see `clock`.
-    rows
-        Changes of the columns, in order.
     amounts
         By name, each once: of forces, and of terms that the equations are without, see `forces`.
     linear : Terms or None
@@ -118,16 +123,38 @@ class Program:
 
     bicycle: Bicycle
     starts: Mapping[int, Start]
-    scale: float = 1.0
-    shift: float = 0.0
-    rows: tuple[Change, ...] = ()
     amounts: tuple[tuple[str, float], ...] = ()
     linear: Terms | None = None
 
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """The motion that a program computes, and what it does to the rows that it writes of it.
+
+    Attributes
+    ----------
+    motion : Motion
+    edits : tuple of Edit
+    """
+
+    motion: Motion
+    edits: tuple[Edit, ...] = ()
+
+    def moving(self, **changes: Any) -> Program:
+        """The program with some attributes of its motion changed."""
+        return replace(self, motion=replace(self.motion, **changes))
+
+    def edited(self, edit: Edit) -> Program:
+        """The program with one edit more."""
+        return replace(self, edits=(*self.edits, edit))
+
     def clock(self, time: Array, step: float) -> Array:
         """Return the times meant by those written, not before 0."""
-        meant: Array = np.maximum(self.scale * time + self.shift * step, 0.0)
-        return meant
+        return meant_times(self.edits, time, step)
+
+    def written(self, columns: Columns, time: Array) -> Columns:
+        """Return the columns that it writes of its motion at the times written."""
+        return written(self.edits, columns, time)
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +288,7 @@ def apply(program: Program, mistakes: Iterable[Cause]) -> Program:
 
 def differences(one: Program, other: Program) -> set[str]:
     """Names of the parameters, forces and terms in which two programs differ."""
-    a, b = ({**p.bicycle.values, **dict(p.amounts)} for p in (one, other))
+    a, b = ({**p.motion.bicycle.values, **dict(p.motion.amounts)} for p in (one, other))
     return {name for name in a.keys() | b.keys() if a.get(name) != b.get(name)}
 
 
@@ -329,9 +356,10 @@ def _upright(values: ParameterValues) -> tuple[Moving, float]:
 
 def beginning(program: Program, number: int) -> tuple[float, ...]:
     """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
-    roll, pitch, steer, *rates = initial_state(program.bicycle, program.starts[number])
+    bicycle = program.motion.bicycle
+    roll, pitch, steer, *rates = initial_state(bicycle, program.motion.starts[number])
     if steer != 0.0:
-        k = equations_of(tuple(program.bicycle.values.items())).k
+        k = equations_of(tuple(bicycle.values.items())).k
         pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
     return roll, pitch, steer, *rates
 
@@ -342,12 +370,13 @@ def model_mistake(
     """A mistake in the parameters: `change` alters them in place."""
 
     def make(program: Program) -> Program:
-        values = program.bicycle.values
+        values = program.motion.bicycle.values
         p = {s: float(x) for s, x in values.items()}
         change(p)
         # Not checked: what mistaken programs compute with need not make sense.
         altered = {s: Exact(Fraction(x)) for s, x in p.items() if x != float(values[s])}
-        return replace(program, bicycle=Bicycle(program.bicycle.name, {**values, **altered}))
+        name = program.motion.bicycle.name
+        return program.moving(bicycle=Bicycle(name, {**values, **altered}))
 
     return Mistake(code, says, check, "model", make)
 
@@ -356,14 +385,18 @@ def start_mistake(code: str, says: str, check: str, change: Callable[[Start], St
     """A mistake in the start of every maneuver."""
 
     def make(program: Program) -> Program:
-        return replace(program, starts={n: change(s) for n, s in program.starts.items()})
+        starts = program.motion.starts
+        return program.moving(starts={n: change(s) for n, s in starts.items()})
 
     return Mistake(code, says, check, "start", make)
 
 
-def output_mistake(code: str, says: str, check: str, change: Change) -> Mistake:
+def output_mistake(
+    code: str, says: str, check: str, change: Change, stage: Stage = Stage.FROM_COLUMNS
+) -> Mistake:
     """A mistake in what is written of a right motion."""
-    return Mistake(code, says, check, "output", lambda p: replace(p, rows=(*p.rows, change)))
+    edit = Rewritten(change, stage)
+    return Mistake(code, says, check, "output", lambda p: p.edited(edit))
 
 
 def clock_mistake(
@@ -379,10 +412,8 @@ def fitted_scale(code: str, says: str, check: str, scale: float) -> OtherScale:
 
 
 def _other_clock(scale: float, shift: float) -> Callable[[Program], Program]:
-    def make(program: Program) -> Program:
-        return replace(program, scale=scale * program.scale, shift=scale * program.shift + shift)
-
-    return make
+    edit = Clock(scale, shift)
+    return lambda program: program.edited(edit)
 
 
 _INITIAL = "initial_"
@@ -393,8 +424,8 @@ def changed(program: Program, changes: Mapping[str, float]) -> Program:
 
     A start's is ``initial_``, what of it, and the number of the maneuver: initial_roll_rate_2.
     """
-    values, starts = dict(program.bicycle.values), dict(program.starts)
-    amounts = dict(program.amounts)
+    values, starts = dict(program.motion.bicycle.values), dict(program.motion.starts)
+    amounts = dict(program.motion.amounts)
     for name, change in changes.items():
         if name in values:
             x = values[name]
@@ -404,9 +435,8 @@ def changed(program: Program, changes: Mapping[str, float]) -> Program:
             starts[n] = replace(starts[n], added=(*starts[n].added, (place, change)))
         else:
             amounts[name] = amounts.get(name, 0.0) + change
-    return replace(
-        program,
-        bicycle=Bicycle(program.bicycle.name, values),
+    return program.moving(
+        bicycle=Bicycle(program.motion.bicycle.name, values),
         starts=starts,
         amounts=tuple(sorted(amounts.items())),
     )
@@ -422,7 +452,7 @@ def other_values(
     changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
 ) -> FittedValues:
     """A program with parameters, forces and starts of other values than the right one."""
-    p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
+    p = {symbol: float(x) for symbol, x in program.motion.bicycle.values.items()}
     found, kind = [], "model"
     for name, change in changes.items():
         right, what, maneuver = p.get(name, 0.0), name, None

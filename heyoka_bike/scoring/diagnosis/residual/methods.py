@@ -19,7 +19,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import STEP_OF_SECOND, Array
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector

@@ -18,8 +18,9 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.following import following, in_binary64
 from heyoka_bike.scoring.alignment import HALF, Part, spread
 from heyoka_bike.scoring.definitions import Understanding
-from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
+from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
+from heyoka_bike.scoring.rows.rates import ANGLE_OF
 from heyoka_bike.scoring.units import factor
 
 STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
@@ -28,9 +29,6 @@ STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed"
 The speed may be missing: it then follows from the others by the right equation of the speed, which
 is not compared. Rates may be missing: they then are the slopes of their angles.
 """
-
-ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
-"""The angles of which rates are the slopes, by keys."""
 
 # Of the last digit in a slope, times the distance of the rows: central differences of order 10.
 _IN_SLOPE = 1.23

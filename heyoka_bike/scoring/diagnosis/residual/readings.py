@@ -10,7 +10,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understanding
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.residual.observed import in_si
 
 

@@ -22,7 +22,8 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
@@ -43,6 +44,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 )
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import (
     STATE,
@@ -58,6 +60,17 @@ EQUATIONS = ("roll", "steer", "speed")
 
 UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fitted))
 """Whose coefficients can be found."""
+
+GROUPS = tuple(
+    names
+    for b in "BH"
+    for names in (
+        tuple(f"I{b}{axes}" for axes in ("xx", "yy", "zz", "xz")),
+        (f"m{b}", f"x{b}", f"z{b}"),
+        (f"m{b}", f"z{b}"),
+    )
+)
+"""Values that are wrong together: the inertia of a body, or its mass with its place."""
 
 # Left by equations that have no solution, in parts of the accelerations.
 _NO_LIMIT = 1e9
@@ -164,10 +177,27 @@ class Residual:
         Whole runs tell which. Empty if none explains more than the library does. Laws of the state
         are among them where these leave a force.
         """
-        found = self._fitted(UNKNOWNS)
-        if shows_equations(self) and self.leaves_force(_largest_relief(*self.known, *found)):
-            found = self._fitted([*UNKNOWNS, *OF_THE_STATE])
-        return found
+        found = self._of_unknowns
+        largest = _largest_relief(*self.known, *found)
+        if shows_equations(self):
+            is_open = self.leaves_force(largest)
+        else:
+            # Without the speed or a rate a law may explain by far more, which whole runs tell.
+            is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
+            is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
+            is_more = is_force or WEIGHTS.nearly * largest < self.limit
+            is_open = is_partly and self.is_large and is_more
+        return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
+
+    @cached_property
+    def _of_unknowns(self) -> tuple[Hypothesis, ...]:
+        """`fitted` without laws of the state."""
+        return self._fitted(UNKNOWNS)
+
+    @property
+    def limit(self) -> float:
+        """The relief of a cause that leaves nothing but what the digits and rows hide."""
+        return self._relief(self.observed)
 
     @cached_property
     def as_good_as_known(self) -> tuple[Hypothesis, ...]:
@@ -181,7 +211,7 @@ class Residual:
     @cached_property
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
-        equations = equations_of(tuple(self.program.bicycle.values.items()))
+        equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
         with followed.taken(_METHOD) as told:
             found = find_methods(equations, self.motions)
             if found:
@@ -192,7 +222,7 @@ class Residual:
     @cached_property
     def law(self) -> Law | None:
         """A torque as a function of one variable that explains nearly all; None if none does."""
-        moving = self._moving(tuple(self.program.bicycle.values.items()))
+        moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
         zero = 0.0 * moving.state[0]
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])
         added = {
@@ -217,6 +247,25 @@ class Residual:
         to_first_order = self._fits().first_order_gain(UNKNOWNS)
         largest = max(_largest_relief(*self.known), to_first_order)
         return largest / float(np.exp(np.mean(np.log(self._before))))
+
+    @property
+    def is_explained(self) -> bool:
+        """True if little is left of the equations, or a mistake or values explain nearly all."""
+        if not self.is_resolved or not self.is_large:
+            return True
+        largest = _largest_relief(*self.known, *self._of_unknowns)
+        return largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+
+    @property
+    def is_large(self) -> bool:
+        """True if accelerations are off by what a plot shows: those of most integrators are not."""
+        return max(self.shares.values()) > TOLERANCE
+
+    @property
+    def promising(self) -> tuple[str, ...]:
+        """The unknowns that explain most of what remains, to first order and alone."""
+        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, WEIGHTS.few)
+        return tuple(UNKNOWNS[i] for (i,) in found.members.tolist())
 
     @property
     def log_odds(self) -> float:
@@ -257,7 +306,7 @@ class Residual:
         That is the mass matrix times accelerations; in parts of what all of them give there, the
         geometric mean over the maneuvers.
         """
-        moving = self._moving(tuple(self.program.bicycle.values.items()))
+        moving = self._moving(tuple(self.program.motion.bicycle.values.items()))
         unit = np.array([[1.0], [1.0], [float(moving.equations.k.length)]])[: len(self.equations)]
         mass = np.array([np.broadcast_arrays(*row) for row in moving.mass])[
             : len(unit), : len(unit)
@@ -296,16 +345,25 @@ class Residual:
             return None
         return min(sure, key=lambda h: (len(h.parts), -h.log_odds), default=None)
 
+    def weighted(self, rows: Array) -> list[Array]:
+        """Rows of each block, with the weights of what their windows resolve."""
+        return self.blocks(self._weights * rows)
+
+    @property
+    def floors(self) -> Array:
+        """What cannot be seen of each block."""
+        return self._floors
+
     def blocks(self, rows: Array) -> list[Array]:
         """Rows of each block: of each maneuver roll, steer, speed."""
         return np.split(rows, self._cuts)
 
     def of(self, program: Program) -> Array:
         """Return averages of a program's accelerations, shape (n,); NaN where it has none."""
-        forces, unturned = forces_and_tensors(dict(program.amounts))
+        forces, unturned = forces_and_tensors(dict(program.motion.amounts))
         try:
             with np.errstate(all="ignore"):
-                values = tuple(program.bicycle.values.items())
+                values = tuple(program.motion.bicycle.values.items())
                 moving = self._moving(values, tuple(unturned.items()))
                 rates = moving.altered(forces)[3:6]
                 each = np.array([rates[0], rates[1], rates[2] * moving.equations.k.length])
@@ -395,13 +453,17 @@ class Residual:
 
     def _fitted(self, names: Sequence[str]) -> tuple[Hypothesis, ...]:
         """The fewest unknowns that are likelier than fewer are, and than the library is."""
-        enough = self._relief(self.observed) / CLEARLY
+        enough = self.limit / CLEARLY
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
         least = max(0.0, known.log_odds)
         return self._fits().fewest(
-            names, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
+            names,
+            lambda m: [self._judged(m)],
+            lambda h: h.relief > enough,
+            least=least,
+            groups=GROUPS,
         )
 
     def _fits(self) -> Fits:
@@ -426,7 +488,7 @@ class Residual:
     @cached_property
     def _starts_shown(self) -> dict[int, tuple[Array, Array]]:
         """Of each maneuver whose first rows are those of a start, see `start_shown`."""
-        equations = equations_of(tuple(self.program.bicycle.values.items()))
+        equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
         # Motions that have blown up lead nowhere.
         with np.errstate(all="ignore"):
             return {m.number: start_shown(m, equations) for m in self.motions if m.is_begun}

@@ -1,17 +1,4 @@
-"""Odds of causes: one likelihood for causes of every kind.
-
-What a cause leaves of a file's error is an error of unknown size: that of an integrator, and the
-digits written. If it may have any size (a prior of 1 / size), and is worth n independent values in
-each maneuver, the likelihood of a cause is size^-n there, and the odds of two causes are
-
-    product over the maneuvers of (what one leaves / what the other leaves)^n,
-
-each a geometric mean over the columns in which the two differ, times the odds before the file is
-looked at: "none of these" is the likeliest before, one of the many mistakes of the library less so,
-and each value that is fitted costs more, as it always explains something. The same holds for what
-is left of the equations of motion along the file's own motion: there the equations take the place
-of the columns.
-"""
+"""Causes as an explanation of a file, and what they leave of its error."""
 
 from __future__ import annotations
 
@@ -26,6 +13,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
+from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, fall, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING
@@ -36,109 +24,20 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.definitions import Understandings
     from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 
-Place = tuple[int, str]
-"""A maneuver's number, and a column's key or the name of an equation."""
 
-
-@dataclass(frozen=True, slots=True)
-class Weights:
-    """Constants of the diagnosis, each with the experiment that gave it.
-
-    Attributes
-    ----------
-    values
-        Independent values in the error of a maneuver. Errors of correct programs resemble some
-        mistake of the library by up to a factor of 7 in one maneuver: odds of 400 to 1, as often as
-        one of some hundred mistakes should.
-    known, unknown, start
-        Logarithm of the number of mistakes of the library, of parameters and forces, and of values
-        of the starts: as much are the odds against one of them.
-    fitted
-        The same against a value that is fitted being where it is found, to some 1e-5 of its range:
-        one value of a start explains errors of correct programs by up to 9, three by 30.
-    further
-        The same against there being a further cause.
-    said
-        Logarithm of the odds from which a cause is said, and from which two are told apart.
-    refuted
-        ... and from which one is not even said to be less likely.
-    explains
-        By so much the error must fall: what leaves more is a direction, no explanation.
-    nearly
-        By so much it must fall for a direction to be named: of a fork 1 cm to the side the term to
-        first order leaves a hundredth; of tyres 2 cm wide, which no force explains, the best one
-        leaves an eighth.
-    strange
-        What leaves more than this part of the columns off by half their scale explains no file.
-    nothing
-        What is left below this part needs no other cause.
-    few
-        Causes, or classes of them that cannot be told apart, that are worth a sentence; single
-        causes that are tried with others by whole runs; and values that are found together.
-    some
-        Pairs of mistakes of the library that are simulated, and mistakes of the start: one that is
-        made comes far nearer to the file's own start, but for what follows within the first rows.
-        Of values that are found, so many are refined, half as many pairs, and a third of triples.
-    many
-        Mistakes of the library that are simulated where the equations do not speak against them.
-    refined
-        Fitted values that the equations speak for, and that are found by whole runs.
-    rivals
-        Causes that are tried together: of each one with each of the library in the equations, and
-        of the very best by whole runs where the file does not show its motion; and sets of unknowns
-        that are tried with one more.
-    also
-        Two mistakes that explain so many times more than each of them are compared: whole runs
-        tell more of a small one beside a large one.
-    promise
-        To first order a large change explains little: this power of its relief is hoped for, of
-        accelerations, and of whole runs, whose first quarter counts by itself.
-    above
-        The best cause leaves of the equations so many times what the rates are off from the slopes
-        of the angles where a force is missing: in files of correct programs up to 152 (IDA, which
-        solves for the rates), in those of engines that slip and yield up to 662.
-    shows
-        The equations are judged where what remains is so many times what is uncertain, or that is
-        less than such a part of the accelerations.
-    sure
-        A value of the start is another one if it is off by so many times what the rows disagree.
-    """
-
-    values: float = 6.0
-    known: float = log(len(MISTAKES) + len(EQUATION_MISTAKES))
-    unknown: float = log(
-        len(PARAMETERS) + sum(f.is_fitted for f in FORCES.values()) + len(OF_THE_STATE)
-    )
-    start: float = log(len(START) * MANEUVERS)
-    fitted: float = 10.8
-    further: float = log(100.0)
-    said: float = log(1000.0)
-    refuted: float = log(1e9)
-    explains: float = 5.0
-    nearly: float = 30.0
-    strange: float = 0.25
-    nothing: float = 1e-8
-    few: int = 3
-    some: int = 6
-    many: int = 20
-    refined: int = 2
-    rivals: int = 12
-    also: float = 1.05
-    promise: tuple[float, float] = (4.0, 2.0)
-    above: float = 1000.0
-    shows: tuple[float, float] = (30.0, 1e-5)
-    sure: float = 3.0
-
-
-WEIGHTS = Weights()
+KNOWN = log(len(MISTAKES) + len(EQUATION_MISTAKES))
+UNKNOWN = log(len(PARAMETERS) + sum(f.is_fitted for f in FORCES.values()) + len(OF_THE_STATE))
+OF_START = log(len(START) * MANEUVERS)
+"""Logarithms of the odds against one of the mistakes of the library, one of the parameters and
+forces, and one of the values of the initial conditions: of how many there are."""
 
 
 def log_odds_before(mistakes: Collection[Cause]) -> float:
     """Logarithm of the odds for some mistakes against none, before the file is looked at."""
     w, cost = WEIGHTS, 0.0
     for m in mistakes:
-        one = w.start if m.kind == "start" else w.unknown
-        cost += (w.fitted + one) * m.fitted if m.fitted else w.known
+        one = OF_START if m.kind == "start" else UNKNOWN
+        cost += (w.fitted + one) * m.fitted if m.fitted else KNOWN
     return -cost - w.further * max(len(mistakes) - 1, 0)
 
 
@@ -201,12 +100,12 @@ class Hypothesis:
     @property
     def gain(self) -> float:
         """Factor by which the typical error falls: geometric mean over maneuvers and columns."""
-        return exp(_fall(self.before, self.after, self.before))
+        return exp(fall(self.before, self.after, self.before))
 
     @property
     def relief(self) -> float:
         """Factor by which the typical error falls in the columns that the mistakes change."""
-        return exp(_fall(self.before, self.after, self.changed))
+        return exp(fall(self.before, self.after, self.changed))
 
     @property
     def log_odds(self) -> float:
@@ -264,22 +163,3 @@ class Hypothesis:
             x <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
             for k, x in self.after.items()
         )
-
-
-def log_ratio(
-    one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
-) -> float:
-    """Logarithm of the odds of two explanations by what each leaves, where they differ."""
-    found = 0.0
-    for number in {n for n, _ in places}:
-        found += _fall(one, other, [k for k in places if k[0] == number])
-    return WEIGHTS.values * found
-
-
-def _fall(
-    one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
-) -> float:
-    """Mean logarithm of the factor from one to the other."""
-    tiny = ROUNDING * 1e-3
-    logs = [log(max(one[k], tiny) / max(other[k], tiny)) for k in places]
-    return sum(logs) / len(logs) if logs else 0.0

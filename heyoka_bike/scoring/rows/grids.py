@@ -1,4 +1,4 @@
-"""Grids: columns whose values are multiples of a step that is far coarser than their digits."""
+"""Columns whose values are coarser than their digits: of few bits, or on a grid."""
 
 from __future__ import annotations
 
@@ -8,28 +8,99 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, places
-from heyoka_bike.scoring.evidence import CoarseGrid
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.alignment import MOST_SAMPLED, Part, spread
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
+from heyoka_bike.scoring.evidence.output_faults import CoarseGrid, HalfPrecision
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.table import Undone, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
 # A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS = 5
+# Significant bits of numbers of half and single precision; the fewer are tried first.
+_HALF, _SINGLE = 11, 24
+_BITS = (_HALF, _SINGLE)
+# Half a digit, and the rounding of its reading.
+_ROUNDED = 1.01
 # The smallest ones tell the step, whose error counts least in them.
 _DISTANCES = 100
 
 
-def coarse_grids(report: Report) -> AsMeant | None:
-    """Columns whose values are all multiples of a step that is far coarser than their digits."""
-    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
-    steps = _steps(levels)
+def few_bits(report: Report) -> Undone | None:
+    """Columns of single or half precision, whatever digits they are written with."""
+    bits = {(m.maneuver, c.key): found for m, c in places(report) if (found := _bits_of(m, c))}
+    if not bits:
+        return None
+    keys = {n: tuple(dict.fromkeys(k for (_, k), x in bits.items() if x == n)) for n in _BITS}
+    is_all = all((m.maneuver, c.key) in bits for m, c in places(report) if np.ptp(c.trace.value))
+    seen: list[Evidence] = []
+    if keys[_HALF]:
+        seen.append(HalfPrecision(keys[_HALF], is_all and not keys[_SINGLE]))
+    if keys[_SINGLE]:
+        every = is_all and not keys[_HALF]
+        seen.append(SinglePrecision(tuple(sorted(keys[_SINGLE])), is_written=True, are_all=every))
+    parts = []
+    for m in report.maneuvers:
+        quantum = {k: Quantum(2, digits=x) for (n, k), x in bits.items() if n == m.maneuver}
+        parts.append(replace(m.part, quantum={**m.part.quantum, **quantum}))
+    return Undone(tuple(seen), tuple(parts))
+
+
+def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
+    """The bits of the values of a column, see `bits_of`; or as they are known."""
+    found = bits_of(m.part.values[c.key], m.part.quantum.get(c.key))
+    return found or (_SINGLE if _has_few_bits(m, c) else None)
+
+
+def bits_of(values: Array, quantum: Quantum | None) -> int | None:
+    """The bits of half or single precision if values have no more, or None.
+
+    Each value is held against the distance of such numbers in its own binade. Where this is little
+    more than the digits written, values are such numbers by chance.
+    """
+    values = values[spread(len(values), MOST_SAMPLED)]
+    values = values[np.isfinite(values) & (values != 0.0)]
+    # NumPy's function of this name imports masked arrays.
+    if len(set(values.tolist())) < FEWEST_TELLING_ROWS:
+        return None
+    least = np.finfo(np.float64).eps * np.abs(values)
+    if quantum is not None:
+        least = np.maximum(least, quantum.at(values) / 2)
+    for bits in _BITS:
+        apart = Quantum(2, digits=bits).at(values)
+        off = np.abs(values - apart * np.rint(values / apart))
+        telling = apart > CLEARLY * least
+        if np.sum(telling) >= FEWEST_TELLING_ROWS and np.all(off <= _ROUNDED * least):
+            return bits
+    return None
+
+
+def coarse_grids(report: Report) -> Undone | None:
+    """Columns whose values are all multiples of a step that is far coarser than their digits.
+
+    A grid hides what is smaller. It counts only if it hides a part of the column's error, or more
+    than six digits leave.
+    """
+    known = {(m.maneuver, c.key) for m, c in places(report) if _has_few_bits(m, c)}
+    levels = {
+        (m.maneuver, c.key): _levels(m, c)
+        for m, c in places(report)
+        if (m.maneuver, c.key) not in known
+    }
+    by_number = {m.maneuver: m for m in report.maneuvers}
+    units = {c.key: factor(c.as_understood.unit)[0] for _, c in places(report)}
+    steps = {
+        (n, key): step
+        for (n, key), step in _steps(levels).items()
+        if _matters(by_number[n][key], step * units[key])
+    }
     if not steps:
         return None
     errors = grouped(
@@ -37,8 +108,6 @@ def coarse_grids(report: Report) -> AsMeant | None:
         for m, c in places(report)
     )
     rest = max(errors.get(False, [1.0]))
-    by_number = {m.maneuver: m for m in report.maneuvers}
-    units = {key: factor(report.by_column()[key][0][1].as_understood.unit)[0] for _, key in steps}
     # Counts of two rows may be off by one each.
     by_grid = (
         (by_number[n][key].as_understood.measures.max_abs_error or 0.0) <= 2 * step * units[key]
@@ -53,7 +122,19 @@ def coarse_grids(report: Report) -> AsMeant | None:
         parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
     alike = grouped(((key, step), n) for (n, key), step in steps.items())
     seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
-    return AsMeant(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts))
+
+
+def _has_few_bits(m: ManeuverScore, c: ColumnScore) -> bool:
+    """True if a column is known to be of single or half precision."""
+    quantum = m.part.quantum.get(c.key)
+    return quantum is not None and quantum.base == 2 and quantum.digits in _BITS
+
+
+def _matters(c: ColumnScore, step: float) -> bool:
+    """True if a grid hides a part of the error of a column, or more than what is right."""
+    error = c.as_understood.measures.max_abs_error or 0.0
+    return bool(step > min(error / BY_FAR, RIGHT * c.scale))
 
 
 def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:

@@ -7,30 +7,36 @@ that of another row.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
-from heyoka_bike.scoring.alignment import Part, are_even
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, is_right_column
-from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
-from heyoka_bike.scoring.diagnosis.mistakes.in_output import ROWS_LATE
-from heyoka_bike.scoring.diagnosis.residual.observed import ANGLE_OF
-from heyoka_bike.scoring.evidence import Evidence, OtherColumn, RateOfDifferences, RateOfOtherRow
+from heyoka_bike.scoring.alignment import are_even
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import (
+    OtherColumn,
+    RateOfDifferences,
+    RateOfOtherRow,
+)
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.edits import Exchanged
+from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
+from heyoka_bike.scoring.rows.table import Undone, is_right_column
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-T = TypeVar("T")
+ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+"""The angles of which rates are the slopes, by keys."""
+
+ROWS_LATE = (1.0, -1.0, 0.5, -0.5)
+"""By how many rows a rate may be late."""
 
 # Of polynomials through so few rows that a corner in the motion reaches no further.
 _DEGREE_OF_SLOPES = 4
 
 
-def exchanged_with_rate(report: Report) -> AsMeant | None:
+def exchanged_with_rate(report: Report) -> Undone | None:
     """An angle and its rate in each other's place.
 
     What is written as the angle is then the slope of what is written as the rate, whatever the
@@ -44,7 +50,7 @@ def exchanged_with_rate(report: Report) -> AsMeant | None:
     meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
     numbers = tuple(m.maneuver for m in report.maneuvers)
     seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
-    return AsMeant(tuple(seen), tuple(_in_place(m.part, meant) for m in report.maneuvers))
+    return Undone(tuple(seen), tuple(Exchanged(meant).undo(m.part) for m in report.maneuvers))
 
 
 def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
@@ -65,23 +71,12 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
     return BY_FAR * off_exchanged < min(off, 1.0)
 
 
-def _in_place(part: Part, meant: Mapping[str, str]) -> Part:
-    """The rows with some columns under the keys of others, in the units that these have."""
-
-    def of(columns: Mapping[str, T]) -> dict[str, T]:
-        return {meant.get(key, key): x for key, x in columns.items()}
-
-    return replace(part, values=of(part.values), lo=of(part.lo), quantum=of(part.quantum))
-
-
 def _rates_of(report: Report) -> list[str]:
     """The rates that the file has."""
     return [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
 
 
-def _put_aside(
-    report: Report, rates: Sequence[str], told: Mapping[str, Evidence]
-) -> AsMeant | None:
+def _put_aside(report: Report, rates: Sequence[str], told: Mapping[str, Evidence]) -> Undone | None:
     """What is told of some rates, and the rows without these; None of none, or of both.
 
     Where both are wrong, whole programs that make this mistake are compared.
@@ -89,7 +84,7 @@ def _put_aside(
     if not told or len(told) == len(rates) > 1:
         return None
     parts = (m.part.only(m.part.values.keys() - told.keys()) for m in report.maneuvers)
-    return AsMeant(tuple(told.values()), tuple(parts))
+    return Undone(tuple(told.values()), tuple(parts))
 
 
 def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScore] | None:
@@ -102,7 +97,7 @@ def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScor
     return (rate, angle) if is_told else None
 
 
-def own_differences(report: Report) -> AsMeant | None:
+def own_differences(report: Report) -> Undone | None:
     """A rate that is a difference of its own angle, where the other rate is not."""
     rates = _rates_of(report)
     found = {
@@ -143,7 +138,7 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     return found
 
 
-def shifted_rate(report: Report) -> AsMeant | None:
+def shifted_rate(report: Report) -> Undone | None:
     """A rate that is that of its own angle some rows before or after, and the other one is not."""
     rates = _rates_of(report)
     each = {key: {_rows_off(m, key) for m in report.maneuvers} for key in rates}

@@ -2,7 +2,7 @@
 
 The four bodies of the model have no shape. Wheels, steer axis, hubs and the centre of mass B are
 where the parameters say; frame, fork and rider are drawn around them. The rider is rigid with the
-frame and holds on to nothing, as the benchmark has it.
+frame and holds on to nothing, as the benchmark has it. A bicycle that was weighed alone has none.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,9 +15,19 @@ from heyoka_bike.bicycle.parameters import Bicycle
 
 # P2 of the benchmark is so far up the steer axis from the floor: it gives the printed digits [m].
 _P2 = 0.9
-# The drawings are made for a centre of mass B 0.9 m above the floor; others are scaled, in limits.
-_DRAWN_B = 0.9
-_SCALES = (0.4, 2.0)
+# The drawing is made for wheel radii of this sum, and a rider whose B is this far up [m].
+_DRAWN_WHEELS, _DRAWN_B = 0.65, 0.9
+_DRAWN_X = 0.3  # place of B ahead of the rear hub in the drawing [m]
+_SCALES = (0.8, 2.0)
+_RIDER = 40.0
+"""A rear frame with this mass has a rider on it [kg]: measured bicycles have 3 to 23 kg."""
+
+COLOURS = {
+    "frame": "#d55e00", "metal": "#8d969f", "dark": "#3a4048", "tyre": "#24282d",
+    "skin": "#d9a982", "shirt": "#e69f00", "shorts": "#4a5663", "helmet": "#f4f5f6",
+    "floor": "#d8dadb",
+}  # fmt: skip
+"""Colours on a light page: of the solids, the tyres and the floor."""
 
 Point = tuple[float, float, float]
 _To = Callable[[float, float, float], Point]
@@ -34,7 +44,7 @@ class Solid:
     part
         ``bicycle``, ``rider`` or ``head``.
     colour
-        Name of a colour.
+        A key of `COLOURS`.
     spheres : tuple of (x, y, z, radius)
         In the upright bicycle: x forward, y right, z down, origin at the rear contact point [m].
     """
@@ -71,15 +81,18 @@ def shape(bicycle: Bicycle) -> Shape:
     """Solids and points of a bicycle."""
     p = {symbol: float(value) for symbol, value in bicycle.values.items()}
     s, c = sin(p["lam"]), cos(p["lam"])
-    scale = min(max(-p["zB"] / _DRAWN_B, _SCALES[0]), _SCALES[1])
+    is_ridden = p["mB"] >= _RIDER
+    size = -p["zB"] / _DRAWN_B if is_ridden else (p["rR"] + p["rF"]) / _DRAWN_WHEELS
+    scale = min(max(size, _SCALES[0]), _SCALES[1])
+    shift = p["xB"] if is_ridden else _DRAWN_X
 
     def fork(ahead: float, y: float, up: float) -> Point:
         """So far ahead of the steer axis, to the right, and up the axis from the floor."""
         return p["w"] + p["c"] - up * s + ahead * c, y, -up * c - ahead * s
 
     def rider(x: float, y: float, z: float) -> Point:
-        """A point drawn for the benchmark's rider, whose B is at x = 0.3 m."""
-        return p["xB"] + (x - 0.3) * scale, y * scale, z * scale
+        """A point drawn for the benchmark's rider and saddle."""
+        return shift + (x - _DRAWN_X) * scale, y * scale, z * scale
 
     crown = p["c"] * s + p["rF"] * c + p["rF"] + 0.03
     head = max(_P2, crown + 0.12)
@@ -96,7 +109,7 @@ def shape(bicycle: Bicycle) -> Shape:
         solids=(
             *_frame(hubs[0], crank, (fork(0, 0, crown + 0.04), fork(0, 0, head - 0.03)), rider),
             *_fork(hubs[1], crown, head, fork),
-            *_rider(crank, scale, rider),
+            *(_rider(crank, scale, rider) if is_ridden else ()),
         ),
     )  # fmt: skip
 

@@ -14,36 +14,37 @@ what it leaves is told beside it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, Look, hidden, is_right_column, places
-from heyoka_bike.scoring.diagnosis.clocks import counted_rows, one_clock, other_clocks
-from heyoka_bike.scoring.diagnosis.grids import coarse_grids
-from heyoka_bike.scoring.diagnosis.plain import of_other_maneuvers, scaled
-from heyoka_bike.scoring.diagnosis.rates import exchanged_with_rate, own_differences, shifted_rate
-from heyoka_bike.scoring.diagnosis.whole_maneuvers import mirrored, stopped
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import (
     ClippedColumn,
+    ColumnOfAnotherManeuver,
     ColumnRatio,
-    Evidence,
     OtherColumn,
+    Scaled,
+    SingleRows,
     SmoothedColumns,
     UnsignedColumn,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, max_rel_error, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
+# Rows that are single are fewer than this part of all.
+_MOST_SINGLE = 0.2
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
 
@@ -62,19 +63,22 @@ class _Deviation:
         Factor and offset, bounds, or a width.
     other
         The key of the column that is there.
+    of
+        The maneuver from which that is, if it is another one.
     """
 
     how: str
     values: Array
     about: tuple[float, ...]
     other: str = ""
+    of: int | None = None
 
 
 _Deviations = Mapping[tuple[int, str], _Deviation]
 """By maneuver and key."""
 
 
-def _deviating_columns(report: Report) -> AsMeant | None:
+def deviating_columns(report: Report) -> Undone | None:
     """Columns that are another one, times a constant, clipped or smoothed: what explains best."""
     found: dict[tuple[int, str], _Deviation] = {}
     # These are no function of the right column.
@@ -87,7 +91,7 @@ def _deviating_columns(report: Report) -> AsMeant | None:
             continue
         best = BY_FAR
         for describe in ways:
-            if (deviation := describe(m, c)) is None:
+            if (deviation := describe(m, c, report)) is None:
                 continue
             told = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[told])
@@ -109,7 +113,21 @@ def _deviating_columns(report: Report) -> AsMeant | None:
                 values[key] = _taken_back(m, m[key], deviation)
                 lo.pop(key, None)
         parts.append(replace(m.part, values=values, lo=lo))
-    return AsMeant(tuple(_told(report, found)), tuple(parts))
+    return Undone(tuple(_told(report, found)), tuple(parts))
+
+
+def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
+    """The rows without a zero and a ratio of a column, in all maneuvers."""
+    parts = []
+    for m in report.maneuvers:
+        values, lo = dict(m.part.values), dict(m.part.lo)
+        if seen.key in values and seen.key in m:
+            c = m[seen.key]
+            per_unit = c.as_understood.sign * factor(c.as_understood.unit)[0]
+            values[seen.key] = (values[seen.key] - seen.offset / per_unit) / seen.factor
+            lo.pop(seen.key, None)
+        parts.append(replace(m.part, values=values, lo=lo))
+    return Undone((seen,), tuple(parts))
 
 
 def _alike_everywhere(
@@ -154,7 +172,8 @@ def _without_exchanged_everywhere(
     """
     every = {
         key for key, places in report.by_column().items()
-        if all((m.maneuver, key) in found and found[m.maneuver, key].other for m, _ in places)
+        if all((m.maneuver, key) in found and found[m.maneuver, key].other
+               and found[m.maneuver, key].of is None for m, _ in places)
     }  # fmt: skip
     return {place: d for place, d in found.items() if place[1] not in every}
 
@@ -179,29 +198,38 @@ def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Arra
     return meant
 
 
-def _another(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
-    """The right values of another column of the same unit, by its default definition.
+def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | None:
+    """The right values of another column of the same unit, or of another maneuver.
 
-    Where a sum is constant, each part is a function of the other, too.
+    By its default definition: where a sum is constant, each part is a function of the other, too.
     """
-    keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS if key != c.key}
+    keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS}
     names = [name for name, key in keys.items() if COMPARED[key][0].unit == c.unit]
     value = c.trace.value + c.as_understood.offset
-    right = m.part.reference.approximate(c.trace.time, names)
-    nearest = min(names, key=lambda name: rms(value - right[name]), default=None)
+    end = float(np.max(c.trace.time))
+    there = {
+        (other.maneuver, name): x
+        for other in report.maneuvers
+        if end <= float(other.part.reference.duration)
+        for name, x in other.part.reference.approximate(c.trace.time, names).items()
+        if (other.maneuver, keys[name]) != (m.maneuver, c.key)
+    }
+    nearest = min(there, key=lambda place: rms(value - there[place]), default=None)
     if nearest is None:
         return None
-    deviation = right[nearest] - c.as_understood.offset - c.trace.reference
-    return _Deviation("another", deviation, (), keys[nearest])
+    deviation = there[nearest] - c.as_understood.offset - c.trace.reference
+    number, name = nearest
+    of = number if number != m.maneuver else None
+    return _Deviation("another", deviation, (), keys[name], of)
 
 
-def _unsigned(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _unsigned(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """The right values without their signs."""
     right = c.trace.reference
     return _Deviation("unsigned", np.abs(right) - right, ()) if np.min(right) < 0.0 else None
 
 
-def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """A factor, an offset, or both: the fewest that explain."""
     fit = scaled([c])
     if fit is None:
@@ -210,7 +238,7 @@ def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("ratio", fit.factor * right + fit.offset - right, (fit.factor, fit.offset))
 
 
-def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """Values at a bound where the right ones are beyond it."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
@@ -225,7 +253,7 @@ def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("clipped", deviation, tuple(bounds))
 
 
-def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     """A moving average over an odd number of even rows, of any definition; NaN at both ends."""
     time, value = c.trace.time, c.trace.value
     if c.values < m.rows or not are_even(time - time[0], float(np.ptp(time)) / (len(time) - 1)):
@@ -251,7 +279,96 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
 _WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 
 
-def _bounded(report: Report) -> AsMeant | None:
+def single_rows(report: Report) -> Undone | None:
+    """Single rows of a column that hold the value of the row before, as no motion does; or others.
+
+    Beside rows that all are right, single rows that are far from that are seen, too.
+    """
+    found = {
+        (m.maneuver, c.key): rows
+        for m, c in places(report)
+        if (rows := _odd_rows(m, c)) is not None
+    }
+    # A row that is odd in most columns is another row, and no column's.
+    wide = {
+        n
+        for n, keys in grouped((n, key) for n, key in found).items()
+        if 2 * len(keys) > _width(report, n)
+    }
+    found = {place: rows for place, rows in found.items() if place[0] not in wide}
+    if not found:
+        return None
+    alike = grouped(((key, is_held), (n, rows)) for (n, key), (rows, is_held) in found.items())
+    seen = [
+        SingleRows(
+            key, tuple(n for n, _ in of), sum(len(rows) for _, rows in of),
+            min(float(_time(report, n)[rows[0]]) for n, rows in of), is_held,
+        )
+        for (key, is_held), of in alike.items()
+    ]  # fmt: skip
+    parts = []
+    for m in report.maneuvers:
+        values = dict(m.part.values)
+        for (n, key), (odd, _) in found.items():
+            if n == m.maneuver:
+                values[key] = values[key].copy()
+                values[key][odd] = np.nan
+        parts.append(replace(m.part, values=values))
+    return Undone(tuple(seen), tuple(parts))
+
+
+def _width(report: Report, number: int) -> int:
+    """How many columns of the benchmark a maneuver has."""
+    return sum(m.maneuver == number for m, _ in places(report))
+
+
+def _time(report: Report, number: int) -> Array:
+    """Times of the rows of a maneuver [s]."""
+    return next(m.part.time for m in report.maneuvers if m.maneuver == number)
+
+
+def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
+    """Rows that are far worse than most others."""
+    error = np.abs(c.trace.error)
+    usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
+    return np.flatnonzero(error > BY_FAR * max(usual, hidden(c)))
+
+
+def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
+    """Single rows that do not fit those around them, and whether they hold the row before."""
+    if c.values < m.rows or m.rows < FEWEST_TELLING_ROWS or is_right_column(c):
+        return None
+    value, least = c.trace.value, hidden(c)
+    is_same = np.diff(value) == 0.0
+    alone = is_same[1:-1] & ~is_same[:-2] & ~is_same[2:]
+    # Far above the digits the column moves on in one direction: at an extremum two rows are alike.
+    before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
+    moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
+    held = np.flatnonzero(alone & moves) + 2
+    # Of few digits so many neighbours are alike by chance.
+    chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
+    error = np.abs(c.trace.error)
+    if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
+        # Where the motion is right, rows next to these show themselves, too.
+        of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= FLOORS_OF_ROUNDING * least
+        more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
+        every = np.union1d(held, more)
+        return (every if len(every) < _MOST_SINGLE * m.rows else held), True
+    far = _far_rows(c)
+    if any(
+        np.isin(_far_rows(x), far).any() for x in m.columns if x is not c and x.values == m.rows
+    ):
+        # What is off in other columns, too, is the motion.
+        return None
+    turns = error[far] / (2 * np.pi)
+    is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < TOLERANCE)
+    is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
+    if not is_single or is_turned or far[-1] == m.rows - 1:
+        return None
+    return far, False
+
+
+def bounded(report: Report) -> Undone | None:
     """Columns that stay at a bound, as the file itself shows it, whatever the motion."""
     found = {
         (m.maneuver, c.key): bounds
@@ -269,7 +386,7 @@ def _bounded(report: Report) -> AsMeant | None:
         for (key, low, high), of in by_key.items()
     )
     parts = (m.part.only(m.part.values.keys() - keys) for m in report.maneuvers)
-    return AsMeant(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts))
 
 
 def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
@@ -308,14 +425,16 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     by_key = grouped((key, n) for n, key in found)
     for key, numbers in by_key.items():
         ways = grouped(
-            ((d.how, d.other, *(float(f"{x:.5g}") for x in d.about)), n)
+            ((d.how, d.other, d.of, *(float(f"{x:.5g}") for x in d.about)), n)
             for n in numbers
             for d in (found[n, key],)
         )
-        for (how, other, *_), of in ways.items():
+        for (how, other, number, *_), of in ways.items():
             about = found[of[0], key].about
             if how == "another":
-                yield OtherColumn(key, tuple(of), str(other))
+                yield OtherColumn(
+                    key, tuple(of), str(other), None if number is None else int(number)
+                )
             elif how == "unsigned":
                 yield UnsignedColumn(key, tuple(of))
             elif how == "ratio":
@@ -342,22 +461,60 @@ def _column(report: Report, key: str) -> ColumnScore:
     return report.by_column()[key][0][1]
 
 
-STEPS = (
-    Look("grid", "are values on a grid far coarser than their digits?", coarse_grids),
-    Look("stopped", "do the last rows repeat one another?", stopped),
-    Look("mirrored", "does a maneuver begin to the other side?", mirrored),
-    Look("exchanged", "are an angle and its rate in each other's place?", exchanged_with_rate),
-    Look("differences", "is a rate the difference of its own angle?", own_differences),
-    Look("shifted", "is a rate that of another row?", shifted_rate),
-    Look("counted", "are the rows right at multiples of a step?", counted_rows),
-    Look("one clock", "are the rows right at times on another scale?", one_clock),
-    Look("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
-    Look(
-        "columns",
-        "is a column another one, or the right one without its sign, with whole turns, times a "
-        "ratio, with another zero, bounded or averaged?",
-        _deviating_columns,
-    ),
-    Look("bounds", "does a column stay at a bound?", _bounded),
-)
-"""What is held against the rows, in this order."""
+def of_other_maneuvers(
+    maneuvers: Sequence[ManeuverScore],
+) -> Iterator[ColumnOfAnotherManeuver]:
+    """Columns that are the same numbers in two maneuvers, though these differ."""
+    for i, m in enumerate(maneuvers):
+        for other in maneuvers[:i]:
+            theirs = {c.key: c for c in other.columns}
+            same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
+            if not same:
+                continue
+            right, worse = sorted(
+                (m, other), key=lambda x: max(max_rel_error(x[key]) for key in same)
+            )
+            yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
+
+
+def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
+    a, b = one.trace, other.trace
+    n = min(len(a.value), len(b.value))
+    if (
+        n < FEWEST_TELLING_ROWS
+        or not np.ptp(a.value)
+        or not np.ptp(a.reference[:n] - b.reference[:n])
+    ):
+        return False
+    return float(np.mean(a.value[:n] == b.value[:n])) > MOST_ROWS
+
+
+def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
+    """The factor, the offset or both, the same in all maneuvers, that explain a column.
+
+    Of a factor and an offset the one that leaves less; both together if neither explains.
+    """
+    sizes = np.concatenate([np.full(c.values, rms(c.trace.reference) or 1.0) for c in columns])
+    value = np.concatenate([c.trace.value for c in columns]) / sizes
+    right = np.concatenate([c.trace.reference for c in columns]) / sizes
+    both = np.column_stack([right, 1.0 / sizes])
+
+    def solved(matrix: Array, goal: Array) -> list[float]:
+        return [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
+
+    def left(fit: Scaled) -> float:
+        return rms(value - fit.factor * right - fit.offset / sizes)
+
+    def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
+        rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
+        # Each value must let the error fall by far.
+        return BY_FAR**count * rms(rest) < rms(c.trace.error)
+
+    one = [
+        Scaled(solved(both[:, :1], value)[0], 0.0),
+        Scaled(1.0, solved(both[:, 1:], value - right)[0]),
+    ]
+    for count, fit in ((1, min(one, key=left)), (2, Scaled(*solved(both, value)))):
+        if len(value) > count and all(explains(fit, c, count) for c in columns):
+            return fit
+    return None

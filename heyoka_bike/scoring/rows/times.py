@@ -12,15 +12,18 @@ from functools import cached_property
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, multiply, two_sum
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.as_meant import AsMeant, hidden, is_right_column
-from heyoka_bike.scoring.diagnosis.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.diagnosis.plain import whole_columns
-from heyoka_bike.scoring.evidence import OtherClock, TimesAddedUp
+from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.contradictions import TimeShift
+from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.edits import Clock
+from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
+from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
 
 # Digits of a step that somebody chose.
@@ -53,7 +56,36 @@ class _Wrong(AtOtherTimes):
         return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
-def counted_rows(report: Report) -> AsMeant | None:
+def other_unit(report: Report) -> Undone | None:
+    """Times in minutes or hours, as was seen when the file was aligned."""
+    larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
+    # It is told with what else was seen of the times.
+    return None if larger is None else _at_other_times(report, (), larger.seconds, 0.0)
+
+
+def late_rows(report: Report) -> Undone | None:
+    """Times that are all shifted, as was seen when the file was judged."""
+    late = next((x for x in report.seen if isinstance(x, TimeShift)), None)
+    return None if late is None else _at_other_times(report, (late,), 1.0, late.shift)
+
+
+def _at_other_times(
+    report: Report, seen: tuple[Evidence, ...], scale: float, shift: float
+) -> Undone | None:
+    """The rows with times multiplied by a scale, less a shift, of those then within the run.
+
+    None if that leaves no row of a maneuver.
+    """
+    parts = []
+    for part in (m.part for m in report.maneuvers):
+        factor = np.full_like(part.time, scale), np.zeros_like(part.time)
+        hi, lo = multiply((part.time, part.time_lo), factor)
+        time, rest = two_sum(hi, np.full_like(hi, -shift))
+        parts.append(replace(part, time=time, time_lo=rest + lo).within_run())
+    return Undone(seen, tuple(parts)) if all(part.has_values() for part in parts) else None
+
+
+def counted_rows(report: Report) -> Undone | None:
     """Rows that are the right ones of multiples of a step, from which the written times creep away.
 
     Times that are added up do so, above all in single precision.
@@ -75,7 +107,7 @@ def counted_rows(report: Report) -> AsMeant | None:
         parts.append(replace(m.part, time=meant, time_lo=np.zeros_like(meant)).within_run())
     if len(set(steps)) > 1:
         return None
-    return AsMeant((TimesAddedUp(steps[0], max(creeps), all(singles)),), tuple(parts))
+    return Undone((TimesAddedUp(steps[0], max(creeps), all(singles)),), tuple(parts))
 
 
 def _counted(time: Array) -> tuple[float, Array] | None:
@@ -96,7 +128,7 @@ def _is_single_sum(time: Array, step: float) -> bool:
     return bool(np.array_equal(np.add.accumulate(steps).astype(np.float64), time))
 
 
-def one_clock(report: Report) -> AsMeant | None:
+def one_clock(report: Report) -> Undone | None:
     """Rows that are the right ones of times on one scale, where no maneuver tells its own clock."""
     every = [_Wrong(m) for m in report.maneuvers]
     counts = [len(wrong.columns) for wrong in every]
@@ -109,18 +141,17 @@ def one_clock(report: Report) -> AsMeant | None:
         return None
     scale = 1.0 + float(clock[0])
     parts = tuple(_on_clock(m.part, scale, 0.0) for m in report.maneuvers)
-    return AsMeant((OtherClock(None, scale, 0.0, None),), parts)
+    return Undone((OtherClock(None, scale, 0.0, None),), parts)
 
 
-def other_clocks(report: Report) -> AsMeant | None:
-    """Rows that are the right ones of other times, in some of the maneuvers but not in all.
-
-    Where all have one clock, whole programs that make this mistake are compared.
-    """
+def other_clocks(report: Report) -> Undone | None:
+    """Rows that are the right ones of other times: of one clock for all maneuvers, or several."""
     clocks = {m.maneuver: found for m in report.maneuvers if (found := _own_clock(m)) is not None}
     same = {_rounded(clock) for clock in clocks.values()}
-    if not clocks or (len(clocks) == len(report.maneuvers) and len(same) == 1):
+    if not clocks:
         return None
+    if len(clocks) == len(report.maneuvers) and len(same) == 1:
+        return _common_clock(report, *clocks.values())
     seen, parts = [], []
     for m in report.maneuvers:
         part = m.part
@@ -136,7 +167,17 @@ def other_clocks(report: Report) -> AsMeant | None:
                 seen.append(OtherClock(m.maneuver, scale, shift, rows))
                 part = _on_clock(part, scale, shift)
         parts.append(part)
-    return AsMeant(tuple(seen), tuple(parts))
+    return Undone(tuple(seen), tuple(parts))
+
+
+def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None:
+    """One clock of all maneuvers: the mean of what each tells."""
+    scale, shift = (float(np.mean(x)) for x in zip(*clocks, strict=True))
+    if any(_is_refuted(m, np.array([scale - 1.0, shift])) for m in report.maneuvers):
+        return None
+    step = report.maneuvers[0].step
+    parts = tuple(_on_clock(m.part, scale, shift) for m in report.maneuvers)
+    return Undone((OtherClock(None, scale, shift, shift / step if step else None),), parts)
 
 
 def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
@@ -149,8 +190,7 @@ def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:
     """The rows at the times that are meant, of those that are then within the run."""
-    moved = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
-    return moved.within_run()
+    return Clock(scale, shift).undo(part).within_run()
 
 
 def _rounded(clock: tuple[float, float]) -> tuple[float, float]:

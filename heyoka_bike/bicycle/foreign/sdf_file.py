@@ -1,0 +1,243 @@
+"""SDFormat, versions 1.4 to 1.11: the links of its one model that moves, at zero angles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from heyoka_bike.bicycle.foreign.bodies import (
+    Mass,
+    Matrix,
+    parameters,
+    rotation,
+    tensor,
+    turn,
+    unit,
+    vector,
+)
+from heyoka_bike.bicycle.foreign.found import Found
+from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base
+from heyoka_bike.bicycle.foreign.xml_source import MP, Element
+
+_HINGES = ("revolute", "continuous")
+_GRAVITY = "9.8"
+"""Gravity of a world that has no <gravity> [m/s^2], by the specification."""
+_GRAVITY_OF_MODEL = "9.81"
+"""Gravity that is assumed for a model without a world [m/s^2]."""
+_MODEL, _WORLD = "__model__", "world"
+_AXES_OF_MODEL = (1, 5)
+"""Before this version, axes of joints are along the axes of the model."""
+
+
+def read(root: Element) -> Found:
+    """The parameters of the bicycle in a document.
+
+    Raises
+    ------
+    InputError
+        The document has no single model that moves, has what is not read here, or is no bicycle.
+    """
+    world = root.first("world")
+    model = _model(root, world)
+    for tag in ("model", "include"):
+        if (inner := model.first(tag)) is not None:
+            raise inner.error(f"found <{tag}> in a model, expected its links in one model")
+    frames = _Frames(model, _version(root))
+    links = {
+        element.text("name"): Link(
+            _mass(element, *frames.of(element.text("name"))),
+            frames.of(element.text("name"))[0],
+            _radius(element),
+            element,
+        )
+        for element in model.all("link")
+    }
+    elements = list(model.all("joint"))
+    ends = [_ends(joint, links) for joint in elements]
+    if any(parent == _WORLD for parent, _ in ends):
+        origin = vector([0, 0, 0])
+        links[_WORLD] = Link(Mass(MP.zero, origin, MP.zeros(3)), origin, None, model)
+    names = [*(x.text("name") for x in model.all("link")), *([_WORLD] if _WORLD in links else [])]
+    order = from_the_base(names, ends, model)
+    joints = [_joint(elements[i], *ends[i], frames) for i in order]
+    gravity, said = _gravity(world)
+    found = parameters(bodies_of(links, joints), gravity, root)
+    found.name = model.attributes.get("name", "")
+    found.notes += said
+    found.notes += [
+        f"{element.text('name')} has no <inertial>: 1 kg and 1 kg m^2 are taken, as SDFormat says"
+        for element in model.all("link")
+        if element.first("inertial") is None
+    ]
+    return found
+
+
+def _model(root: Element, world: Element | None) -> Element:
+    candidates: list[Element] = [
+        model
+        for model in (*root.all("model"), *(world.all("model") if world else ()))
+        if model.first("joint") is not None and not _is_true(model.first("static"))
+    ]
+    if len(candidates) != 1:
+        names = ", ".join(x.attributes.get("name", "") for x in candidates)
+        said = f"{len(candidates)} models with joints ({names:.80})" if candidates else "no model"
+        raise root.error(f"found {said}, expected one <model> with joints that is not static")
+    return candidates[0]
+
+
+def _version(root: Element) -> tuple[int, ...]:
+    words = root.attributes.get("version", "").split(".")
+    return tuple(int(word) if word.isdecimal() else 0 for word in words)
+
+
+def _is_true(element: Element | None) -> bool:
+    return element is not None and element.content.strip() in ("true", "1")
+
+
+class _Frames:
+    """Places and axes of the named frames of a model, in the world."""
+
+    def __init__(self, model: Element, version: tuple[int, ...]) -> None:
+        self.model = model
+        self.version = version
+        self.elements = {
+            element.text("name"): element
+            for tag in ("frame", "joint", "link")
+            for element in model.all(tag)
+        }
+        self.found: dict[str, tuple[Matrix, Matrix]] = {
+            _WORLD: (vector([0, 0, 0]), MP.eye(3)),
+            _MODEL: _pose(model),
+        }
+        self.open: set[str] = set()
+
+    def of(self, name: str, asked_by: Element | None = None) -> tuple[Matrix, Matrix]:
+        """Place and axes of a frame."""
+        if name not in self.found:
+            element = self.elements.get(name)
+            if element is None or name in self.open:
+                raise (asked_by or self.model).error(
+                    f"found frame {name!r:.40}, expected a link, joint or frame of this model that "
+                    "does not depend on itself"
+                )
+            self.open.add(name)
+            self.found[name] = self._resolved(element)
+            self.open.discard(name)
+        return self.found[name]
+
+    def _resolved(self, element: Element) -> tuple[Matrix, Matrix]:
+        pose = element.first("pose")
+        attached = {
+            "link": _MODEL,
+            "frame": element.attributes.get("attached_to", "") or _MODEL,
+            "joint": _end(element, "child") if element.tag == "joint" else "",
+        }
+        named = pose.attributes.get("relative_to", "") if pose is not None else ""
+        place, axes = self.of(named or attached[element.tag], pose or element)
+        moved, turned = _pose(element)
+        return place + axes * moved, axes * turned
+
+    def direction(self, xyz: Element, joint: Element) -> Matrix:
+        """Unit vector of an axis in the world."""
+        named = xyz.attributes.get("expressed_in", "")
+        of_model = self.version < _AXES_OF_MODEL or _is_true(
+            joint.first("axis", "use_parent_model_frame")
+        )
+        name = named or (_MODEL if of_model else joint.text("name"))
+        _, axes = self.of(name, xyz)
+        return axes * unit(vector(xyz.values(3)), xyz)
+
+
+def _pose(element: Element) -> tuple[Matrix, Matrix]:
+    """Place and rotation of the <pose> of an element."""
+    pose = element.first("pose")
+    if pose is None or not pose.content.strip():
+        return vector([0, 0, 0]), MP.eye(3)
+    if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
+        *place, qx, qy, qz, qw = pose.values(7)
+        return vector(place), rotation(qw, qx, qy, qz)
+    *place, roll, pitch, yaw = pose.values(6)
+    unit_of = MP.pi / 180 if pose.attributes.get("degrees") == "true" else MP.one
+    x, y, z = (turn(MP.eye(3)[:, i], a * unit_of) for i, a in enumerate((roll, pitch, yaw)))
+    return vector(place), z * y * x
+
+
+def _mass(link: Element, place: Matrix, axes: Matrix) -> Mass:
+    inertial = link.first("inertial")
+    if inertial is None:
+        return Mass(MP.one, place, MP.eye(3))
+    moved, turned = _pose(inertial)
+    given = inertial.first("mass")
+    matrix = inertial.first("inertia")
+    diagonal, products = (
+        [_value(matrix, f"i{ij}", default) for ij in elements]
+        for elements, default in ((("xx", "yy", "zz"), MP.one), (("xy", "xz", "yz"), MP.zero))
+    )
+    own = axes * turned
+    mass = given.values(1)[0] if given is not None else MP.one
+    return Mass(mass, place + axes * moved, own * tensor(*diagonal, *products) * own.T)
+
+
+def _value(element: Element | None, tag: str, default: Any) -> Any:
+    found = element.first(tag) if element is not None else None
+    return default if found is None else found.values(1)[0]
+
+
+def _radius(link: Element) -> Any:
+    """The largest radius of the shapes that collide, or else of those that are seen."""
+    for what in ("collision", "visual"):
+        radii = [radius for shape in link.all(what) for radius in _radii(shape)]
+        if radii:
+            return max(radii)
+    return None
+
+
+def _radii(shape: Element) -> Iterator[Any]:
+    for kind in ("cylinder", "sphere"):
+        if (found := shape.first("geometry", kind, "radius")) is not None:
+            yield found.values(1)[0]
+    if (found := shape.first("geometry", "ellipsoid", "radii")) is not None:
+        yield max(found.values(3))
+
+
+def _end(joint: Element, which: str) -> str:
+    element = joint.needed(which)
+    frame = element.first("link_name") or element
+    return frame.content.strip()
+
+
+def _ends(joint: Element, links: dict[str, Link]) -> tuple[str, str]:
+    names = _end(joint, "parent"), _end(joint, "child")
+    for which, name in zip(("parent", "child"), names, strict=True):
+        if name not in links and not (which == "parent" and name == _WORLD):
+            raise joint.needed(which).error(
+                f"found link {name!r:.40}, expected the name of a link of this model"
+            )
+    return names
+
+
+def _joint(joint: Element, parent: str, child: str, frames: _Frames) -> Joint:
+    kind = joint.text("type")
+    point, _ = frames.of(joint.text("name"))
+    if kind == "fixed":
+        return Joint("fixed", parent, child, point, point)
+    if kind not in _HINGES:
+        raise joint.error(
+            f"found a joint of type {kind!r:.40}, expected {', '.join(_HINGES)} or fixed"
+        )
+    axis = frames.direction(joint.needed("axis", "xyz"), joint)
+    return Joint("hinge", parent, child, point, axis)
+
+
+def _gravity(world: Element | None) -> tuple[Any, list[str]]:
+    if world is None:
+        said = f"g = {_GRAVITY_OF_MODEL} m/s^2 is taken: the file has no world"
+        return MP.mpf(_GRAVITY_OF_MODEL), [said]
+    element = world.first("gravity") or world.first("physics", "gravity")
+    if element is None:
+        said = f"g = {_GRAVITY} m/s^2 is taken, as SDFormat says: the world has no <gravity>"
+        return MP.mpf(_GRAVITY), [said]
+    x, y, z = element.values(3)
+    if x or y or z > 0:
+        raise element.error("found gravity that is not down, expected 0 0 -g")
+    return -z, []

@@ -1,0 +1,76 @@
+"""The nearest bicycle whose bodies are solid, for engines that load no others.
+
+Measured moments of inertia can violate the triangle inequality, and idealised bodies have no mass
+or no extent. Engines refuse such a body, or replace its moments.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import hypot
+
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
+
+_MASS = 1e-6
+"""Least mass of a body [kg]."""
+_GYRATION = 1e-3
+"""Least radius of gyration [m]."""
+_MARGIN = 1e-9
+"""Relative excess of the two smaller moments over the largest: engines add in binary64."""
+_ROUNDOFF = 1e-12  # relative
+_DIGITS = 12
+
+
+def nearest_solid(bicycle: Bicycle) -> tuple[Bicycle, list[str]]:
+    """The bicycle with the nearest masses and moments that a solid body can have.
+
+    Nearest is meant in the sum of squares over the elements of each inertia matrix. Principal axes
+    stay as they are.
+
+    Returns
+    -------
+    tuple of (Bicycle, list of str)
+        The bicycle, and a line for each parameter that is changed.
+    """
+    changed: dict[str, Exact] = {}
+    for letter in "BHRF":
+        symbols = [f"I{letter}{ij}" for ij in ("xx", "yy", "zz", "xz")]
+        xx, yy, zz, xz = (float(bicycle[s]) if s in bicycle.values else None for s in symbols)
+        assert xx is not None
+        assert yy is not None
+        mass = max(float(bicycle[f"m{letter}"]), _MASS)
+        found = _nearest((xx, yy, xx if zz is None else zz, xz or 0.0), mass * _GYRATION**2)
+        new = dict(zip(symbols, found, strict=True)) | {f"m{letter}": mass}
+        old = {s: float(bicycle[s]) for s in new if s in bicycle.values}
+        changed |= {s: _exact(new[s]) for s, x in old.items() if new[s] != x}
+    said = [f"{s} is {_said(x)} in place of {_said(bicycle[s])}" for s, x in changed.items()]
+    return (bicycle.replace(**changed) if changed else bicycle), said
+
+
+def _nearest(elements: tuple[float, float, float, float], least: float) -> tuple[float, ...]:
+    """Elements xx, yy, zz, xz of the nearest inertia; unchanged if a solid body can have them."""
+    xx, yy, zz, xz = elements
+    mean, half = (xx + zz) / 2, hypot((xx - zz) / 2, xz)
+    given = [mean - half, mean + half, yy]
+    moments = [max(x, least) for x in given]
+    largest = max(range(3), key=moments.__getitem__)
+    lacking = (2 + _MARGIN) * moments[largest] - sum(moments)
+    if lacking > 0 and 2 * max(given) > sum(given):
+        moments = [x + lacking / 3 * (-1 if i == largest else 1) for i, x in enumerate(moments)]
+    if moments == given:
+        return elements
+    # In the plane of symmetry the axes stay: half the difference of the moments is scaled.
+    shift = (moments[0] + moments[1]) / 2 - mean
+    new_half = (moments[1] - moments[0]) / 2
+    excess = (new_half - half) / half if abs(new_half - half) > _ROUNDOFF * half else 0.0
+    across = (xx - zz) / 2 * excess
+    return xx + shift + across, moments[2], zz + shift - across, xz + xz * excess
+
+
+def _exact(x: float) -> Exact:
+    return Exact(Fraction(f"{x:.{_DIGITS}g}"))
+
+
+def _said(x: Exact) -> str:
+    return f"{float(x):.6g}"

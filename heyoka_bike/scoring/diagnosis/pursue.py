@@ -1,0 +1,302 @@
+"""The loop of a diagnosis: each source is asked once, and what it sees is undone for the next.
+
+What is seen in the rows is the cause as far as it explains. It is undone, and the rows that remain
+are diagnosed as those of any file: by the sources that follow, and at last by the search among
+motions. So a mistake of the model is found in a file that also has a column of differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.alignment import Alignment
+from heyoka_bike.scoring.diagnosis import followed, plain
+from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
+from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
+from heyoka_bike.scoring.diagnosis.explain import explain
+from heyoka_bike.scoring.diagnosis.found import (
+    Explained,
+    IntegratedBy,
+    LinearMotion,
+    NoCauseFound,
+    NothingToDiagnose,
+    NothingWrong,
+)
+from heyoka_bike.scoring.diagnosis.sources import SOURCES
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction
+from heyoka_bike.scoring.evidence.contradictions import TimeShift
+from heyoka_bike.scoring.evidence.error_shape import RightElsewhere
+from heyoka_bike.scoring.evidence.output_faults import (
+    ColumnRatio,
+    ColumnsApart,
+    OtherClock,
+    OtherColumn,
+)
+from heyoka_bike.scoring.explanation import Curve
+from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
+from heyoka_bike.scoring.measures import ROUNDING
+from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.columns import without_ratio
+from heyoka_bike.scoring.rows.table import Undone, worst
+from heyoka_bike.scoring.score import scored
+
+# Whose runs have a figure.
+_SHOWN = Explained | IntegratedBy | LinearMotion
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Answer:
+    """What a diagnosis found.
+
+    Attributes
+    ----------
+    report : Report
+        The score that it is about.
+    seen : tuple of Evidence
+        What is said, in this order.
+    cause : Evidence or None
+        What explains the file, for its figure.
+    curves : tuple of Curve
+        What that leaves.
+    is_whole
+        False if the time was spent before every cause was tried.
+    edit : ColumnRatio or None
+        A zero or a ratio of a column that is to be undone first.
+    """
+
+    report: Report
+    seen: tuple[Evidence, ...]
+    cause: Evidence | None = None
+    curves: tuple[Curve, ...] = ()
+    is_whole: bool = True
+    edit: ColumnRatio | None = None
+
+
+@dataclass(eq=False)
+class Pursuit:
+    """A diagnosis on its way.
+
+    Attributes
+    ----------
+    root : Report
+        The score of the file as it was read.
+    reference : Reference
+    progress : callable
+        Called with the part of the work that is done, 0 to 1.
+    deadline : Deadline
+    view : Report
+        The score of the rows with all undone that was seen.
+    seen : list of Evidence
+        What was undone, in this order.
+    explained : set of str
+        Keys of columns of unknown definition whose error a cause explains.
+    asks_for_edit
+        False once an edit was found beside a wrong value.
+    answer : Answer or None
+        The end of the diagnosis, once it is reached.
+    """
+
+    root: Report
+    reference: Reference
+    progress: Callable[[float], None]
+    deadline: Deadline
+    view: Report = field(init=False)
+    seen: list[Evidence] = field(default_factory=list)
+    explained: set[str] = field(default_factory=set)
+    asks_for_edit: bool = True
+    answer: Answer | None = None
+
+    def __post_init__(self) -> None:
+        self.view = self.root
+
+    def undo(self, undone: Undone) -> None:
+        """Go on with the rows that are left once something was undone.
+
+        What is left of these is no cause of its own where it is right, or far less than before. A
+        known mistake of what is written that leaves nothing takes the place of a ratio, of a clock
+        of all maneuvers, or of a column that is in the place of another in all maneuvers.
+        """
+        # A maneuver whose columns were all put aside has nothing to lay beside it.
+        parts = tuple(part for part in undone.parts if part.has_values())
+        if not parts:
+            self.seen += undone.seen
+            self.answer = Answer(self.view, ())
+            return
+        rest = scored(Alignment(self.view.file, parts, ()), self.reference)
+        before, left = worst(self.view), worst(rest)
+        if any(self._may_be_known(x) for x in undone.seen):
+            known = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
+            if any(_is_mistake(x) and _leaves_nothing(x) for x in known.seen[:1]):
+                self.answer = known
+                return
+        self.seen += undone.seen
+        self.view = rest
+        if left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR):
+            is_all = is_right(rest) or left.max_rel_error < ROUNDING
+            self.answer = Answer(rest, () if is_all else (left,))
+
+    def _may_be_known(self, x: Evidence) -> bool:
+        is_everywhere = isinstance(x, OtherColumn) and len(x.maneuvers) == len(self.view.maneuvers)
+        is_one_clock = isinstance(x, OtherClock) and x.maneuver is None
+        return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
+
+    def of_motion(self) -> Answer:
+        """What explains the rows that are left, by the motions of programs."""
+        report = self.view
+        unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
+        # A column of unknown meaning shows its meaning, not what the program does.
+        keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
+        found = self.of_columns(keys)
+        if found.edit is not None:
+            return found
+        if unknown and found.cause is None:
+            # It may be another column, or be computed wrongly.
+            other = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
+            if any(_is_mistake(x) for x in other.seen[:1]):
+                self.explained |= unknown
+                return other
+            if any(isinstance(x, ColumnsApart) or is_whole_cause(x) for x in other.seen):
+                return other
+            found = replace(found, is_whole=found.is_whole and other.is_whole)
+        if any(isinstance(x, NothingToDiagnose) for x in found.seen):
+            return found
+        more = plain.beside(report, unknown)
+        if any(isinstance(x, NothingWrong) for x in found.seen):
+            # What is wrong comes first.
+            return replace(found, seen=(*more, _right(report, keys)))
+        return replace(found, seen=(*found.seen, *more))
+
+    def of_columns(self, keys: Sequence[str], *, only_output: bool = False) -> Answer:
+        """What explains these columns; with `only_output` of mistakes of what is written."""
+        report = self.view
+        maneuvers = tuple(
+            replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
+            for m in report.maneuvers
+        )
+        parts = [m.part for m in maneuvers]
+        if not any(part.has_values() for part in parts):
+            return Answer(report, (NothingToDiagnose(),))
+        asked = replace(report, maneuvers=maneuvers)
+        if is_right(asked):
+            return Answer(report, (NothingWrong(),))
+        at_once = plain.shown(asked)
+        if plain.are_departures(at_once, asked):
+            # What is wrong in the model or at the start is wrong from the start.
+            return Answer(report, at_once)
+        asked, elsewhere = _wrong_alone(asked)
+        parts = [m.part for m in asked.maneuvers]
+        # Beside columns that show the right motion, what is wrong is how others are written.
+        only_output = only_output or plain.columns_apart(asked) is not None
+        found = explain(
+            parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
+            progress=self.progress, deadline=self.deadline,
+        )  # fmt: skip
+        if found.edit is not None:
+            return Answer(report, (), edit=found.edit)
+        seen = answers(found, asked, at_once)
+        # Nothing is said of a search that was stopped before it found anything.
+        first = next(iter(seen), None)
+        cause = first if found.curves and isinstance(first, _SHOWN) else None
+        if elsewhere is not None and not _is_of_starts(first):
+            seen = (*seen, elsewhere)
+        return Answer(report, seen, cause, found.curves, found.is_whole)
+
+    def whole_answer(self, end: Answer) -> Answer:
+        """The end of the diagnosis, after what was undone on the way."""
+        is_late = any(isinstance(x, TimeShift) for x in self.seen)
+        more = (
+            x for x in end.seen
+            if not (self.seen and isinstance(x, NothingWrong) and x.signs is None)
+            and not (is_late and isinstance(x, NoCauseFound))
+        )  # fmt: skip
+        explained = self.explained | {getattr(x, "key", "") for x in self.seen}
+        # A column whose error is explained needs no definition of its own.
+        seen = tuple(
+            x
+            for x in self.root.seen
+            if not (isinstance(x, DefinitionUnknown) and x.key in explained)
+        )
+        return replace(end, report=replace(self.root, seen=seen), seen=(*self.seen, *more))
+
+
+def pursue(
+    report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
+) -> Answer:
+    """What explains a report: each source is asked once, and what it sees is undone.
+
+    What was seen until a diagnosis is interrupted stays.
+    """
+    pursuit = Pursuit(report, reference, progress, deadline)
+    try:
+        end = _end_of(pursuit)
+    except BudgetSpentError:
+        end = Answer(pursuit.view, (), is_whole=False)
+    return pursuit.whole_answer(end)
+
+
+def _end_of(pursuit: Pursuit) -> Answer:
+    """Ask all sources, and at last for motions."""
+    for source in SOURCES:
+        with followed.taken(source) as told:
+            undone = source.look(pursuit.view)
+            if undone is not None:
+                told.found = partial("; ".join, map(str, undone.seen))
+        if undone is not None:
+            pursuit.undo(undone)
+        if pursuit.answer is not None:
+            return pursuit.answer
+    end = pursuit.of_motion()
+    if end.edit is None:
+        return end
+    pursuit.undo(without_ratio(pursuit.view, end.edit))
+    pursuit.asks_for_edit = False
+    return pursuit.answer or pursuit.of_motion()
+
+
+def _is_mistake(seen: Evidence) -> bool:
+    """True of a mistake of the library, and not of values that were found."""
+    return isinstance(seen, Explained) and not seen.hypotheses[0].found
+
+
+def _leaves_nothing(seen: Evidence) -> bool:
+    return isinstance(seen, Explained) and seen.hypotheses[0].leaves_nothing
+
+
+def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
+    """All columns that are diagnosed are right, each by itself; named where there are others."""
+    every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
+    told = tuple(key for key in every if key in keys)
+    signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
+    return NothingWrong(() if len(told) == len(every) else told, signs)
+
+
+def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
+    """The report without the maneuvers that are right, beside others that are far from it.
+
+    A model that is wrong is so in all of them.
+    """
+    errors = {m.maneuver: worst(replace(report, maneuvers=(m,))) for m in report.maneuvers}
+    largest = max(x.max_rel_error for x in errors.values())
+    right = {
+        n: x.max_rel_error for n, x in errors.items()
+        if has_right_digits(x.max_rel_error)
+        and x.max_rel_error * BY_FAR**2 < largest
+    }  # fmt: skip
+    if not right:
+        return report, None
+    kept = tuple(m for m in report.maneuvers if m.maneuver not in right)
+    numbers = tuple(m.maneuver for m in kept)
+    seen = RightElsewhere(numbers, tuple(right), max(right.values()))
+    return replace(report, maneuvers=kept), seen
+
+
+def _is_of_starts(seen: Evidence | None) -> bool:
+    """True if all that was found are starts, which are of one maneuver each."""
+    found = seen.hypotheses[0].found if isinstance(seen, Explained) else ()
+    return bool(found) and all(x.maneuver is not None for x in found)

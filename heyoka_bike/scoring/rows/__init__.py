@@ -1,0 +1,1 @@
+"""What can be done to the rows of a result: how it is written, seen and undone."""

@@ -1,0 +1,66 @@
+"""A bicycle that sinks into the floor of an engine is told from one whose roll angle is wrong."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike import score
+from heyoka_bike.scoring.diagnosis.energies import of_contact
+
+STIFFNESS_TIME = 0.005  # of the contact, at rest after ten of it [s]
+WEIGHT = 94 * 9.81
+DEPTH = 0.58e-3  # where MuJoCo's wheels come to rest with its own contact [m]
+
+
+@pytest.fixture
+def table(reference):
+    """The 25 columns of the reference as they are published."""
+    keys = [
+        "roll_angle", "roll_rate", "forward_speed", "potential_energy", "kinetic_energy",
+        "mechanical_energy", "steer_angle", "steer_rate",
+    ]  # fmt: skip
+    blocks = [np.column_stack([np.asarray(reference[n][key]) for key in keys]) for n in (1, 2, 3)]
+    return np.hstack([np.arange(1001)[:, None] / 100, *blocks])
+
+
+def found(table, reference):
+    return list(of_contact(score(table, reference=reference)))
+
+
+def test_sinking_is_seen_with_its_energy(table, reference):
+    """A critically damped contact under the weight; the roll rates are wrong by a tenth."""
+    t = table[:, 0] / STIFFNESS_TIME
+    fall = -DEPTH * WEIGHT * (1 - (1 + t) * np.exp(-t))
+    for n in range(3):
+        table[:, 4 + 8 * n] += fall
+        table[:, 6 + 8 * n] += fall
+        table[:, 2 + 8 * n] *= 1.1
+    (sinks,) = found(table, reference)
+    assert sinks.energy == pytest.approx(DEPTH * WEIGHT, rel=1e-3)
+    # Turning wheels count as moving mass, by a twentieth.
+    assert sinks.constant == pytest.approx((DEPTH / 9.81) ** 0.5, rel=0.05)
+
+
+def test_a_right_file_does_not_sink(table, reference):
+    assert found(table, reference) == []
+
+
+def test_an_energy_from_another_height_is_no_sinking(table, reference):
+    for n in range(3):
+        table[:, [4 + 8 * n, 6 + 8 * n]] -= 0.5
+    assert found(table, reference) == []
+
+
+def test_a_wrong_roll_angle_is_no_sinking(table, reference):
+    """The potential energy belongs to a roll angle that is larger by a tenth."""
+    for n in range(3):
+        roll = table[:, 1 + 8 * n]
+        change = -WEIGHT * 0.86 * (np.cos(roll) - np.cos(1.1 * roll))
+        table[:, 1 + 8 * n] *= 1.1
+        table[:, 4 + 8 * n] += change
+        table[:, 6 + 8 * n] += change
+    assert found(table, reference) == []
+
+
+def test_one_maneuver_alone_says_nothing(table, reference):
+    table[:, 4] -= 0.5 * (table[:, 0] > 0)
+    assert list(of_contact(score(table[:, :9], reference=reference, maneuver=1))) == []
