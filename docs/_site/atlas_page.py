@@ -63,14 +63,15 @@ def found_in(atlas):
     return {
         "recovers": "\n".join([*HEAD, *rows]),
         "energy": f"At {rates[at_two]:.2g} rad/s the bicycle converges to steady straight running "
-        f"from {speeds[stays[:, at_two]].min():.2f} m/s, which the linear equations call unstable.",
-        "inside": f"Of the initial conditions inside the linearly stable range "
-        f"{100 * np.mean(part == FALLS):.0f} % of those in the map fall. None recovers from more "
-        f"than {rates[recovers.any(axis=0)].max():.2f} rad/s, nor after a lean of more than "
-        f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°), nor, with both "
-        f"wheels pressed to the floor, of more than {lean[both].max():.3f} rad.",
-        "weaves": f"Weaves begin at {speeds[turns.any(axis=1)].min():.2f} m/s; those that do not "
-        f"repeat themselves are {100 * np.mean(fate == WEAVES):.1f} % of the map.",
+        f"from {speeds[stays[:, at_two]].min():.2f} m/s, although "
+        "this speed is unstable by the linear equations.",
+        "inside": f"Inside the linearly stable range {100 * np.mean(part == FALLS):.0f} % of the "
+        f"initial conditions in the map fall. No motion recovers from more than "
+        f"{rates[recovers.any(axis=0)].max():.2f} rad/s, or from a lean of more than "
+        f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°). With both "
+        f"wheels pressed to the floor the largest lean is {lean[both].max():.3f} rad.",
+        "weaves": f"Weaves begin at {speeds[turns.any(axis=1)].min():.2f} m/s. Irregular ones are "
+        f"{100 * np.mean(fate == WEAVES):.1f} % of the map.",
     }
 
 

@@ -103,7 +103,7 @@ def left_out(document):
             if r["failure"]:
                 failed.setdefault(name + KINDS[r["kind"]], []).append(problem)
     listed = "; ".join(f"{name} ({', '.join(found)})" for name, found in failed.items())
-    return f"Failed: {listed}." if listed else "Every run came to its end."
+    return f"Failed: {listed}." if listed else "Every run finished."
 
 
 def absent(document):
@@ -123,10 +123,11 @@ def beside(document):
     found = [(r["digits"] - r["beside"], name) for name, r in best if not r["failure"]]
     failed = [name for name, r in best if r["failure"]]
     least, most = min(found), max(found)
-    said = f" It fails there: {'; '.join(failed)}." if failed else ""
+    said = f" Failed in H4: {'; '.join(failed)}." if failed else ""
     return (
-        f"The best settings of that time give in H4 between {-least[0]:.1f} digits less "
-        f"({least[1]}) and {most[0]:.1f} more ({most[1]}) than in H1, of another bicycle.{said}"
+        f"H4 simulates another bicycle than H1. With the best settings of that time a program "
+        f"reaches between {-least[0]:.1f} digits fewer ({least[1]}) and {most[0]:.1f} more "
+        f"({most[1]}) in H4 than in H1.{said}"
     )
 
 
@@ -140,9 +141,9 @@ def longer(document):
     [digits] = [m["codes"]["heyoka binary64"]["scd"] for m in ours.values()]
     return (
         f"- In H2 the {len(ends)} integrators on SymBRiM's equations end at "
-        f"{one_decimal(min(ends))} to {one_decimal(max(ends))} digits: that is what rounding "
-        f"leaves in these equations over 100 s. heyoka keeps {one_decimal(digits)} digits in "
-        "binary64, on [equations of its own](harder-tier.md#how-hard-they-are)."
+        f"{one_decimal(min(ends))} to {one_decimal(max(ends))} digits. Rounding "
+        f"limits these equations to that accuracy over 100 s. heyoka keeps {one_decimal(digits)} "
+        "digits in binary64, on [equations of its own](harder-tier.md#how-hard-they-are)."
     )
 
 

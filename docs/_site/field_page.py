@@ -183,7 +183,7 @@ def falling(programs):
         *before, last = (r["digits"] for r in p.family) if p.family else (0.0,)
         if before and last - max(before) > FALLS:
             names.append(p.name)
-    return f"The last refinement was still more right than all before: {'; '.join(names)}."
+    return f"The finest step or tolerance still gave the best run of: {'; '.join(names)}."
 
 
 def left_out(document):
@@ -194,10 +194,10 @@ def left_out(document):
         f"{p['program']} ({'; '.join(r['words'] for r in runs)}: “{_reason(runs[0])}”)"
         for p in programs if (runs := [r for r in p["runs"] if r["failure"]])
     ]  # fmt: skip
-    said = [f"Not here in this run: {'; '.join(absent)}."] if absent else []
+    said = [f"Programs that were not installed: {'; '.join(absent)}."] if absent else []
     if failed:
-        said.append(f"Runs that failed, with what the first of them said: {'; '.join(failed)}.")
-    return " ".join(said) or "Every program was here, and every run came to its end."
+        said.append(f"Failed runs, with the first message of each program: {'; '.join(failed)}.")
+    return " ".join(said) or "Every program was installed, and every run finished."
 
 
 def _reason(run):
@@ -293,11 +293,11 @@ def _claimed(found):
     """The claim in one sentence, with how far they are off."""
     said = (
         f"{len(found.blind)} of {found.programs} programs have a run that passes eq. (1) in all "
-        f"three maneuvers and is off by more than 0.1 % of a column's largest value, by up to "
-        f"{found.most:.2g} %"
+        f"three maneuvers and is wrong by more than 0.1 % of a column's largest value. The error "
+        f"reaches {found.most:.2g} %"
     )
     if found.between > found.most:
-        said += f", and by {found.between:.2g} % in rows that a dense output puts between steps"
+        said += f", and {found.between:.2g} % in rows that are interpolated between steps"
     return said
 
 
@@ -316,9 +316,8 @@ def readme_claim(programs):
 
 def _range(found):
     return (
-        f"Of the {len(found.alike)} runs whose largest eq. (1) is 1e-5 to 1e-4 %, the least right "
-        f"has {one_decimal(found.alike[0])} correct digits, and the most right "
-        f"{one_decimal(found.alike[-1])}."
+        f"The {len(found.alike)} runs whose largest eq. (1) is between 1e-5 and 1e-4 % have "
+        f"{one_decimal(found.alike[0])} to {one_decimal(found.alike[-1])} correct digits."
     )
 
 
@@ -334,9 +333,9 @@ def columns(programs):
     worst = ", ".join(f"{label(key)} {n}" for key, n in found.worst.most_common())
     wrong = ", ".join(f"{label(key)} {n}" for key, n in found.wrong.most_common())
     return (
-        f"The worst column of the best run, of how many of the {found.worst.total()} programs: "
-        f"{worst}. Of the {found.blind} programs with a run that passes eq. (1) in all maneuvers "
-        f"and is not right to a thousandth, so many have one that is wrong by more in: {wrong}."
+        f"Number of programs, of {found.worst.total()}, by the worst column of their best run: "
+        f"{worst}. {found.blind} programs have a run that passes eq. (1) in all maneuvers with an "
+        f"error above a thousandth. Number of these by the columns with such an error: {wrong}."
     )
 
 
@@ -377,10 +376,10 @@ def below(programs):
     less = sum(r["digits"] < 2 - math.log10(max(largest(r), LEAST)) for r in runs)
     fine = [r["digits"] for r in runs if largest(r) < FINE]
     return (
-        "On the dashed line a motion would be as right as its energy is constant. "
+        "On the dashed line the relative error of a motion equals the variation of its energy. "
         f"{'All' if less == len(runs) else less} of the {len(runs)} runs of the programs lie "
-        f"below it. The least right run with an eq. (1) below {FINE:g} % has "
-        f"{one_decimal(min(fine))} correct digits."
+        f"below it. The run with the fewest correct digits among those with an eq. (1) below "
+        f"{FINE:g} % has {one_decimal(min(fine))}."
     )
 
 

@@ -47,8 +47,8 @@ def _summary(rows, programs, maneuver):
     said = f"Fewer than three correct digits in maneuver {maneuver}: {len(wrong)} of these "
     said += f"{len(rows)} runs ({'; '.join(wrong)})." if wrong else f"{len(rows)} runs."
     own = [p.name for p, *_ in rows if p.said["kind"] == "own"]
-    said += f" Of this project, and in no count of programs: {'; '.join(own)}." if own else ""
-    return f"{said} No run passes of: {'; '.join(none)}." if none else said
+    said += f" Part of this project and not counted as programs: {'; '.join(own)}." if own else ""
+    return f"{said} Programs without a passing run: {'; '.join(none)}." if none else said
 
 
 def _measured(found):
@@ -57,8 +57,8 @@ def _measured(found):
     return (
         f"Measured on one of {machine['cores']} cores of {machine['cpu']}, {machine['system']}, "
         f"{found['started'].partition('T')[0]}, at a load average of {min(load):.0f} to "
-        f"{max(load):.0f}. Time is the fastest of the repetitions over the fastest of "
+        f"{max(load):.0f}. Time is the fastest repetition divided by the fastest of "
         f"{found['peer']['name']}, measured before and after each: {1e3 * min(beside):.2g} to "
-        f"{1e3 * max(beside):.2g} ms, {found['peer']['digits']:.1f} digits. Spread is the slowest "
-        f"over the fastest, less one."
+        f"{1e3 * max(beside):.2g} ms, {found['peer']['digits']:.1f} digits. Spread is the "
+        f"slowest repetition divided by the fastest, minus one."
     )

@@ -84,8 +84,8 @@ def part(page, name):
 
 
 def among(text, pattern):
-    """The first group of a pattern in a text, which must have it."""
-    found = re.search(pattern, text)
+    """The first group of a pattern in a text, which must have it; a space may be a line break."""
+    found = re.search(pattern.replace(" ", r"\s+"), text)
     if found is None:
         raise ValueError(f"found no {pattern!r} in {text[:80]!r}")
     return found[1]

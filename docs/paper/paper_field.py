@@ -171,7 +171,7 @@ def atlas(what):
     )
     return {
         "starts": lambda: f"{int(among(page, r'([0-9]+) × [0-9]+ of them')) ** 2:,}",
-        "duration": lambda: among(page, r"followed for ([0-9]+) s"),
+        "duration": lambda: among(page, r"followed for at most ([0-9]+) s"),
         "falls": lambda: among(inside, r"range ([0-9]+) %"),
         "rate": lambda: among(inside, r"more than ([0-9.]+) rad/s"),
         "lean": lambda: among(inside, r"\(([0-9]+)°\)"),
