@@ -429,7 +429,7 @@ def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
 
 
 def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
-    """Bound the distance of a constant from a piece; only its coefficient c_0 should differ from 0."""
+    """Bound the distance of a constant from a piece, whose other coefficients should be 0."""
     rest = sum((abs(Fraction(float(c))) for c in [*hi[1:], *lo[1:]]), Fraction(0))
     return upward(Enclosure.of(x).minus(float(hi[0]), float(lo[0])).size() + rest)
 
