@@ -1,16 +1,17 @@
-"""All columns: of the benchmark, of the whole motion, and of single instants.
+"""All columns: those of the benchmark, of the whole motion, and of single states.
 
-`COLUMNS`. The benchmark text asks for "roll angle", "roll angular velocity" and "forward speed"
-without defining them, and honest programs differ. Each column has one default definition and named
-alternates, stored as ``<key>_<definition>``. How they follow from the state is in `outputs`.
+`COLUMNS` are those of the benchmark. Its text asks for "roll angle", "roll angular velocity" and
+"forward speed" without defining them, and honest programs differ. Each column has one default
+definition and named alternates, stored as ``<key>_<definition>``. The module `outputs` computes
+them from the state.
 
-`MOTION_COLUMNS` are those of motion.h5: the whole configuration and all forces. How they follow
-from the state is in `whole_motion`; docs/motion.md tells of the axes.
+`MOTION_COLUMNS` are those of motion.h5: the whole configuration and all forces. The module
+`whole_motion` computes them from the state; docs/motion.md describes the axes.
 
-`LEVELS` is the one table of the quantities of an instant: a level needs nothing but the levels
-before it, the parameters that it names, and what it names besides. How they follow from a state is
-in `instant`. Their places and velocities are along the ground axes, x along the heading where the
-yaw is zero, y to the right, z down, from where the rear wheel touches the floor.
+`LEVELS` is the table of the quantities of a single state. A level depends only on the previous
+levels, on the parameters that it lists, and on the additional inputs that it lists. The module
+`instant` computes the quantities from a state. Positions and velocities refer to the ground axes (x
+along the heading at zero yaw, y to the right, z down), with the origin at the rear contact point.
 """
 
 import re
@@ -28,16 +29,16 @@ class Column:
     key
         Name of the column (``roll_angle``).
     definition
-        Name of the definition, of the axes or of the frame it refers to; the first one listed of a
+        Name of the definition, or of the axes or frame that it refers to; the first definition of a
         key is its default.
     unit
         SI unit, UDUNITS spelling.
     long_name, meaning, positive
-        For people: what it is, how it is defined, which way is positive.
+        Text for readers: name, definition, and positive direction.
     default
-        Whether it is meant by the key alone.
+        True if the key alone means this definition.
     is_dense
-        Whether there are Chebyshev pieces of it; else it follows from columns that have them.
+        True if the column has Chebyshev pieces; else it follows from columns that have them.
     """
 
     key: str
@@ -55,8 +56,8 @@ class Column:
         return self.key if self.default else f"{self.key}_{self.definition}"
 
 
-# Unit, what it is, which way is positive, and the definitions with their meanings, by key. The
-# first definition is the default.
+# Unit, long name, positive direction, and definitions with their meanings, by key. The first
+# definition is the default.
 _Key = tuple[str, str, str, Mapping[str, str]]
 _LEAN, _AHEAD = "to the right", "forward"
 
@@ -153,22 +154,22 @@ _STORED = [_defined(key, *of) for key, (*_, known) in _DEFINED_KEYS.items() for 
 _FIRST_COLUMNS = [c for c in _STORED if c.default and c.key in BENCHMARK_COLUMNS]
 
 COLUMNS: tuple[Column, ...] = (*_FIRST_COLUMNS, *(c for c in _STORED if c not in _FIRST_COLUMNS))
-"""All stored columns: the eight of the benchmark, then their alternates, then pitch, yaw and yaw
-rate with theirs."""
+"""All stored columns: the eight of the benchmark and their alternates, then pitch, yaw and yaw rate
+with their alternates."""
 
 FOLLOWING: tuple[Column, ...] = tuple(
     _defined(key, *of, is_stored=False)
     for key, definitions in _FOLLOWING.items()
     for of in definitions.items()
 )
-"""Definitions that no set stores: they follow from the columns of any, see `reference.following`.
-"""
+"""Definitions that no dataset stores: they follow from stored columns, see
+`reference.following`."""
 
 NORMS = tuple(c.name for c in COLUMNS if c.definition.endswith("_norm"))
-"""Magnitudes of velocities: their roots are not analytic where a velocity vanishes."""
+"""Magnitudes of velocities: square roots, which are not analytic where a velocity vanishes."""
 
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-"""Columns of the benchmark that are zero upright and straight."""
+"""Columns of the benchmark that are zero in upright straight running."""
 
 
 _FRAME_NAMES = {"rear": "rear frame", "front": "front frame (fork and handlebar)"}
@@ -178,10 +179,10 @@ _FRAME_AXES = "along the axes of the {frame}, y along the axle"
 _STEER_AXES = "z down the steer axis, y right along the front axle, x forward across both"
 _ON_FRONT = "of the rear frame on the front frame"
 
-# Name, definition, unit, what it is, meaning, and the axes of a vector or which way is positive.
+# Name, definition, unit, long name, meaning, and the axes of a vector or the positive direction.
 _DefinitionText = tuple[str, str, str, str, str, str]
 
-# What is said of each end stands in one group, all of the rear before all of the front.
+# Each group applies to both ends: all of its columns for the rear, then all for the front.
 _GROUPS: tuple[tuple[_DefinitionText, ...], ...] = (
     (("{end}_contact", "ground_axes", "m", "{end} contact point",
       "lowest point of the {end} wheel; ground frame", "xy"),),
@@ -236,7 +237,7 @@ _GROUPS: tuple[tuple[_DefinitionText, ...], ...] = (
 
 
 def _components(name: str, what: str, along: str, ahead: str = "forward") -> Iterator[list[str]]:
-    """Names, and what they are, of a column, or of a vector's along its axes; which is positive."""
+    """Yield name, long name and positive direction of a column or of a vector's components."""
     if along not in ("xyz", "xy", "xz"):
         yield [name, what, along]
         return
@@ -264,8 +265,8 @@ MOTION_COLUMNS: tuple[Column, ...] = tuple(_motion_columns())
 """All columns of motion.h5."""
 
 DENSE_COLUMNS: tuple[str, ...] = tuple(c.name for c in MOTION_COLUMNS if c.is_dense)
-"""Names of those with Chebyshev pieces: all but the friction demands, which follow from them
-by a root that need not be analytic."""
+"""Names of the columns with Chebyshev pieces: all but the friction demands, which follow from the
+others by a square root that need not be analytic."""
 
 CONTACT_FORCES = {
     f"{end}_friction": tuple(
@@ -273,14 +274,14 @@ CONTACT_FORCES = {
     )
     for end in _FRAME_NAMES
 }
-"""The columns that the friction demands follow from."""
+"""The columns that determine each friction demand."""
 
 
 _KNOWN = (*COLUMNS, *FOLLOWING, *MOTION_COLUMNS)
 
 
 def definitions_among(names: Container[str]) -> dict[str, tuple[Column, ...]]:
-    """The columns of these names, as the definitions of each key, the default first."""
+    """Return the columns with these names, grouped by key, the default definition first."""
     found: dict[str, tuple[Column, ...]] = {}
     for column in _KNOWN:
         if column.name in names:
@@ -289,9 +290,9 @@ def definitions_among(names: Container[str]) -> dict[str, tuple[Column, ...]]:
 
 
 COMPARED: Mapping[str, tuple[Column, ...]] = definitions_among({column.name for column in _KNOWN})
-"""The definitions of every column that results are compared in, the default first: those of the
-benchmark, then what a file may have besides by name, of `COLUMNS`, `FOLLOWING` and
-`MOTION_COLUMNS`. All that this version knows: those of a set are
+"""The definitions of every column in which results are compared, the default first. The columns of
+the benchmark come first, then the others that a file may have by name, from `COLUMNS`, `FOLLOWING`
+and `MOTION_COLUMNS`. These are all definitions of this version; those of one dataset are in
 `ReferenceManeuver.definitions`."""
 
 FREE_ZERO = frozenset(
@@ -301,8 +302,8 @@ FREE_ZERO = frozenset(
     or column.definition == "in_frame"
     or (column.definition == "ground_axes" and key.endswith(("_x", "_y")))
 )
-"""Keys of the quantities that no equation of motion contains: the heading, the places on the floor
-and the angles of the wheels. Any value may be their zero."""
+"""Keys of the quantities that do not enter the equations of motion: heading, position on the floor
+and wheel angles. Their zero is arbitrary."""
 
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""
@@ -331,19 +332,19 @@ ALIASES: Mapping[str, tuple[str, ...]] = {
     "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
     "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
-"""By key, other names of columns as programs write them: small letters without any breaks."""
+"""Other names that programs use for columns, by key: lower case without separators."""
 
 KEYS_BY_WORD: Mapping[str, str] = {
     **{key.replace("_", ""): key for key in COMPARED},
     **{alias: key for key, aliases in ALIASES.items() for alias in aliases},
 }
-"""The key that each name means, in small letters without any breaks."""
+"""The key that each name means; names are in lower case without separators."""
 
 _NOT_OF_THE_WORD = re.compile(r"\[[^][]*\]|\([^()]*\)|[\s_-]+")
 
 
 def key_of(name: str) -> str | None:
-    """Key of the column that a name means (``phi``, ``Roll [deg]``); None if it is not known."""
+    """Return the key that a column name means (``phi``, ``Roll [deg]``); None if it is unknown."""
     return KEYS_BY_WORD.get(_NOT_OF_THE_WORD.sub("", name.lower()))
 
 
@@ -355,8 +356,8 @@ RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
     ("yaw_rate", "yaw_rate"): ("yaw", "yaw"),
     ("yaw_rate", "zyx_rate"): ("yaw", "zyx"),
 }
-"""The definition of an angle by that of a rate which is its derivative. A body's
-angular velocity along its own x axis is the derivative of no roll angle."""
+"""For each rate, the definition of the angle that it is the derivative of. The angular velocity of
+a body along its own x axis is not the derivative of any roll angle."""
 
 
 ANGLES = ("roll", "steer")
@@ -369,17 +370,17 @@ MATRICES = {"M": "kg m2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
 @dataclass(frozen=True, slots=True)
 class InstantLevel:
-    """A level of quantities: they can be compared once the levels before it are right.
+    """A level of quantities, which can be compared once the previous levels are right.
 
     Attributes
     ----------
     name
     parameters
-        Symbols of the parameters that enter here first.
+        Symbols of the parameters that enter first at this level.
     besides
-        What else enters here first.
+        Description of other inputs that enter first at this level.
     columns : tuple of Column
-        Its quantities.
+        The quantities of the level.
     """
 
     name: str
@@ -388,7 +389,7 @@ class InstantLevel:
     columns: tuple[Column, ...]
 
 
-# Name, unit, what it is, and which way is positive or the axes of a vector.
+# Name, unit, long name, and the positive direction or the axes of a vector.
 _InstantRow = tuple[str, str, str, str]
 _INSTANT_PLACES = {
     "rear_contact": ("rear contact point", "xy"),
@@ -447,13 +448,13 @@ _INSTANT: Mapping[str, tuple[_InstantRow, ...]] = {
     ),
 }  # fmt: skip
 MASS_MATRIX = tuple(name for name, *_ in _MASSES)
-"""Names of the entries of the mass matrix, row by row, up to those of its symmetry."""
+"""Names of the entries of the mass matrix by row; symmetric entries are listed once."""
 
 COORDINATES = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""The columns that give a state; the pitch follows, as both wheels are on the floor."""
+"""The columns that determine a state; the pitch follows, as both wheels touch the floor."""
 
 WHERE = ("yaw", "rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_wheel_angle")
-"""The columns that may be given besides and drive nothing; by default they are zero."""
+"""Optional columns that do not enter the equations of motion; they are zero by default."""
 
 _LEVEL_OF = {
     "rad": "posture", "1": "posture", "m": "positions", "rad s-1": "velocities",
@@ -462,7 +463,7 @@ _LEVEL_OF = {
 
 
 def _level(name: str, besides: str, *parameters: str) -> InstantLevel:
-    """A level: first its columns of the benchmark and of the whole motion, then its own."""
+    """Construct a level: its columns of the benchmark and of the whole motion, then its own."""
     known = (
         c
         for c in (*COLUMNS, *MOTION_COLUMNS)
@@ -500,13 +501,13 @@ LEVELS = (
     _level("forces", "Newton's and Euler's laws of each body"),
     _level("linear", "derivatives about upright straight running"),
 )  # fmt: skip
-"""In the order in which a program is checked."""
+"""All levels, in the order in which a program is checked."""
 
 QUANTITIES: Mapping[str, Column] = {
     **{name: COMPARED[name][0] for name in (*COORDINATES, *WHERE)},
     **{c.name: c for level in LEVELS for c in level.columns},
 }
-"""The coordinates and every quantity, by name."""
+"""The coordinates and all quantities, by name."""
 
 UNITS: Mapping[str, str] = {name: c.unit for name, c in QUANTITIES.items()}
-"""Their SI units."""
+"""SI units of the quantities."""

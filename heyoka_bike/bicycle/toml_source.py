@@ -1,8 +1,8 @@
-"""A TOML file that knows where its entries stand, so that an error can name line and column.
+"""A TOML file that knows the position of its entries, so that errors can name line and column.
 
-`tomllib` decides what is valid; it does not say where things were. When an error is to be reported,
-and only then, the text is cut into its statements: ``[table]``, ``[[table]]`` and ``key = value``.
-What is inside a value is placed where the value begins.
+`tomllib` decides what is valid, but it does not report positions. Only when there is an error to
+report is the text split into its statements: ``[table]``, ``[[table]]`` and ``key = value``.
+Anything inside a value gets the position where the value begins.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ Where = tuple[str | int, ...]
 """Path of an entry: keys, and indices in arrays."""
 
 _MAX_BYTES = 200_000
-# tomllib's time grows with the square of the parts of a dotted key; a short line bounds them.
+# The time of tomllib grows with the square of the parts of a dotted key; a limit on the line length
+# bounds it.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
 
 
 class UnquotedDecimal(str):
-    """Text of a TOML float; nothing becomes a binary float on the way."""
+    """Text of a TOML float, which is never converted to a binary float."""
 
     __slots__ = ()
 
@@ -41,9 +42,9 @@ class TomlSource:
     path
         Name of the file for messages: printable and on one line; None without a file.
     text
-        Its text, lines ending in a line feed.
+        Text of the file, with line feeds as line ends.
     tree
-        What it says; floats are `UnquotedDecimal`.
+        Parsed content; floats are `UnquotedDecimal`.
     """
 
     def __init__(self, path: str | None = None, text: str = "") -> None:
@@ -58,7 +59,7 @@ class TomlSource:
         Raises
         ------
         InputError
-            Not a file that can be read, not UTF-8 text, not valid TOML, or too large.
+            The file cannot be read, is not UTF-8 text, is not valid TOML, or is too large.
         """
         source = cls(_printable_path(path))
         source.text = source._decode(source._read(Path(path)))
@@ -67,7 +68,7 @@ class TomlSource:
         return source
 
     def table(self, tree: dict[str, Any], key: str, where: Where) -> dict[str, Any]:
-        """The table under `key`."""
+        """Return the table under `key`."""
         if key not in tree:
             empty = not self.text.strip()
             found = "an empty file" if empty else f"no table [{key}]"
@@ -78,12 +79,12 @@ class TomlSource:
         return table
 
     def tables(self, key: str) -> list[dict[str, Any]]:
-        """The tables ``[[key]]`` at the top, one or more.
+        """Return the tables ``[[key]]`` at the top level, one or more.
 
         Raises
         ------
         InputError
-            It is missing, or something else.
+            The entry is missing, or of another type.
         """
         found = self.tree.get(key, [])
         if isinstance(found, dict):
@@ -101,7 +102,7 @@ class TomlSource:
         return found
 
     def line_of_text(self, tree: dict[str, Any], key: str, where: Where, limit: int = 200) -> str:
-        """The text under `key`, which must fit on a line."""
+        """Return the text under `key`, which must fit on a line."""
         text = tree[key]
         if type(text) is not str:
             found = kind(text)
@@ -115,7 +116,7 @@ class TomlSource:
         )
 
     def number(self, entry: object, what: str, where: Where) -> Exact:
-        """The number that an entry is: text, or a whole number."""
+        """Return the number in an entry, which is text or an integer."""
         if isinstance(entry, bool) or not isinstance(entry, int | str):
             found = f"found {kind(entry)}, expected a number as a decimal string"
             raise self.error(f"{what}: {found}", where)
@@ -125,7 +126,7 @@ class TomlSource:
             raise self.error(f"{what}: {e}", where) from None
 
     def positive(self, tree: dict[str, Any], key: str, where: Where) -> float:
-        """The positive number under `key`."""
+        """Return the positive number under `key`."""
         value = float(self.number(tree[key], key, (*where, key)))
         if value <= 0:
             found = f"found {quoted(str(tree[key]))}, expected more than zero"
@@ -136,10 +137,10 @@ class TomlSource:
         self, tree: dict[str, Any], known: Collection[str], where: Where,
         needed: Mapping[str, str] | Collection[str] = (),
     ) -> None:  # fmt: skip
-        """Raise an error that names the first entry not among those known, or one that is missing.
+        """Raise an error that names the first unknown entry, or a missing one.
 
-        Of an entry in ``[[key]]`` the error says in which of them it is missing. `needed` may say
-        what each entry is.
+        If an entry of ``[[key]]`` is missing, the error gives the number of the table. `needed` may
+        contain a description of each entry.
         """
         for key in tree:
             if key in known:
@@ -158,12 +159,12 @@ class TomlSource:
                 raise self.error(f"found no entry '{key}'{of}, expected one{what}", where)
 
     def error(self, message: str, where: Where) -> InputError:
-        """An `InputError` at an entry, or at the nearest thing around it that the file has."""
+        """Return an `InputError` at an entry, or at the nearest enclosing one that the file has."""
         line, column = self.locate(where)
         return InputError(message, file=self.path, line=line, column=column)
 
     def locate(self, where: Where) -> tuple[int | None, int | None]:
-        """Line and column of an entry's value, of its first part, or of the table around it."""
+        """Return line and column of an entry's value, of its first part, or of its table."""
         if self.path is None:
             return None, None
         statements = list(_statements(self.text))
@@ -194,7 +195,7 @@ class TomlSource:
             raise InputError(
                 f"cannot be read ({reason}), expected a TOML file", file=self.path
             ) from None
-        # A pipe could keep us waiting, a device never end.
+        # Reading a pipe could block, and reading a device might never end.
         if not stat.S_ISREG(mode):
             found = "a directory" if stat.S_ISDIR(mode) else "a pipe or device"
             raise InputError(f"found {found}, expected a TOML file", file=self.path)
@@ -210,7 +211,7 @@ class TomlSource:
         try:
             return raw.decode("utf-8-sig").replace("\r\n", "\n")
         except UnicodeDecodeError as e:
-            # e.object is the input after the byte order mark, should there be one.
+            # e.object is the input after the byte order mark, if there is one.
             self.text = e.object[: e.start].decode("utf-8").replace("\r\n", "\n")
             message = f"found byte 0x{e.object[e.start]:02x}, expected UTF-8 text"
             raise self._error_at(message, len(self.text)) from None
@@ -232,7 +233,7 @@ class TomlSource:
             raise self._syntax_error(str(e)) from None
 
     def _syntax_error(self, what: str) -> InputError:
-        """Return the error of tomllib with the text where it stopped; duplicates in plain words."""
+        """Return tomllib's error with the text where parsing stopped; duplicates in plain words."""
         at = len(self.text)
         if place := re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z", what):
             what = what[: place.start()]
@@ -281,7 +282,7 @@ _KEY = rf"{_PATTERN_OF_KEY}(?:[ \t]*\.[ \t]*{_PATTERN_OF_KEY})*"
 _PATTERN_OF_HEADER = re.compile(rf"(\[\[?)[ \t]*({_KEY})")
 _PAIR = re.compile(rf"({_KEY})[ \t]*=[ \t]*")
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
-# Strings and comments, in which nothing counts; brackets; ends of lines; all else.
+# Strings and comments, whose content has no meaning here; brackets; line ends; anything else.
 _TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"""+'
     r"|'''.*?'''+"
@@ -302,9 +303,9 @@ class _Statement(NamedTuple):
 
 
 def _statements(text: str) -> Iterator[_Statement]:
-    """The statements of a TOML text in its order, as far as it makes sense.
+    """Yield the statements of a TOML text in order, as far as they can be recognised.
 
-    Made for text that tomllib has read or refused: nothing is judged.
+    tomllib has already accepted or rejected the text, so this function does not validate it.
     """
     table: Where = ()
     elements: dict[Where, int] = {}
@@ -313,7 +314,7 @@ def _statements(text: str) -> Iterator[_Statement]:
         if header := _PATTERN_OF_HEADER.match(text, at):
             table = ()
             for part in _parts(header[2]):
-                # A key through an array of tables means its latest table.
+                # A key through an array of tables refers to its latest table.
                 if table in elements:
                     table = (*table, elements[table])
                 table = (*table, part)
@@ -337,7 +338,7 @@ def _statements(text: str) -> Iterator[_Statement]:
             if token[0] == "\n" and depth <= 0:
                 break
         yield _Statement(path, at, value, brackets)
-        # Tables in an array may begin on lines of their own.
+        # Tables in an array may begin on separate lines.
         yield from (_Statement((*path, i), x, x, 0) for i, x in enumerate(tables))
         at = _end(_BLANK, text, end)
 
@@ -348,7 +349,7 @@ def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
 
 
 def _parts(key: str) -> Iterator[str]:
-    """The parts of a key, without quotes and escapes."""
+    """Yield the parts of a key, without quotes and escapes."""
     for part in re.findall(_PATTERN_OF_KEY, key):
         try:
             yield next(iter(tomllib.loads(f"{part} = 0")))

@@ -1,4 +1,4 @@
-"""URDF and MJCF: their moving bodies at zero angles."""
+"""URDF and MJCF files: their moving bodies at zero angles."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ from heyoka_bike.bicycle.foreign.xml_source import MP, Element, parse
 _HINGES = ("continuous", "revolute")
 _ORIENTATIONS = ("axisangle", "xyaxes", "zaxis")
 _GRAVITY = "9.81"
-"""Of files that tell none [m/s^2]: MuJoCo's own."""
+"""Gravity for files that do not state it [m/s^2]: MuJoCo's default."""
 
 _MAX_LINKS = 200
 _NOT_READ = ("default", "include")
 
 
 def read(text: str, file: str) -> Found:
-    """The parameters of a model.
+    """Read the parameters of a model.
 
     Raises
     ------
     InputError
-        It is no URDF or MJCF, has what is not read here, or is no bicycle; see `parameters`.
+        The text is neither URDF nor MJCF, has unsupported elements, or does not describe a bicycle;
+        see `parameters`.
     """
     root = parse(text, file)
     if root.tag not in _READERS:
@@ -100,7 +101,7 @@ def _link_of(joint: Element, end: str, links: Mapping[str, Element]) -> str:
 
 
 def _origin(element: Element) -> tuple[Matrix, Matrix]:
-    """Place and rotation that an element of URDF gives."""
+    """Return the position and rotation in an element of URDF."""
     origin = element.first("origin")
     if origin is None:
         return vector([0, 0, 0]), MP.eye(3)
@@ -183,7 +184,7 @@ def _mjcf(root: Element) -> Found:
 
 
 def _pose(element: Element, in_degrees: bool) -> tuple[Matrix, Matrix]:
-    """Place and rotation that an element of MJCF gives."""
+    """Return the position and rotation in an element of MJCF."""
     for name in _ORIENTATIONS:
         if name in element.attributes:
             raise element.error(f"found {name} of <{element.tag}>, expected quat or euler")
