@@ -1,8 +1,8 @@
 """Shapes of bicycle and rider: solids of spheres, fixed in frame or fork.
 
-The four bodies of the model have no shape. Wheels, steer axis, hubs and the centre of mass B are
-where the parameters say; frame, fork and rider are drawn around them. The rider is rigid with the
-frame and holds on to nothing, as the benchmark has it.
+The four bodies of the model have no shape. The parameters determine wheels, steer axis, hubs and
+the centre of mass B; frame, fork and rider are drawn around them. As in the benchmark, the rider is
+rigid with the frame and does not touch the handlebar.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,9 +13,11 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 
-# P2 of the benchmark is so far up the steer axis from the floor: it gives the printed digits [m].
+# Distance of the benchmark's P2 up the steer axis from the floor; it reproduces the printed digits
+# [m].
 _P2 = 0.9
-# The drawings are made for a centre of mass B 0.9 m above the floor; others are scaled, in limits.
+# The drawings are made for a centre of mass B 0.9 m above the floor; others are scaled, within
+# limits.
 _DRAWN_B = 0.9
 _SCALES = (0.4, 2.0)
 
@@ -30,13 +32,14 @@ class Solid:
     Attributes
     ----------
     body
-        ``rear`` (frame and rider) or ``front`` (fork): the attitude that it has.
+        Body whose attitude the solid has: ``rear`` (frame and rider) or ``front`` (fork).
     part
         ``bicycle``, ``rider`` or ``head``.
     colour
         Name of a colour.
     spheres : tuple of (x, y, z, radius)
-        In the upright bicycle: x forward, y right, z down, origin at the rear contact point [m].
+        Spheres in the upright bicycle: x forward, y right, z down, origin at the rear contact point
+        [m].
     """
 
     body: str
@@ -52,12 +55,12 @@ class Shape:
     Attributes
     ----------
     points : dict of str to Point
-        P1, P2, P3, B, and `foot` (where the steer axis meets the floor), `top` of its line, `eye`
-        of the rider.
+        P1, P2, P3, B, `foot` (where the steer axis meets the floor), `top` (end of the steer axis),
+        and `eye` of the rider.
     radii : (rear, front)
-        Of the wheels [m].
+        Radii of the wheels [m].
     tilt
-        Of the steer axis [rad].
+        Tilt of the steer axis [rad].
     solids : tuple of Solid
     """
 
@@ -68,17 +71,17 @@ class Shape:
 
 
 def shape(bicycle: Bicycle) -> Shape:
-    """Solids and points of a bicycle."""
+    """Return solids and points of a bicycle."""
     p = {symbol: float(value) for symbol, value in bicycle.values.items()}
     s, c = sin(p["lam"]), cos(p["lam"])
     scale = min(max(-p["zB"] / _DRAWN_B, _SCALES[0]), _SCALES[1])
 
     def fork(ahead: float, y: float, up: float) -> Point:
-        """So far ahead of the steer axis, to the right, and up the axis from the floor."""
+        """Return the point at these distances ahead, to the right, and up the axis."""
         return p["w"] + p["c"] - up * s + ahead * c, y, -up * c - ahead * s
 
     def rider(x: float, y: float, z: float) -> Point:
-        """A point drawn for the benchmark's rider, whose B is at x = 0.3 m."""
+        """Return a point drawn for the benchmark's rider, whose B is at x = 0.3 m."""
         return p["xB"] + (x - 0.3) * scale, y * scale, z * scale
 
     crown = p["c"] * s + p["rF"] * c + p["rF"] + 0.03
@@ -109,7 +112,7 @@ def _tube(
 
 
 def _sides(p: Point, y: float) -> tuple[Point, Point]:
-    """A point so far to the left and to the right of the middle."""
+    """Return the points at this distance to the left and to the right of the middle."""
     return (p[0], -y, p[2]), (p[0], y, p[2])
 
 
@@ -195,7 +198,7 @@ def _rider(crank: Point, scale: float, to: _To) -> Iterator[Solid]:
 
 
 def _joint(hip: Point, ankle: Point, thigh: float, shank: float) -> Point:
-    """The knee, ahead of the line between hip and ankle."""
+    """Return the knee, ahead of the line between hip and ankle."""
     a, b = np.array(hip), np.array(ankle)
     along = b - a
     distance = float(np.hypot(along[0], along[2]))
