@@ -1,7 +1,7 @@
-"""Finished parts of an unfinished run, in a folder beside the one that it writes.
+"""Finished parts of an unfinished run, in a folder next to the one that the run writes.
 
-A result is a file of JSON, in which arrays are NumPy's ``.npy`` in base 64. Nothing in it is code,
-whoever wrote it: of what is read only arrays, numbers and the classes that are told are made.
+A result is a file of JSON, in which arrays are NumPy's ``.npy`` in base 64. The file never contains
+code: reading it creates only arrays, numbers and the listed classes.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ _HASH = hashlib.sha256
 
 @contextmanager
 def unfinished(folder: Path, classes: tuple[type, ...] = ()) -> Iterator[Unfinished]:
-    """Keep results beside a folder, while nobody else does.
+    """Store results next to a folder, while no other process does.
 
     Parameters
     ----------
     folder
     classes
-        Dataclasses that results are made of.
+        Dataclasses that results may contain.
 
     Raises
     ------
     InputError
-        Another run writes the folder, or there is no place beside it.
+        Another run writes the folder, or the results cannot be stored next to it.
     """
-    # Installed with what makes a set.
+    # The package is installed with the extra for generating datasets.
     from filelock import FileLock, Timeout
 
     place = folder.absolute()
@@ -57,7 +57,7 @@ def unfinished(folder: Path, classes: tuple[type, ...] = ()) -> Iterator[Unfinis
                     yield results
                 finally:
                     if not len(results):
-                        # Windows lets nobody remove a file that is open: there the lock does it.
+                        # Windows cannot remove an open file; there the lock removes it.
                         with suppress(PermissionError):
                             (place / _LOCK).unlink()
         finally:
@@ -72,47 +72,47 @@ def unfinished(folder: Path, classes: tuple[type, ...] = ()) -> Iterator[Unfinis
 
 
 class Unfinished:
-    """Results by key, each a file."""
+    """Results by key, each in a file."""
 
     def __init__(self, place: Path, classes: tuple[type, ...] = ()) -> None:
         self.place, self.classes = place, classes
 
     def at(self, *parts: Any) -> KeptResult:
-        """Return the place of a result that follows from these parts, which JSON can write."""
-        # And from versions.
+        """Return the place of a result that depends on these parts, which must be JSON values."""
+        # The result also depends on the versions.
         text = json.dumps([versions(), *parts], sort_keys=True)
         return KeptResult(self.place / _HASH(text.encode()).hexdigest(), self.classes)
 
     def clear(self) -> None:
-        """Nothing of it is needed any more, nor what other inputs or versions have left."""
+        """Remove all results, including those of other inputs or versions."""
         for file in self.place.iterdir():
             if file.name != _LOCK:
                 with suppress(OSError):
                     file.unlink()
 
     def __len__(self) -> int:
-        """Count the results."""
+        """Return the number of results."""
         return sum(file.name != _LOCK for file in self.place.iterdir())
 
 
 @dataclass(frozen=True, slots=True)
 class KeptResult:
-    """A result in a file: the hash of all other bytes, then these.
+    """A result in a file, which starts with the hash of its other bytes.
 
     Attributes
     ----------
     file : Path
     classes : tuple of type
-        Dataclasses that it may be made of.
+        Dataclasses that the result may contain.
     """
 
     file: Path
     classes: tuple[type, ...]
 
     def load(self) -> Any:
-        """The result; None where it is not there, or not whole."""
+        """Return the result; None if the file is missing or damaged."""
         size = _HASH().digest_size
-        # A damaged result can be made again.
+        # A damaged result is computed again.
         with suppress(Exception):
             data = self.file.read_bytes()
             if _HASH(data[size:]).digest() == data[:size]:
@@ -123,14 +123,14 @@ class KeptResult:
         return None
 
     def store(self, result: Any) -> None:
-        """Put a result there; where there is no room for it, it is made again another time."""
+        """Store a result; without room for it on the disk, it is computed again later."""
         data = json.dumps(_plain(result)).encode()
         with suppress(OSError):
             replace_file(self.file, _HASH(data).digest() + data)
 
 
 def _plain(x: Any) -> Any:
-    """Return a value for JSON; other types are an object of one key, the kind, and arguments."""
+    """Return a value for JSON; other types become an object with the kind as its key."""
     if isinstance(x, np.ndarray):
         file = BytesIO()
         np.save(file, x, allow_pickle=False)
@@ -145,7 +145,7 @@ def _plain(x: Any) -> Any:
 
 
 def _made(x: Any, kinds: Mapping[str, Callable[..., Any]]) -> Any:
-    """Return the value that `_plain` was given; lists are tuples."""
+    """Return the value that `_plain` was given, with lists as tuples."""
     if isinstance(x, dict):
         ((kind, arguments),) = x.items()
         return kinds[kind](**{key: _made(y, kinds) for key, y in arguments.items()})
