@@ -330,7 +330,7 @@ class _Worker:
         if hasattr(os, "killpg") and hasattr(signal, "SIGKILL"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-        # On systems without this signal, terminate() ends the process as surely.
+        # Systems without this signal have terminate(), which ends the process just as surely.
         (self._process.kill if hasattr(signal, "SIGKILL") else self._process.terminate)()
         self._process.join()
         self._process.close()
