@@ -132,7 +132,7 @@ def _form(random, parts, digits=17):
 
 
 def play_honest(number, seed=SEED):
-    """Play one honest file; it is lost if rejected, short of a digit, or failing what it fulfils."""
+    """Play one honest file; it is lost if rejected, short of a digit, or judged too badly."""
     random, honest = honest_file(seed, number)
     kind, said = "memory", honest.parts
     try:

@@ -633,7 +633,7 @@ def under_a_path_in_a_unit(random):
     for key, (_, values) in zip(keys, columns[1:], strict=True):
         ways = _UNITS_READ[COMPARED[key][0].unit]
         unit, factor = ways[random.integers(len(ways))]
-        # Adding a constant to an energy would be another zero, so it is multiplied as well.
+        # A constant change of an energy would be another zero, so the factor varies.
         off_by = np.linspace(1.3, 1.5, 1001) if key == keys[i] else np.ones(1001)
         held = factor * off_by * np.array(values, float)
         named.append((f'"{path}{key}{unit}"', [repr(x) for x in held.tolist()]))
