@@ -1,4 +1,4 @@
-"""Making a set says how long it takes, and to repeat a command only where that helps."""
+"""Making a dataset reports the expected time, and suggests repeating only where that helps."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -57,7 +57,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
         again = ended(one, jobs["rows"], value)
         told.append(len(again))
         if again:
-            # What is left of the attempt before is not wanted any more.
+            # The remaining jobs of the previous attempt are not wanted any more.
             assert not any(job in one.places for job in jobs.values())
             jobs = {job.stages[0]: job for job in again}
             assert again[0].arguments[-1] == 70 + 20 * len(told)
@@ -66,7 +66,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
 
 
 def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
-    """Also where a job of an attempt that was given up ends after all others."""
+    """This is also true if a job of an abandoned attempt ends after all others."""
     one, written = made(bicycle, maneuvers, 1), []
     one.kept.clear = lambda: None
     monkeypatch.setattr(certificate, "tabulated", lambda run, parts: sorted(parts))
