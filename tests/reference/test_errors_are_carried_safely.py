@@ -162,7 +162,7 @@ def test_what_the_defect_of_y_leaves_out_is_charged(rng: random.Random) -> None:
 
 
 def test_the_whole_motion_may_be_a_defect() -> None:
-    """With Y = 1, e' = k e + force is all defect: exp(k) from e = 1, (exp(k) - 1) / k from force."""
+    """With Y = 1, e' = k e + force is all defect: exp(k) from 1, (exp(k) - 1) / k from force."""
     with flint.ctx.workprec(MATRIX_BITS):
         k, one = flint.arb("0.4"), flint.arb(1)
         f = Flow([identity(SIZE)], [identity(SIZE)], FORCES, k, one, flint.arb(0), one)

@@ -251,8 +251,8 @@ def test_normal_forces_at_rest_are_those_of_the_lever_rule(bicycle: Bicycle) -> 
         assert contact.normal.str(15, radius=False) == printed
         for x in (contact.longitudinal, contact.lateral):
             assert abs(x) < flint.arb("1e-80")
-    # The axle carries the part of the wheel's weight that the floor does not, without torque about
-    # it.
+    # The axle carries the floor's force less the wheel's weight, and no bearing has a moment about
+    # its own axis.
     assert abs(rest.rear_axle.force[2] - balls.number(total - on_front - p["mR"] * p["g"])) < 1e-60
     for free in (rest.rear_axle.moment[1], rest.front_axle.moment[1], rest.steer.moment[2]):
         assert abs(free) < flint.arb("1e-80")
