@@ -1,4 +1,4 @@
-"""What only some systems have is not needed: modules, names of `os`, an encoding of all letters."""
+"""The package runs without system-specific parts: modules, names of `os`, UTF-8 as encoding."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 from heyoka_bike.system import unfinished
 from heyoka_bike.system.resources import data_folder
 
-# Python reads it when it starts, in the processes that a command begins too.
+# Python reads this file at its start, also in the processes that a command starts.
 SITE = """
 import os, signal, sys
 for name in (
@@ -52,7 +52,7 @@ def command(tmp_path):
     environment = os.environ | {
         "PYTHONPATH": str(tmp_path / "site"), "PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0",
     }  # fmt: skip
-    # Windows has a lock of its own in the place of that of fcntl.
+    # Windows uses another lock than that of fcntl.
     options = ["-X", "warn_default_encoding", "-W", "error::EncodingWarning:heyoka_bike"]
     options += ["-W", "ignore:only soft file lock"]
 
@@ -113,7 +113,7 @@ def test_letters_that_a_code_page_lacks(command, tmp_path):
 
 
 def test_a_lock_that_cannot_be_removed_while_it_is_held(tmp_path, monkeypatch):
-    """As on Windows, where its own release removes it."""
+    """On Windows, releasing the lock removes its file."""
 
     def refused(self, missing_ok=False):
         raise PermissionError(13, "The process cannot access the file")

@@ -1,4 +1,4 @@
-"""Sets come out the same to the byte, whatever made them and whatever was lost on the way."""
+"""Datasets are identical to the byte for any executor and after any interruption."""
 
 import base64
 import hashlib
@@ -27,7 +27,7 @@ pytest.importorskip("heyoka")
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.proof
 
-# Two bicycles' maneuver of two rows: some ten seconds of a processor, in ten parts.
+# A maneuver of two rows for two bicycles: about ten seconds of a processor, in ten parts.
 MANEUVER = """
 [[maneuver]]
 name = "short"
@@ -40,7 +40,7 @@ spacing = "0.01"
 
 @pytest.fixture(scope="module")
 def sets(tmp_path_factory):
-    """The words of the command, but for the folder."""
+    """The words of the command, without the folder."""
     file = tmp_path_factory.mktemp("maneuver") / "short.toml"
     file.write_text(MANEUVER)
     return ["generate", "--bicycle", "pista", "silver", "--maneuvers", str(file), "--out"]
@@ -52,14 +52,14 @@ def content(folder):
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory, sets):
-    """By one process."""
+    """The files made by a single process."""
     folder = tmp_path_factory.mktemp("one")
     assert main([*sets, str(folder / "sets"), "--workers", "1"]) == 0
     return content(folder / "sets")
 
 
 def begun(*words):
-    """The command in a process of its own."""
+    """Start the command in a process of its own."""
     script = f"{HEARS}import sys\nfrom heyoka_bike.cli import main\nsys.exit(main(sys.argv[1:]))"
     words = [sys.executable, "-c", script, *map(str, words)]
     return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -70,7 +70,7 @@ def kept(folder):
 
 
 def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected, sets, tmp_path):
-    """In the middle of it; with a new scheduler the same command goes on where it was."""
+    """The scheduler is killed midway; with a new one the same command continues."""
     made = tmp_path / "sets"
     with started(tmp_path) as processes:
         run = begun(*sets, made, "--cluster", processes.address)
@@ -82,7 +82,7 @@ def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected
     assert run.returncode == 70
     *where, last = said.splitlines()
     assert re.search("the scheduler at .* ended", last)
-    # A worker may come a moment later than the command.
+    # A worker may join shortly after the command starts.
     usual = ("finished parts are kept in", "yet: waiting for one", "of processor time in all")
     assert [line for line in where if not any(part in line for part in usual)] == [], said
     before = {p: p.stat().st_mtime_ns for p in kept(made)}
@@ -91,7 +91,7 @@ def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected
     with started(tmp_path / "again", workers=1) as processes:
         run = begun(*sets, made, "--cluster", processes.address)
         wait_for(lambda: len(kept(made)) > len(before), 600)
-        # Nothing that was kept is made again.
+        # Stored parts are not computed again.
         now = {p: p.stat().st_mtime_ns for p in kept(made)}
         assert {p: now.get(p) for p in before} == before
         run.communicate(timeout=600)
@@ -109,13 +109,13 @@ def test_a_run_that_is_killed_and_interrupted_goes_on(expected, sets, tmp_path):
     assert len(before) >= 2
     run = begun(*sets, made, "--workers", "2")
     wait_for(lambda: len(kept(made)) >= len(before) + 2, 600)
-    # Those of a set that is whole are gone.
+    # Parts are unchanged, or deleted because their dataset is complete.
     now = {p: p.stat().st_mtime_ns for p in kept(made)}
     assert all(now.get(p, written) == written for p, written in before.items())
     run.send_signal(signal.SIGINT)
     _, said = run.communicate(timeout=120)
     assert run.returncode == 130
-    # Of two sets one may be whole by then.
+    # One of the two datasets may be complete by then.
     assert re.search(r"finished parts are kept in (pista|silver)\.unfinished beside it", said)
     assert content(made).keys() != expected.keys()
     assert main([*sets, str(made)]) == 0
@@ -146,7 +146,7 @@ def test_what_is_damaged_or_of_other_code_is_made_again(tmp_path, monkeypatch):
 
 
 def test_what_somebody_else_put_there_is_no_code(tmp_path):
-    """With the hash that belongs to it: pickles, objects in an array, classes of other kinds."""
+    """The stored files have correct hashes: pickles, arrays of objects, classes of other kinds."""
 
     class Harmful:
         def __reduce__(self):
@@ -166,7 +166,7 @@ def test_what_somebody_else_put_there_is_no_code(tmp_path):
         part.file.write_bytes(hashlib.sha256(data).digest() + data)
         assert part.load() is None
     assert not (tmp_path / "harmed").exists()
-    # The first of these would have done it.
+    # The first of these would have done the harm.
     pickle.loads(pickle.dumps(Harmful()))
     assert (tmp_path / "harmed").exists()
 
