@@ -1,6 +1,6 @@
 """Bad input gives one line: file, line and column, what was found and what was expected.
 
-Each case changes one thing in a good file. Nothing but `InputError` may come out.
+Each case changes one thing in a good file. Only `InputError` may be raised.
 """
 
 import os
@@ -12,7 +12,7 @@ from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import Exact
 
-# Milliseconds each; a hang is what this is to find, not a slow machine.
+# Each test takes milliseconds; the timeout is for hangs, not for slow machines.
 pytestmark = pytest.mark.timeout(60)
 
 BICYCLE = """\
@@ -66,7 +66,7 @@ spacing = "0.01"
 
 NUMBER = "expected a decimal number or an expression"
 
-# What is replaced, by what; line and column of the error; a part of its message.
+# Old text, new text, line and column of the error, and a part of its message.
 BICYCLES = [
     # Missing, unknown, given twice
     ('w = "1.02"\n', "", 2, 1, "found no entry 'w', expected one (wheel base)"),
@@ -294,7 +294,7 @@ def test_what_is_not_text(read, raw, line, column, fragment, tmp_path):
 
 @READERS
 def test_slow_for_tomllib(read, tmp_path):
-    """Dotted keys of a thousand parts, whose time in tomllib grows with the square."""
+    """Dotted keys of a thousand parts take tomllib a time that grows with the square."""
     deep = ".".join(["a"] * 990)
     lines = [f"[{deep}]", *(f"b{i} = 1" for i in range(2000))]
     _the_one_error(read, _written(tmp_path, "\n".join(lines)))
@@ -350,7 +350,7 @@ def test_a_file_we_may_not_read(read, tmp_path, monkeypatch):
     path = _written(tmp_path, BICYCLE)
     path.chmod(0)
     if os.access(path, os.R_OK):
-        # The superuser may read everything: refuse on behalf of the system.
+        # The superuser may read every file, so the test raises the system's error.
         def refuse(*args, **kwargs):
             raise PermissionError(13, "Permission denied")
 
