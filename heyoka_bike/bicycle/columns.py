@@ -11,8 +11,8 @@ from collections.abc import Container, Mapping
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 
-# Unit, what it is, which way is positive, and the definitions with their meanings, by key. The
-# first definition is the default.
+# Unit, long name, positive direction, and definitions with their meanings, by key. The first
+# definition is the default.
 _Key = tuple[str, str, str, Mapping[str, str]]
 _LEAN, _AHEAD = "to the right", "forward"
 
@@ -109,28 +109,28 @@ _STORED = [_defined(key, *of) for key, (*_, known) in _DEFINED_KEYS.items() for 
 _FIRST_COLUMNS = [c for c in _STORED if c.default and c.key in BENCHMARK_COLUMNS]
 
 COLUMNS: tuple[Column, ...] = (*_FIRST_COLUMNS, *(c for c in _STORED if c not in _FIRST_COLUMNS))
-"""All stored columns: the eight of the benchmark, then their alternates, then pitch, yaw and yaw
-rate with theirs."""
+"""All stored columns: the eight of the benchmark and their alternates, then pitch, yaw and yaw rate
+with their alternates."""
 
 FOLLOWING: tuple[Column, ...] = tuple(
     _defined(key, *of, is_stored=False)
     for key, definitions in _FOLLOWING.items()
     for of in definitions.items()
 )
-"""Definitions that no set stores: they follow from the columns of any, see `reference.following`.
-"""
+"""Definitions that no dataset stores: they follow from stored columns, see
+`reference.following`."""
 
 NORMS = tuple(c.name for c in COLUMNS if c.definition.endswith("_norm"))
-"""Magnitudes of velocities: their roots are not analytic where a velocity vanishes."""
+"""Magnitudes of velocities: square roots, which are not analytic where a velocity vanishes."""
 
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-"""Columns of the benchmark that are zero upright and straight."""
+"""Columns of the benchmark that are zero in upright straight running."""
 
 _KNOWN = (*COLUMNS, *FOLLOWING, *MOTION_COLUMNS)
 
 
 def definitions_among(names: Container[str]) -> dict[str, tuple[Column, ...]]:
-    """The columns of these names, as the definitions of each key, the default first."""
+    """Return the columns with these names, grouped by key, the default definition first."""
     found: dict[str, tuple[Column, ...]] = {}
     for column in _KNOWN:
         if column.name in names:
@@ -139,9 +139,9 @@ def definitions_among(names: Container[str]) -> dict[str, tuple[Column, ...]]:
 
 
 COMPARED: Mapping[str, tuple[Column, ...]] = definitions_among({column.name for column in _KNOWN})
-"""The definitions of every column that results are compared in, the default first: those of the
-benchmark, then what a file may have besides by name, of `COLUMNS`, `FOLLOWING` and
-`MOTION_COLUMNS`. All that this version knows: those of a set are
+"""The definitions of every column in which results are compared, the default first. The columns of
+the benchmark come first, then the others that a file may have by name, from `COLUMNS`, `FOLLOWING`
+and `MOTION_COLUMNS`. These are all definitions of this version; those of one dataset are in
 `ReferenceManeuver.definitions`."""
 
 FREE_ZERO = frozenset(
@@ -151,8 +151,8 @@ FREE_ZERO = frozenset(
     or column.definition == "in_frame"
     or (column.definition == "ground_axes" and key.endswith(("_x", "_y")))
 )
-"""Keys of the quantities that no equation of motion contains: the heading, the places on the floor
-and the angles of the wheels. Any value may be their zero."""
+"""Keys of the quantities that do not enter the equations of motion: heading, position on the floor
+and wheel angles. Their zero is arbitrary."""
 
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""

@@ -1,12 +1,12 @@
-"""Bicycles and maneuvers: read from TOML, checked, and held as exact numbers.
+"""Bicycles and maneuvers: read from TOML, checked, and stored as exact numbers.
 
 A bicycle file has a table ``[parameters]`` with one entry for each of the 26 parameters of the
 Carvallo-Whipple bicycle, named as in Meijaard, Papadopoulos, Ruina and Schwab (2007),
-doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state.
-A value is a decimal string or an expression such as ``"pi/10"``, alone or in a table
-``{ value = "0.3", unit = "m", source = "..." }``. The unit may be any of the same kind (``mm``,
-``deg``, ``kg mm^2``); it is SI where none is told. A bare TOML number is taken as the decimal that
-is written there. In a bicycle's table ``uncertainty = "0.002"`` beside the value is its standard
+doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state. A
+value is a decimal string or an expression such as ``"pi/10"``, alone or in a table ``{ value =
+"0.3", unit = "m", source = "..." }``. The unit may be any of the same kind (``mm``, ``deg``, ``kg
+mm^2``); the default is the SI unit. A bare TOML number is read as exactly the decimal that is
+written. In a bicycle's table, ``uncertainty = "0.002"`` next to the value is its standard
 deviation; no motion depends on it.
 
 Axes: x forward, y to the right, z down, origin at the rear contact point, bicycle upright and
@@ -41,11 +41,11 @@ class Parameter:
     Attributes
     ----------
     description, unit
-        Its meaning and SI unit.
+        Meaning and SI unit of the parameter.
     expected
-        The range it must be in, a key of `_RANGES`; empty for any number.
+        Range of valid values, a key of `_RANGES`; empty for any number.
     takes_pi
-        Whether it may contain pi; what does not is held as a `Fraction`.
+        True if the value may contain pi; a value without pi is stored as a `Fraction`.
     """
 
     description: str
@@ -121,10 +121,11 @@ STATE_INPUTS: Mapping[str, Parameter] = {
 """The entries of a maneuver; speed, roll_rate, duration and spacing are required."""
 
 PERFORMANCE_LIMIT = Parameter("what eq. (1) of the benchmark must be less than", "%", _POSITIVE)
-"""An entry of a maneuver that the benchmark judges by its eq. (1); it is no input of the motion."""
+"""An optional entry of a maneuver: a limit in the benchmark's eq. (1), not an input of the
+motion."""
 
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
-"""The start: what a maneuver says of the state at t = 0."""
+"""Initial conditions: the entries of a maneuver that describe the state at t = 0."""
 
 _REQUIRED_OF_MANEUVER = ("speed", "roll_rate", "duration", "spacing")
 _LIMIT = "performance_limit"
@@ -143,10 +144,10 @@ class Bicycle:
     values : mapping
         `Exact` by symbol (see `PARAMETERS`).
     warnings : tuple of str
-        What is unusual but usable, such as an inertia matrix that no real body has.
+        Unusual but usable values, such as an inertia matrix that no real body has.
     uncertainties : mapping
-        Standard deviations by symbol, of those values whose source gives one. The bicycle is
-        defined by its values alone.
+        Standard deviations by symbol, for values whose source states one. The bicycle is defined by
+        its values alone.
     """
 
     name: str
@@ -156,7 +157,7 @@ class Bicycle:
 
     @classmethod
     def parse(cls, name: str, texts: Mapping[str, str]) -> Bicycle:
-        """The bicycle of exact texts by symbol, as in `Reference.parameters`."""
+        """Construct a bicycle from exact texts by symbol, as in `Reference.parameters`."""
         return cls(name, {symbol: Exact.parse(texts[symbol]) for symbol in PARAMETERS})
 
     def __getitem__(self, symbol: str) -> Exact:
@@ -167,8 +168,8 @@ class Bicycle:
             raise KeyError(said) from None
 
     def replace(self, **changes: Exact) -> Bicycle:
-        """A copy with some parameters changed, checked again; they have no uncertainty."""
-        # Callers without a type checker give anything.
+        """Return a copy with some parameters changed, checked again; they have no uncertainty."""
+        # Untyped callers may pass any object.
         given: Mapping[str, object] = changes
         for symbol, x in given.items():
             if symbol not in PARAMETERS:
@@ -189,22 +190,22 @@ class Maneuver:
     """An initial state and a time grid, in exact numbers.
 
     The pitch is not an input: it follows from roll and steer, both wheels touching the floor. The
-    rates not given (yaw, pitch, wheels) follow from rolling without slip.
+    remaining rates (yaw, pitch, wheels) follow from rolling without slip.
 
     Attributes
     ----------
     name : str
     speed, roll_rate : Exact
-        Forward speed [m/s] and rate of the roll [rad/s] at the start.
+        Initial forward speed [m/s] and roll rate [rad/s].
     duration, spacing : Fraction
-        Time of the last row, and between rows [s].
+        Time of the last row, and time between rows [s].
     roll, steer : Exact
-        Angles at the start [rad], positive to the right.
+        Initial angles [rad], positive to the right.
     steer_rate : Exact
-        Rate of the steer at the start [rad/s].
+        Initial steer rate [rad/s].
     performance_limit : Fraction or None
-        What eq. (1) of the benchmark must be less than [%], if it judges this maneuver so. Two
-        maneuvers that differ in this alone are the same motion, and equal.
+        Upper limit for eq. (1) of the benchmark [%], if it judges this maneuver. Maneuvers that
+        differ only in this limit describe the same motion and compare equal.
     """
 
     name: str
@@ -219,7 +220,7 @@ class Maneuver:
 
     @classmethod
     def parse(cls, name: str, texts: Mapping[str, str]) -> Maneuver:
-        """The maneuver of exact texts, as in `ReferenceManeuver.inputs`."""
+        """Construct a maneuver from exact texts, as in `ReferenceManeuver.inputs`."""
         values: dict[str, Any] = {key: Exact.parse(texts[key]) for key in STATE_INPUTS}
         duration, spacing = values.pop("duration"), values.pop("spacing")
         return cls(name, **values, duration=duration.fraction(), spacing=spacing.fraction())
@@ -230,12 +231,12 @@ class Maneuver:
         return int(self.duration / self.spacing) + 1
 
     def time(self, row: int) -> Fraction:
-        """Time of a row [s], exactly."""
+        """Return the exact time of a row [s]."""
         return row * self.spacing
 
     @property
     def is_straight(self) -> bool:
-        """Upright, straight and without lateral rate: the motion is steady by symmetry."""
+        """True if the bicycle starts upright, straight and without lateral rates."""
         return all(x.is_zero for x in (self.roll, self.roll_rate, self.steer, self.steer_rate))
 
 
@@ -286,7 +287,7 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     Returns
     -------
     tuple of Maneuver
-        In the order of the file.
+        Maneuvers in the order of the file.
 
     Raises
     ------
@@ -313,24 +314,25 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
 
 @cache
 def benchmark() -> tuple[Bicycle, tuple[Maneuver, ...]]:
-    """The bicycle of the benchmark and its three maneuvers."""
+    """Return the benchmark's bicycle and its three maneuvers."""
     return read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
 
 
 Given = Bicycle | str | Path
-"""A bicycle, the name of one of the collection, or a TOML file."""
+"""A bicycle, the name of a bicycle of the collection, or the path of a TOML file."""
 
 
 def read_inputs(
     bicycle: Given, maneuvers: Sequence[Maneuver] | str | Path | None
 ) -> tuple[Bicycle, Sequence[Maneuver]]:
-    """A bicycle and its maneuvers, as given or from their files.
+    """Return a bicycle and its maneuvers, reading files where needed.
 
     Parameters
     ----------
     bicycle
     maneuvers
-        The same; by default those of the bicycle's name, or the benchmark's.
+        Maneuvers, or their name or file; by default those of the bicycle's name, or the
+        benchmark's.
 
     Raises
     ------
@@ -350,7 +352,7 @@ def read_inputs(
 
 
 def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str, Any]:
-    """Bicycle and maneuvers as exact text, for the manifest and the files' attributes."""
+    """Return bicycle and maneuvers as exact text, for the manifest and the files' attributes."""
     return {
         "bicycle": {
             "name": bicycle.name,
@@ -364,7 +366,7 @@ def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str
 
 
 def describe_limits(maneuvers: Iterable[Maneuver]) -> dict[str, str]:
-    """Limits of eq. (1) [%] as exact text, by the number of the maneuver, for the manifest."""
+    """Return limits of eq. (1) [%] as exact text, by maneuver number, for the manifest."""
     limits = ((str(n), m.performance_limit) for n, m in enumerate(maneuvers, 1))
     return {number: str(limit) for number, limit in limits if limit is not None}
 
@@ -424,7 +426,7 @@ def _read_value(
             source.line_of_text(entry, note, where, limit=1000)
     unit = entry.get("unit", parameter.unit)
     size = factor(unit, parameter.unit) if isinstance(unit, str) else None
-    # A percentage is no unit of a quantity.
+    # The table of units has no percentages, because a percentage is not a unit of a quantity.
     size = Exact(Fraction(1)) if unit == parameter.unit == "%" else size
     if size is None:
         found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"

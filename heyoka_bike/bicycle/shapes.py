@@ -13,7 +13,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 
-# P2 of the benchmark is so far up the steer axis from the floor: it gives the printed digits [m].
+# Distance of the benchmark's P2 up the steer axis from the floor; it reproduces the printed digits
+# [m].
 _P2 = 0.9
 # The drawing is made for wheel radii of this sum, and a rider whose B is this far up [m].
 _DRAWN_WHEELS, _DRAWN_B = 0.65, 0.9
@@ -40,13 +41,14 @@ class Solid:
     Attributes
     ----------
     body
-        ``rear`` (frame and rider) or ``front`` (fork): the attitude that it has.
+        Body whose attitude the solid has: ``rear`` (frame and rider) or ``front`` (fork).
     part
         ``bicycle``, ``rider`` or ``head``.
     colour
         A key of `COLOURS`.
     spheres : tuple of (x, y, z, radius)
-        In the upright bicycle: x forward, y right, z down, origin at the rear contact point [m].
+        Spheres in the upright bicycle: x forward, y right, z down, origin at the rear contact point
+        [m].
     """
 
     body: str
@@ -62,12 +64,12 @@ class Shape:
     Attributes
     ----------
     points : dict of str to Point
-        P1, P2, P3, B, and `foot` (where the steer axis meets the floor), `top` of its line, `eye`
-        of the rider.
+        P1, P2, P3, B, `foot` (where the steer axis meets the floor), `top` (end of the steer axis),
+        and `eye` of the rider.
     radii : (rear, front)
-        Of the wheels [m].
+        Radii of the wheels [m].
     tilt
-        Of the steer axis [rad].
+        Tilt of the steer axis [rad].
     solids : tuple of Solid
     """
 
@@ -78,7 +80,7 @@ class Shape:
 
 
 def shape(bicycle: Bicycle) -> Shape:
-    """Solids and points of a bicycle."""
+    """Return solids and points of a bicycle."""
     p = {symbol: float(value) for symbol, value in bicycle.values.items()}
     s, c = sin(p["lam"]), cos(p["lam"])
     is_ridden = p["mB"] >= _RIDER
@@ -87,7 +89,7 @@ def shape(bicycle: Bicycle) -> Shape:
     shift = p["xB"] if is_ridden else _DRAWN_X
 
     def fork(ahead: float, y: float, up: float) -> Point:
-        """So far ahead of the steer axis, to the right, and up the axis from the floor."""
+        """Return the point at these distances ahead, to the right, and up the axis."""
         return p["w"] + p["c"] - up * s + ahead * c, y, -up * c - ahead * s
 
     def rider(x: float, y: float, z: float) -> Point:
@@ -122,7 +124,7 @@ def _tube(
 
 
 def _sides(p: Point, y: float) -> tuple[Point, Point]:
-    """A point so far to the left and to the right of the middle."""
+    """Return the points at this distance to the left and to the right of the middle."""
     return (p[0], -y, p[2]), (p[0], y, p[2])
 
 
@@ -208,7 +210,7 @@ def _rider(crank: Point, scale: float, to: _To) -> Iterator[Solid]:
 
 
 def _joint(hip: Point, ankle: Point, thigh: float, shank: float) -> Point:
-    """The knee, ahead of the line between hip and ankle."""
+    """Return the knee, ahead of the line between hip and ankle."""
     a, b = np.array(hip), np.array(ankle)
     along = b - a
     distance = float(np.hypot(along[0], along[2]))

@@ -17,7 +17,8 @@ Where = tuple[str | int, ...]
 """Path of an entry: keys, and indices in arrays."""
 
 _MAX_BYTES = 200_000
-# tomllib's time grows with the square of the parts of a dotted key; a short line bounds them.
+# The time of tomllib grows with the square of the parts of a dotted key; a limit on the line length
+# bounds it.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
 # End of a message of tomllib.
@@ -25,7 +26,7 @@ _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
 class UnquotedDecimal(str):
-    """Text of a TOML float; nothing becomes a binary float on the way."""
+    """Text of a TOML float, which is never converted to a binary float."""
 
     __slots__ = ()
 
@@ -38,9 +39,9 @@ class TomlSource:
     path
         Name of the file for messages: printable and on one line; None without a file.
     text
-        Its text, lines ending in a line feed.
+        Text of the file, with line feeds as line ends.
     tree
-        What it says; floats are `UnquotedDecimal`.
+        Parsed content; floats are `UnquotedDecimal`.
     """
 
     def __init__(self, path: str | None = None, text: str = "") -> None:
@@ -55,7 +56,7 @@ class TomlSource:
         Raises
         ------
         InputError
-            Not a file that can be read, not UTF-8 text, not valid TOML, or too large.
+            The file cannot be read, is not UTF-8 text, is not valid TOML, or is too large.
         """
         source = cls(_printable_path(path))
         source.text = source._decode(source._read(Path(path)))
@@ -74,12 +75,12 @@ class TomlSource:
         return table
 
     def tables(self, key: str) -> list[dict[str, Any]]:
-        """The tables ``[[key]]`` at the top, one or more.
+        """Return the tables ``[[key]]`` at the top level, one or more.
 
         Raises
         ------
         InputError
-            It is missing, or something else.
+            The entry is missing, or of another type.
         """
         found = self.tree.get(key, [])
         if isinstance(found, dict):
@@ -97,7 +98,7 @@ class TomlSource:
         return found
 
     def line_of_text(self, tree: dict[str, Any], key: str, where: Where, limit: int = 200) -> str:
-        """The text under `key`, which must fit on a line."""
+        """Return the text under `key`, which must fit on a line."""
         text = tree[key]
         if type(text) is not str:
             found = kind(text)
@@ -178,7 +179,7 @@ class TomlSource:
             raise InputError(
                 f"cannot be read ({reason}), expected a TOML file", file=self.path
             ) from None
-        # A pipe could keep us waiting, a device never end.
+        # Reading a pipe could block, and reading a device might never end.
         if not stat.S_ISREG(mode):
             found = "a directory" if stat.S_ISDIR(mode) else "a pipe or device"
             raise InputError(f"found {found}, expected a TOML file", file=self.path)
@@ -194,7 +195,7 @@ class TomlSource:
         try:
             return raw.decode("utf-8-sig").replace("\r\n", "\n")
         except UnicodeDecodeError as e:
-            # e.object is the input after the byte order mark, should there be one.
+            # e.object is the input after the byte order mark, if there is one.
             self.text = e.object[: e.start].decode("utf-8").replace("\r\n", "\n")
             message = f"found byte 0x{e.object[e.start]:02x}, expected UTF-8 text"
             raise self._error_at(message, len(self.text)) from None

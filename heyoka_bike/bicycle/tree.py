@@ -1,8 +1,8 @@
-"""The bicycle as engines have it: a tree of four links and three hinges, in axes with z up.
+"""The bicycle in the form of physics engines: a tree of four links and three hinges, z up.
 
-x forward, y to the left, z up: the axes of the parameters after half a turn about x. All frames are
-parallel to those of the ground when the bicycle is upright and straight, and the origin is where
-the rear wheel touches the floor then. The steer axis points down, so right is positive.
+The axes are x forward, y to the left, z up: those of the parameters after half a turn about x. When
+the bicycle is upright and straight, all frames are parallel to the ground frame, and its origin is
+the rear contact point. The steer axis points down, so right is positive.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ class Link:
     Attributes
     ----------
     name
-        Its letter in the parameters.
+        The letter of the body in the parameters.
     place
-        Of its origin from that of the ground [m], upright and straight.
+        Origin of the link relative to that of the ground [m], upright and straight.
     mass, centre
-        Mass [kg], and its centre from the origin of the link [m].
+        Mass [kg], and centre of mass relative to the origin of the link [m].
     inertia
         Elements of the inertia matrix about the centre [kg m^2], in the order of `INERTIA`.
     radius
-        Of a wheel [m]; None for a frame.
+        Radius of a wheel [m]; None for a frame.
     """
 
     name: str
@@ -52,9 +52,9 @@ class Hinge:
     ----------
     name
     parent, child
-        Links by their names.
+        Names of the two links.
     axis
-        Unit vector.
+        Direction of the hinge, a unit vector.
     """
 
     name: str
@@ -71,24 +71,24 @@ class Tree:
     hinges: tuple[Hinge, ...]
 
     def hinge_of(self, child: str) -> Hinge | None:
-        """The hinge that holds a link; None for the base."""
+        """Return the hinge that connects a link to its parent; None for the base."""
         return next((h for h in self.hinges if h.child == child), None)
 
     def children(self, parent: str) -> Iterator[Link]:
-        """The links that a link holds."""
+        """Yield the links whose parent is this link."""
         return (self.links[h.child] for h in self.hinges if h.parent == parent)
 
     def offset(self, link: Link) -> Vector:
-        """Origin of a link from that of its parent, or from the ground."""
+        """Return the origin of a link relative to that of its parent, or of the ground."""
         hinge = self.hinge_of(link.name)
         return minus(link.place, self.links[hinge.parent].place) if hinge else link.place
 
 
 def tree_of(bicycle: Bicycle, a: Arithmetic) -> Tree:
-    """The tree of a bicycle in the number type of `a`.
+    """Construct the tree of a bicycle in the number type of `a`.
 
-    The origin of B is that of the ground, those of the wheels are their centres. That of H is the
-    point of the steer axis nearest to the rear hub.
+    The origin of B is that of the ground, and the origins of the wheels are their centres. The
+    origin of H is the point of the steer axis nearest to the rear hub.
     """
     p: Mapping[str, Number] = {symbol: a.number(value) for symbol, value in bicycle.values.items()}
     zero, one = a.number(0), a.number(1)
@@ -108,7 +108,7 @@ def tree_of(bicycle: Bicycle, a: Arithmetic) -> Tree:
     links = {}
     for body, place in places.items():
         xx, yy = p[f"I{body}xx"], p[f"I{body}yy"]
-        # A wheel is as its diametral inertia says.
+        # A wheel has its diametral inertia about z.
         zz, xz = p.get(f"I{body}zz", xx), p.get(f"I{body}xz", zero)
         links[body] = Link(
             body, place, p[f"m{body}"], minus(centres[body], place),

@@ -1,17 +1,17 @@
 """Number types for functions that are analytic on a disc: Taylor series, and values on its rim.
 
-What a Taylor series leaves out is bounded by Cauchy's estimate from the size of the function on a
-circle, where `Rim` evaluates it.
-For that the function must be analytic inside. Every division and square root on the way is watched:
-where the real part of the divisor (or the radicand) keeps its sign on the whole circle it keeps it
-inside, because the real part of an analytic function takes its extremes on the boundary; taken in
-the order of evaluation, this proves each intermediate result analytic.
+Cauchy's estimate bounds the omitted terms of a Taylor series by the size of the function on a
+circle, where `Rim` evaluates it. For this the function must be analytic inside the circle. `Rim`
+therefore watches every division and square root: where the real part of the divisor (or the
+radicand) keeps its sign on the whole circle it keeps it inside, because the real part of an
+analytic function takes its extremes on the boundary; taken in the order of evaluation, this proves
+each intermediate result analytic.
 
 `Samples` are values on the unit circle, from which Taylor coefficients follow. A product of two
-series of n coefficients costs some n^2 products, one of two functions at n points costs n. With w a
-primitive n-th root of unity, the mean of f(w^j) w^(-jk) over j is c_k + c_(k + n) + c_(k + 2n) +
-..., the Taylor coefficient c_k of f and what is folded onto it. Where f is analytic for
-abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds that.
+series of n coefficients takes about n^2 products, but a product of two functions at n points takes
+n. With w a primitive n-th root of unity, the mean of f(w^j) w^(-jk) over j is c_k + c_(k + n) +
+c_(k + 2n) + ..., the Taylor coefficient c_k of f with the terms folded onto it. If f is analytic
+for abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds the folded terms.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class AtPoints(Balls):
         return self.elementary("atan", y / x)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        # An array of zeros to begin with would cost as much as a term.
+        # Starting from an array of zeros would cost as much as another term.
         return sum(terms)
 
 
@@ -56,9 +56,9 @@ class Samples(AtPoints):
     bits : int
         Working precision.
     length : int
-        How many Taylor coefficients are wanted.
+        Number of Taylor coefficients.
     radius : int
-        R.
+        Radius R.
     folded_bits : int
         Negative binary logarithm of the largest folded term, relative to the remainder of a series
         of the same length.
@@ -145,7 +145,7 @@ def each(function: Callable[[Number], Number], x: Number) -> Number:
 
 
 def array(values: Iterable[Number]) -> Any:
-    """An array of such numbers."""
+    """Return an array of such numbers."""
     return np.array(list(values), dtype=object)
 
 
@@ -165,7 +165,7 @@ class Rim(Balls):
     clear : ndarray of bool
         The arcs on which all signs are clear so far.
     reason : str
-        Why the first arc that is not clear was refused.
+        Reason why the first unclear arc was rejected.
     """
 
     def __init__(self, bits: int) -> None:
@@ -200,7 +200,7 @@ class Rim(Balls):
             self.clear, self.reason = self.clear & is_clear, self.reason or reason
 
     def value(self, x: Number) -> Value:
-        """A complex ball, or an array of them, as a watched number."""
+        """Return a complex ball, or an array of them, as a watched number."""
         return Value(x, self)
 
     def elementary(self, name: str, x: Number) -> Number:
@@ -214,7 +214,7 @@ class Rim(Balls):
         return super().sqrt(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
-        """Arc tangent of y / x; analytic where x and 1 + (y / x)^2 have positive real parts."""
+        """Return atan(y / x); analytic if x and 1 + (y / x)^2 have positive real parts."""
         ahead = x.x if isinstance(x, Value) else flint.acb(x)
         self._require(_is_positive(ahead), "an angle may pass a quarter turn")
         ratio = (y / x).x
@@ -223,12 +223,12 @@ class Rim(Balls):
         return Value(each(flint.acb.atan, ratio), self)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        # An array of zeros to begin with would cost as much as a term.
+        # Starting from an array of zeros would cost as much as another term.
         return sum(terms)
 
 
 def _all(x: Number) -> Iterable[flint.acb]:
-    """Every number of an array, or the one number."""
+    """Return the numbers of an array, or a single number in a sequence."""
     return x if isinstance(x, np.ndarray) else (x,)
 
 

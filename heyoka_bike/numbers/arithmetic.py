@@ -23,7 +23,7 @@ Number = Any
 
 
 class Arithmetic:
-    """The operations of the equations besides ``+ - * /``.
+    """The operations of the equations in addition to ``+ - * /``.
 
     Most number types evaluate all functions of one variable in the same way, by `elementary`.
     """
@@ -50,7 +50,7 @@ class Arithmetic:
         raise NotImplementedError
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        """Sum of the terms (one operation in a heyoka decomposition)."""
+        """Return the sum of the terms (one operation in a heyoka decomposition)."""
         return sum(terms)
 
 
@@ -66,7 +66,7 @@ class Balls(Arithmetic):
         self.bits = bits
 
     def precision(self) -> AbstractContextManager[None]:
-        """Context manager that sets flint's working precision to `bits`."""
+        """Return a context manager that sets flint's working precision to `bits`."""
         context: AbstractContextManager[None] = working_bits(self.bits)
         return context
 
@@ -140,7 +140,7 @@ class Differentiated:
 
 
 def value_of(x: Number) -> Number:
-    """The number without its derivatives."""
+    """Return the number without its derivatives."""
     return x.value if isinstance(x, Differentiated) else x
 
 
@@ -150,7 +150,7 @@ def exact_ball(value: Fraction) -> flint.arb:
 
 
 def span_ball(low: Fraction, high: Fraction) -> flint.arb:
-    """A ball that holds all numbers between two."""
+    """Return a ball that contains all numbers between two."""
     return flint.arb(exact_ball((low + high) / 2), exact_ball((high - low) / 2).upper())
 
 

@@ -41,17 +41,18 @@ class Nodes:
         return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
 
     def left_out(self, radius: int) -> flint.arb:
-        """Error of interpolating a function analytic for abs(x) <= radius, over its bound there.
+        """Bound the error of interpolating a function analytic for abs(x) <= radius.
 
-        At the zeros of T_n each polynomial beyond T_(n - 1) takes the values of a lower one, its
-        opposite or zero. So each coefficient left out counts twice.
+        The bound is relative to that of the function on the circle. At the zeros of T_n each
+        polynomial beyond T_(n - 1) equals a lower one, its negative, or zero. So each omitted
+        coefficient counts twice.
         """
         rho = ellipse(radius)
         return (4 * rho ** (1 - len(self.x)) / (rho - 1)).upper()
 
 
 def chebyshev_nodes(count: int) -> list[flint.arb]:
-    """The zeros of T_count."""
+    """Return the zeros of T_count."""
     return [flint.arb.cos_pi_fmpq(angle) for angle in _angles(count)]
 
 
@@ -60,16 +61,16 @@ def _angles(count: int) -> list[flint.fmpq]:
 
 
 def in_between(degree: int, count: int) -> flint.arb:
-    """How far a polynomial may exceed its values at `count` > degree nodes, as a ratio."""
+    """Return the largest ratio of a polynomial to its values at `count` > degree nodes."""
     return (1 / flint.arb.cos_pi_fmpq(flint.fmpq(degree, 2 * count))).upper()
 
 
 def ellipse(radius: int) -> flint.arb:
-    """Sum of the half axes of the largest ellipse with foci -1 and 1 inside a circle about 0."""
+    """Return the sum of half axes of the largest ellipse with foci -1, 1 in a circle about 0."""
     r = flint.arb(radius)
     return r + (r * r - 1).sqrt()
 
 
 def basis(x: Sequence[flint.arb], orders: int) -> flint.arb_mat:
-    """T_0 .. T_(orders - 1), in columns, at some x."""
+    """Return T_0 .. T_(orders - 1), in columns, at some x."""
     return flint.arb_mat([[t.chebyshev_t(k) for k in range(orders)] for t in x])

@@ -11,12 +11,12 @@ Polynomial = Sequence[flint.arb_mat]
 
 
 def total(terms: Iterable[flint.arb]) -> flint.arb:
-    """Sum of balls."""
+    """Return the sum of balls."""
     return sum(terms, flint.arb(0))
 
 
 def largest(terms: Iterable[flint.arb]) -> flint.arb:
-    """Upper bound of nonnegative balls."""
+    """Return an upper bound of nonnegative balls."""
     worst = flint.arb(0)
     for x in terms:
         worst = worst.max(x)
@@ -24,29 +24,29 @@ def largest(terms: Iterable[flint.arb]) -> flint.arb:
 
 
 def identity(n: int) -> flint.arb_mat:
-    """Unit matrix."""
+    """Return the unit matrix."""
     return flint.arb_mat([[1 if i == j else 0 for j in range(n)] for i in range(n)])
 
 
 def abs_times(m: flint.arb_mat, radii: BallVector) -> BallVector:
-    """Upper bound of abs(m) radii."""
+    """Return an upper bound of abs(m) radii."""
     return [
         total(abs(m[i, j]) * radii[j] for j in range(m.ncols())).upper() for i in range(m.nrows())
     ]
 
 
 def norm(m: flint.arb_mat, weights: BallVector) -> flint.arb:
-    """Matrix norm induced by the weighted maximum norm max abs(x_i) / w_i."""
+    """Return the matrix norm induced by the weighted maximum norm max abs(x_i) / w_i."""
     return largest(x / w for x, w in zip(abs_times(m, weights), weights, strict=True))
 
 
 def weighted(x: BallVector, weights: BallVector) -> flint.arb:
-    """Weighted maximum norm of a vector of bounds."""
+    """Return the weighted maximum norm of a vector of bounds."""
     return largest(abs(a) / w for a, w in zip(x, weights, strict=True))
 
 
 def perron(coefficients: Polynomial) -> BallVector:
-    """Positive weights that make the norms small: nearly the Perron vector of sum abs(m).
+    """Return positive weights that make the norms small: nearly the Perron vector of sum abs(m).
 
     Any positive weights give valid bounds; these give small ones.
     """
@@ -64,10 +64,10 @@ def perron(coefficients: Polynomial) -> BallVector:
 def solution(
     a: Polynomial, start: flint.arb_mat, g: Polynomial = ()
 ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
-    """Coefficients, exact numbers, of a polynomial X that nearly solves X' = A X + G, X(0) = start.
+    """Return a polynomial X that nearly solves X' = A X + G, X(0) = start, in exact coefficients.
 
-    Returned with an enclosure, for -1 <= s <= 1, of the terms of A X + G - X' of orders below that
-    of A.
+    Also return an enclosure, for -1 <= s <= 1, of the terms of A X + G - X' of orders below that of
+    A.
     """
     x, left_over = [start], 0 * start
     with_sign = flint.arb(0, 1)
@@ -85,9 +85,10 @@ def solution(
 def fundamental(
     a: Polynomial, tail: flint.arb_mat, weights: BallVector
 ) -> tuple[list[flint.arb_mat], flint.arb, list[flint.arb_mat], flint.arb]:
-    """Coefficients of Y near that of Y' = A Y and of V near that of V' = -V A, both 1 at s = 0.
+    """Return polynomials Y near that of Y' = A Y and V near that of V' = -V A, both 1 at s = 0.
 
-    Each with a bound on the norm of Y' - (A + tail) Y or V' + V (A + tail), -1 <= s <= 1.
+    For each also return a bound on the norm of Y' - (A + tail) Y or V' + V (A + tail), -1 <= s <=
+    1.
     """
     y, left_over = solution(a, identity(a[0].nrows()))
     turned_v, turned_left_over = solution([-m.transpose() for m in a], identity(a[0].nrows()))
@@ -97,7 +98,7 @@ def fundamental(
 
     def defect(p: Polynomial, of_low_orders: flint.arb_mat) -> flint.arb:
         sizes = [norm(m, weights) for m in p]
-        # Orders len(a) - 1 and above of the products: Y' and V' have no such terms.
+        # Orders len(a) - 1 and above of the products, which Y' and V' do not have.
         beyond = total(x * total(sizes[len(a) - 1 - j :]) for j, x in enumerate(sizes_a))
         return (norm(of_low_orders, weights) + beyond + rest * total(sizes)).upper()
 
@@ -105,7 +106,7 @@ def fundamental(
 
 
 def value(p: Polynomial, s: flint.arb) -> flint.arb_mat:
-    """The polynomial at s, by Horner's rule."""
+    """Evaluate the polynomial at s by Horner's rule."""
     result = p[-1]
     for m in reversed(p[:-1]):
         result = result * s + m
@@ -115,7 +116,7 @@ def value(p: Polynomial, s: flint.arb) -> flint.arb_mat:
 def supremum(
     p: Polynomial, spans: int = 8, *, low: flint.arb | int = 0, high: flint.arb | int = 1
 ) -> flint.arb_mat:
-    """Upper bound of abs(p(s)), entry by entry, on low <= s <= high (0 <= s <= 1)."""
+    """Return an upper bound of abs(p(s)), entry by entry, on low <= s <= high."""
     rows, columns = p[0].nrows(), p[0].ncols()
     half = (flint.arb(high) - low) / (2 * spans)
     times = [flint.arb(low + (2 * j + 1) * half, half.upper()) for j in range(spans)]
@@ -130,10 +131,10 @@ def supremum(
 def turned(
     end: flint.arb_mat, radii: BallVector, added: BallVector
 ) -> tuple[flint.arb_mat, BallVector]:
-    """A frame and radii that hold ``end box(radii) + box(added)`` (Lohner's QR method).
+    """Return a frame and radii that contain ``end box(radii) + box(added)`` (Lohner's QR method).
 
     The frame is the orthogonal factor of the columns sorted by length. It is computed in floats,
-    which are then taken as exact. Any invertible matrix would be valid.
+    which then count as exact. Any invertible matrix would be valid.
     """
     n = end.nrows()
     scale = largest(radii)
@@ -150,5 +151,5 @@ def turned(
 
 
 def middle(m: flint.arb_mat) -> np.ndarray:
-    """Midpoints as floats."""
+    """Return the midpoints as floats."""
     return np.array([[float(m[i, j].mid()) for j in range(m.ncols())] for i in range(m.nrows())])

@@ -1,11 +1,11 @@
 """Evaluation of piecewise Chebyshev polynomials, in binary64 or double-double (NumPy only).
 
 A double-double number is the exact sum hi + lo of two binary64 numbers, about 32 digits. `clenshaw`
-is the recurrence, used for few times. For many times the columns of a piece are the matrix product
-C T(x): their coefficients times the Chebyshev polynomials at all times. `plain_sums` is that
-product in binary64. `double_sums` gives hi + lo: T is computed once for all columns in
-double-double arithmetic, C and T are cut into slices of 21 bits, and the products of the leading
-slices are exact, whatever the order in which a library sums them.
+is the recurrence, used for a small number of times. For many times the columns of a piece are the
+matrix product C T(x): their coefficients times the Chebyshev polynomials at all times. `plain_sums`
+computes this product in binary64. `double_sums` returns it as hi + lo: T is computed once for all
+columns in double-double arithmetic, C and T are cut into slices of 21 bits, and the products of the
+leading slices are exact, whatever the order in which a library sums them.
 
 References
 ----------
@@ -28,7 +28,7 @@ _POINTS_AT_ONCE = 8192
 
 
 def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
-    """Index of the piece of each time; a break belongs to the piece on its right."""
+    """Return the index of the piece of each time; a break belongs to the piece on its right."""
     piece = np.searchsorted(breaks, t[0], side="right") - 1
     # A time rounded up to a break may lie just before it.
     inside = np.clip(piece, 0, len(breaks) - 2)
@@ -38,7 +38,7 @@ def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
 
 
 def argument(breaks: Array, piece: NDArray[np.intp], t: Double) -> Double:
-    """Argument 2 (t - a) / (b - a) - 1 of each time in its piece."""
+    """Return the argument 2 (t - a) / (b - a) - 1 of each time in its piece."""
     a, b = breaks[piece], breaks[piece + 1]
     zero = np.zeros_like(a)
     from_middle = add(add((2.0 * t[0], 2.0 * t[1]), (-a, zero)), (-b, zero))
@@ -46,7 +46,7 @@ def argument(breaks: Array, piece: NDArray[np.intp], t: Double) -> Double:
 
 
 def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double:
-    """Sums of c_k T_k(x) with c = hi + lo, each time in its piece.
+    """Return sums of c_k T_k(x) with c = hi + lo, each time in its piece.
 
     Parameters
     ----------
@@ -73,10 +73,10 @@ def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double
 
 
 def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
-    """b_k = c_k + (2x b_(k+1) - b_(k+2)), coefficients of shape (N, columns, P).
+    """Return b_0 of b_k = c_k + (2x b_(k+1) - b_(k+2)); coefficients have shape (N, columns, P).
 
-    The products and sums of `multiply` and `add`, but without normalising what is only passed on,
-    and with x split once.
+    Products and sums are as in `multiply` and `add`, but intermediate values are not normalised,
+    and x is split only once.
     """
     powers, columns, _ = c[0].shape
     times, times_lo = 2.0 * x[0], 2.0 * x[1]
@@ -106,14 +106,14 @@ _SLICE = 21
 
 
 def plain_sums(breaks: Array, c: Array, t: Array) -> Array:
-    """Sums c_k T_k(x) in binary64, to about 1e-15 of the largest coefficient.
+    """Return sums c_k T_k(x) in binary64, to about 1e-15 of the largest coefficient.
 
     Parameters
     ----------
     breaks : ndarray, shape (P + 1,)
     c : ndarray, shape (columns, P, N)
     t : ndarray, shape (n,)
-        Sorted.
+        Sorted times.
 
     Returns
     -------
@@ -130,9 +130,9 @@ def plain_sums(breaks: Array, c: Array, t: Array) -> Array:
 
 
 def double_sums(breaks: Array, c: Double, t: Double) -> Double:
-    """Sums c_k T_k(x) as hi + lo, to about 1e-27 of the largest coefficient.
+    """Return sums c_k T_k(x) as hi + lo, to about 1e-27 of the largest coefficient.
 
-    Parameters and returned pair as for `plain_sums`, each as hi + lo.
+    Parameters and results are as for `plain_sums`, but each is hi + lo.
     """
     columns, count = len(c[0]), len(t[0])
     found = np.empty((columns, count)), np.empty((columns, count))
@@ -148,7 +148,8 @@ def double_sums(breaks: Array, c: Double, t: Double) -> Double:
         for p, i, j in pieces:
             c1, c2, c3 = (part[:, p] for part in slices)
             of = slice(i, j)
-            # The first two are exact, at most 48 bits each; the last one is 2^-38 of the first.
+            # The first two products are exact, with at most 48 bits each; the last one is 2^-38 of
+            # the first.
             leading = c1 @ t1[:, of]
             middle = c1 @ t2[:, of] + c2 @ t1[:, of]
             last = c1 @ t3[:, of] + c2 @ t23[:, of] + c3 @ polynomials[0][:, of]
@@ -163,7 +164,7 @@ _Pieces = list[tuple[int, int, int]]
 
 
 def _blocks(breaks: Array, t: Double) -> Iterator[tuple[slice, _Pieces, NDArray[np.intp]]]:
-    """Rows of each block, the stretches of it (piece, start, end), and each row's piece."""
+    """Yield the rows of each block, its stretches (piece, start, end), and each row's piece."""
     piece = locate(breaks, t)
     for start in range(0, len(piece), _TIMES_AT_ONCE):
         of = piece[start : start + _TIMES_AT_ONCE]
@@ -173,7 +174,7 @@ def _blocks(breaks: Array, t: Double) -> Iterator[tuple[slice, _Pieces, NDArray[
 
 
 def _polynomials(x: Double, count: int) -> Double:
-    """T_0 .. T_(count - 1) of the arguments, hi + lo of shape (count, n)."""
+    """Return T_0 .. T_(count - 1) of the arguments, hi + lo of shape (count, n)."""
     hi, lo = np.empty((count, len(x[0]))), np.empty((count, len(x[0])))
     hi[0], lo[0] = 1.0, 0.0
     hi[1], lo[1] = x
@@ -191,7 +192,7 @@ def _polynomials(x: Double, count: int) -> Double:
 
 
 def _slices(a: Double) -> tuple[Array, Array, Array]:
-    """Numbers up to 1 as 21 bits, the next 21 bits, and the rest."""
+    """Split numbers up to 1 into 21 bits, the next 21 bits, and the rest."""
     one, two = 2.0**_SLICE, 2.0 ** (2 * _SLICE)
     first = np.rint(a[0] * one) / one
     rest = a[0] - first

@@ -25,22 +25,23 @@ Double = tuple[Array, Array]
 """hi and lo, of the same shape."""
 
 SMALL_STEP = 2.0**-26
-"""Of a quantity of size one, for a slope by a difference: the square root of binary64's roundoff,
-so that the curvature and the roundoff are off by as much."""
+"""Step in a quantity of size one for a slope by a difference: the square root of binary64's
+roundoff, for which curvature and roundoff cause equal errors."""
 
 STEP_OF_SECOND = 2.0**-13
-"""The same for second differences, and central ones beside them: its fourth root."""
+"""Step for second differences, and for central differences used with them: the fourth root of the
+roundoff."""
 
 ROUNDS_OF_NEWTON = 5
-"""Newton's method with such slopes: three rounds make one right digit all of binary64, and two are
-for a start that is farther away."""
+"""Rounds of Newton's method with such slopes: three rounds take one correct digit to all of
+binary64, and two more allow for a start that is farther away."""
 
 _SPLITTER = 2.0**27 + 1.0
-# The argument is halved so often, and the series of what is left ends below 1e-33.
+# The argument is halved this often; the series of the rest then ends below 1e-33.
 _HALVINGS_OF_ARGUMENT = 4
 _TERMS_OF_SERIES = 18
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582")
-"""To more digits than a double-double number has."""
+"""Pi with more digits than a double-double number has."""
 
 
 _Given = ParamSpec("_Given")
@@ -48,9 +49,9 @@ _Found = TypeVar("_Found")
 
 
 def with_usual_errors(function: Callable[_Given, _Found]) -> Callable[_Given, _Found]:
-    """A function that NumPy's settings of its caller do not reach: underflow is none of its errors.
+    """Run a function with NumPy's default error settings, and without errors for underflow.
 
-    Whoever asks NumPy to stop at floating-point events means their own computations.
+    Users who let NumPy stop at floating-point events mean their own computations.
     """
 
     @wraps(function)
@@ -62,9 +63,9 @@ def with_usual_errors(function: Callable[_Given, _Found]) -> Callable[_Given, _F
 
 
 def median(x: ArrayLike) -> Array:
-    """Median along the last axis of finite numbers.
+    """Return the median along the last axis of finite numbers.
 
-    That of NumPy imports its masked arrays, which takes a tenth of the time of importing NumPy.
+    NumPy's median imports masked arrays, which takes a tenth of the time of importing NumPy.
     """
     values = np.asarray(x, dtype=np.float64)
     low, high = (values.shape[-1] - 1) // 2, values.shape[-1] // 2
@@ -73,27 +74,27 @@ def median(x: ArrayLike) -> Array:
 
 
 def two_sum(a: Array, b: Array) -> Double:
-    """Exact sum of two binary64 numbers."""
+    """Return the exact sum of two binary64 numbers."""
     s = a + b
     v = s - a
     return s, (a - (s - v)) + (b - v)
 
 
 def fast_two_sum(a: Array, b: Array) -> Double:
-    """Exact sum of two binary64 numbers, the first the larger one."""
+    """Return the exact sum of two binary64 numbers, the first the larger one."""
     s = a + b
     return s, b - (s - a)
 
 
 def split(a: Array) -> Double:
-    """A binary64 number as the sum of two with 26 bits each, Dekker's way."""
+    """Split a binary64 number into the sum of two with 26 bits each, by Dekker's method."""
     c = _SPLITTER * a
     high = c - (c - a)
     return high, a - high
 
 
 def two_product(a: Array, b: Array) -> Double:
-    """Exact product of two binary64 numbers (no overflow or underflow)."""
+    """Return the exact product of two binary64 numbers (no overflow or underflow)."""
     p = a * b
     ah, al = split(a)
     bh, bl = split(b)
@@ -101,7 +102,7 @@ def two_product(a: Array, b: Array) -> Double:
 
 
 def add(x: Double, y: Double) -> Double:
-    """Sum, to about 2^-104 of the larger term."""
+    """Return the sum, to about 2^-104 of the larger term."""
     s, e = two_sum(x[0], y[0])
     t, f = two_sum(x[1], y[1])
     s, e = fast_two_sum(s, e + t)
@@ -109,13 +110,13 @@ def add(x: Double, y: Double) -> Double:
 
 
 def multiply(x: Double, y: Double) -> Double:
-    """Product, to about 2^-103."""
+    """Return the product, to about 2^-103."""
     p, e = two_product(x[0], y[0])
     return fast_two_sum(p, e + (x[0] * y[1] + x[1] * y[0]))
 
 
 def divide(x: Double, y: Array, y_lo: Array | float = 0.0) -> Double:
-    """Quotient by y + y_lo, to about 2^-103."""
+    """Return the quotient by y + y_lo, to about 2^-103."""
     q = x[0] / y
     p, e = two_product(q, y)
     rest = ((x[0] - p) - e + (x[1] - q * y_lo)) / y
@@ -123,11 +124,11 @@ def divide(x: Double, y: Array, y_lo: Array | float = 0.0) -> Double:
 
 
 def root(x: Double) -> Double:
-    """Square root, to about 2^-103."""
+    """Return the square root, to about 2^-103."""
     r = np.sqrt(x[0])
     p, e = two_product(r, r)
     rest = (x[0] - p) - e + x[1]
-    # That of zero is zero.
+    # The root of zero is zero.
     return fast_two_sum(r, rest / np.where(r == 0, 1.0, 2 * r))
 
 
@@ -140,7 +141,7 @@ class Doubles:
 
     @classmethod
     def of(cls, value: Fraction | int) -> Doubles:
-        """A number, to twice the digits of binary64."""
+        """Convert a number, to twice the digits of binary64."""
         hi = float(value)
         return cls(np.asarray(hi), np.asarray(float(value - Fraction(hi))))
 
@@ -169,18 +170,18 @@ class Doubles:
         return _sin_cos(self)[1]
 
     def arctan2(self, x: Doubles) -> Doubles:
-        """The angle of (x, self)."""
+        """Return the angle of the point (x, self)."""
         near = np.arctan2(self.hi, x.hi)
         angle = Doubles(near, np.zeros_like(near))
         sin, cos = _sin_cos(angle)
-        # What is left is an angle of the last digit, which is its own sine.
+        # The remaining angle is so small that it equals its sine.
         rest = (self * cos - x * sin) / (x * cos + self * sin)
         return Doubles(*fast_two_sum(near, rest.hi))
 
 
 @lru_cache(maxsize=4)
 def _sin_cos(angle: Doubles) -> tuple[Doubles, Doubles]:
-    """Sine and cosine; of the last arguments they are kept, as most formulas take both."""
+    """Return sine and cosine, cached for the latest arguments because most formulas need both."""
     quarters = np.rint(angle.hi / float(PI / 2))
     x = angle - Doubles(quarters, np.zeros_like(quarters)) * Doubles.of(PI / 2)
     x = Doubles(x.hi / 2**_HALVINGS_OF_ARGUMENT, x.lo / 2**_HALVINGS_OF_ARGUMENT)
@@ -192,7 +193,7 @@ def _sin_cos(angle: Doubles) -> tuple[Doubles, Doubles]:
         sin = sin * square + Doubles.of(Fraction(-sign, factorial(n - 1)))
     sin, less = sin * x, -(cos * square)
     for _ in range(_HALVINGS_OF_ARGUMENT):
-        # Of 1 - cos, which keeps its digits where the cosine is near one.
+        # Double the angle with 1 - cos, which keeps its digits if the cosine is near one.
         double = sin * (one - less)
         sin, less = double + double, (sin * sin) + (sin * sin)
     cos = one - less

@@ -1,11 +1,11 @@
 """Dual numbers: a value with its first derivatives, over any number type; and traced numbers.
 
-A `Dual` carries its derivatives by every variable through every operation. Those that are
-structurally zero are kept as the integer 0 and cost nothing.
+A `Dual` carries its derivatives with respect to every variable through every operation. Derivatives
+that are structurally zero are the integer 0 and cost nothing.
 
-A `Traced` number remembers what it was made of, for derivatives of few numbers by many variables:
-after the last operation, `gradient` follows what a result was made of back to the variables. An
-operation then costs two products for each *result* that it enters.
+A `Traced` number records its operands, for derivatives of a few numbers with respect to many
+variables. After the last operation, `gradient` follows the operands of a result back to the
+variables. An operation then costs two products for each *result* that it enters.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ from heyoka_bike.numbers.exact import Exact
 
 @dataclass(frozen=True, slots=True)
 class Dual(Differentiated):
-    """A number with its derivatives by some variables."""
+    """A number with its derivatives with respect to some variables."""
 
-    # An array times a dual number is a dual number of arrays, not an array of dual numbers.
+    # Without this, an array times a dual number would be an array of dual numbers, not a dual
+    # number of arrays.
     __array_ufunc__: ClassVar[None] = None
 
     value: Number
@@ -69,7 +70,7 @@ class Dual(Differentiated):
     __rmul__ = __mul__
 
     def chain(self, value: Number, slope: Number) -> Dual:
-        """A function of this number, from its value and its derivative."""
+        """Return a function of this number, from the value and the derivative of the function."""
         return Dual(value, tuple([_times(p, slope) for p in self.slopes]))
 
 
@@ -80,12 +81,12 @@ class Duals(Arithmetic):
         self.inner = inner
 
     def variables(self, values: Sequence[Number]) -> list[Dual]:
-        """The values as independent variables."""
+        """Return the values as independent variables."""
         n = len(values)
         return [Dual(x, tuple(1 if i == j else 0 for j in range(n))) for i, x in enumerate(values)]
 
     def number(self, value: Exact | Fraction | int | Dual) -> Number:
-        """A number without derivatives, or a dual number of fractions."""
+        """Return a number without derivatives, or convert a dual number of fractions."""
         if isinstance(value, Dual):
             make = self.inner.number
             return Dual(
@@ -110,7 +111,7 @@ class Duals(Arithmetic):
         return by_y + x.chain(0 * x.value, -y.value / square)
 
 
-# Proofs take tens of millions of these, so that calls of functions count.
+# Proofs create tens of millions of these, so the cost of function calls matters.
 
 
 def _is_zero(x: Number) -> bool:
@@ -139,13 +140,14 @@ def _over(x: Number, y: Number) -> Number:
 
 
 Share = Callable[[Number], Number]
-"""From the derivative by a number, the share that goes to one that it was made of."""
+"""A function from the derivative by a number to the contribution to the derivative by an
+operand."""
 
 _places = count()
 
 
 class Traced:
-    """A number, and the numbers that it was made of, each with its share.
+    """A number with its operands, each with its contribution to derivatives.
 
     Attributes
     ----------
@@ -153,12 +155,13 @@ class Traced:
         The number itself.
     sources : tuple
     place : int
-        Larger than those of its sources.
+        Position in the order of operations, larger than those of its sources.
     """
 
     __slots__ = ("place", "sources", "value")
 
-    # An array times a traced number is a traced number of arrays, not an array of traced numbers.
+    # Without this, an array times a traced number would be an array of traced numbers, not a traced
+    # number of arrays.
     __array_ufunc__: ClassVar[None] = None
 
     def __init__(self, value: Number, *sources: tuple[Traced, Share]) -> None:
@@ -235,13 +238,14 @@ class Traces(Arithmetic):
         )
 
     def gradient(self, x: Number, variables: Sequence[Number]) -> list[Number]:
-        """Derivatives of a number by some variables; the integer 0 by those it is not made of."""
+        """Return derivatives of a number by variables; the integer 0 if it is independent."""
         found: dict[int, Number] = {}
         waiting: list[tuple[int, Traced]] = []
 
         def give(to: Traced, share: Number) -> None:
             if to.place in found:
-                # Not in place: an array may be the share of others, too.
+                # Not in place, because the array may also be the contribution to another
+                # derivative.
                 found[to.place] = found[to.place] + share
             else:
                 found[to.place] = share

@@ -36,7 +36,7 @@ _MAX_LENGTH = 600
 _MAX_INTEGER = 10**640
 _MAX_BRACKETS = 50
 _MAX_EXPONENT = 400
-# Inside the range in which binary64 has full precision.
+# Range in which binary64 has full precision.
 _SMALLEST, _LARGEST_MAGNITUDE = Fraction(1, 10**300), Fraction(10**300)
 _EXPECTED_NUMBER = 'expected a decimal number or an expression such as "pi/10"'
 
@@ -45,7 +45,7 @@ _EXPECTED_NUMBER = 'expected a decimal number or an expression such as "pi/10"'
 class Exact:
     """The number ``rational + pi_multiple * pi``.
 
-    Integers become fractions; any other type raises `TypeError`, above all a float.
+    Integers become fractions; any other type, such as a float, raises `TypeError`.
 
     Attributes
     ----------
@@ -85,12 +85,12 @@ class Exact:
 
     @classmethod
     def read(cls, name: str, text: str) -> Exact:
-        """`parse` an input of a user; errors name the input.
+        """Parse a user's input; errors name the input.
 
         Raises
         ------
         InputError
-            `parse` refuses it.
+            `parse` rejects the text.
         """
         try:
             return cls.parse(text)
@@ -146,10 +146,11 @@ class Exact:
 
     @property
     def sign(self) -> int:
-        """-1, 0 or 1, decided exactly however close to zero the number is."""
+        """Return -1, 0 or 1, decided exactly however close to zero the number is."""
         if self.is_rational:
             return (self.rational > 0) - (self.rational < 0)
-        # The number is pi_multiple * (pi - root), and pi is irrational: enough digits decide.
+        # The number is pi_multiple * (pi - root), and pi is irrational, so enough digits decide the
+        # sign.
         root = -self.rational / self.pi_multiple
         bits = 64
         while True:
@@ -160,7 +161,7 @@ class Exact:
             bits *= 2
 
     def fraction(self) -> Fraction:
-        """The value as a `Fraction`; raises `ValueError` if it contains pi."""
+        """Return the value as a `Fraction`; raise `ValueError` if it contains pi."""
         if not self.is_rational:
             raise ValueError(f"{self} is not rational")
         return self.rational
@@ -196,7 +197,7 @@ def shortest_decimal(x: Fraction, digits: int) -> str:
 
 
 def positive_numbers(name: str, text: str) -> tuple[float, ...]:
-    """Read numbers more than zero, separated by commas.
+    """Read positive numbers, separated by commas.
 
     Parameters
     ----------

@@ -20,17 +20,17 @@ class Precision:
 
     @property
     def digits(self) -> float:
-        """Decimal digits that correspond to the bits of the significand."""
+        """Number of decimal digits that correspond to the bits of the significand."""
         return self.bits * log10(2)
 
     @classmethod
     def of(cls, what: str | int) -> Precision:
-        """``binary64``, ``longdouble``, ``binary128``, or a number of decimal digits (MPFR).
+        """Read ``binary64``, ``longdouble``, ``binary128``, or a number of decimal digits (MPFR).
 
         Raises
         ------
         InputError
-            Anything else, or digits outside 10 to 1000.
+            The text is anything else, or the digits are outside 10 to 1000.
         """
         if what in _FORMAT_BITS:
             return _FORMAT_BITS[str(what)]

@@ -17,7 +17,7 @@ from heyoka_bike.errors import UndecidedError
 from heyoka_bike.numbers.arithmetic import dyadic, upper_fraction
 
 Value = flint.arb | Fraction
-"""A value of a column: enclosed, or known exactly."""
+"""A value of a column: a ball that encloses it, or the exact number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Enclosure:
 
     @classmethod
     def of(cls, x: Value) -> Enclosure:
-        """The interval of a ball or of a number, exactly."""
+        """Return the exact interval of a ball or of a number."""
         if isinstance(x, Fraction):
             return cls(x, x)
         middle, radius = dyadic(x.mid()), dyadic(x.rad())
@@ -52,12 +52,12 @@ class Enclosure:
         return (0.0 if self.holds_zero else float((self.low + self.high) / 2)), False
 
     def minus(self, *numbers: float) -> Enclosure:
-        """The enclosure of the number minus some others."""
+        """Return the enclosure of the number minus some others."""
         less = sum(map(Fraction, numbers))
         return Enclosure(self.low - less, self.high - less)
 
     def size(self) -> Fraction:
-        """The largest absolute value."""
+        """Return the largest absolute value."""
         return max(-self.low, self.high)
 
     def decimal(self, digits: int) -> str | None:
@@ -74,7 +74,7 @@ def nearest_pair(x: Enclosure) -> tuple[float, float, bool]:
 
 
 def hi_lo(x: Enclosure, name: str) -> tuple[float, float]:
-    """The correctly rounded binary64, and the correctly rounded rest.
+    """Return the correctly rounded binary64, and the correctly rounded rest.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def hi_lo(x: Enclosure, name: str) -> tuple[float, float]:
 
 
 def decimal_digits(x: Enclosure, digits: int, name: str) -> str:
-    """The number with `digits` significant digits, correctly rounded; zero is ``0``.
+    """Return the number with `digits` significant digits, correctly rounded; zero is ``0``.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def decided_digits(x: Enclosure, digits: int) -> tuple[str, bool]:
 
 
 def _exponent_above(x: Fraction) -> int:
-    """The smallest exponent of a power of ten that is not below a positive number."""
+    """Return the smallest exponent of a power of ten that is not below a positive number."""
     exponent = len(str(x.numerator)) - len(str(x.denominator)) - 1
     while Fraction(10) ** exponent < x:
         exponent += 1
@@ -141,13 +141,13 @@ def _decimal(x: Fraction, digits: int) -> str:
 
 
 def upward(x: Fraction) -> float:
-    """The smallest binary64 that is not below a number."""
+    """Return the smallest binary64 that is not below a number."""
     nearest = float(x)
     return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
 
 
 def upward_ball(x: flint.arb) -> float:
-    """The smallest binary64 that is not below any number of a ball."""
+    """Return the smallest binary64 that is not below any number of a ball."""
     return upward(upper_fraction(x))
 
 
@@ -158,6 +158,6 @@ def few_bits(bound: float) -> float:
 
 
 def decimal_above(x: Fraction) -> str:
-    """A short decimal that is not below a nonnegative number."""
+    """Return a short decimal that is not below a nonnegative number."""
     context = Context(prec=3, rounding=ROUND_CEILING, Emin=-99999, Emax=99999)
     return f"{context.divide(Decimal(x.numerator), Decimal(x.denominator)):e}"

@@ -1,12 +1,12 @@
 """Formulas as source code, made by evaluating them with numbers that record statements.
 
 The source is a list of assignments to names, one operation each, in a syntax that C and JavaScript
-share; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. The same operation on the same
-operands is written once; operations on two literals are carried out at once, in binary64; products
-with 0 and 1 and sums with 0 vanish, as they do in heyoka's expressions.
+share; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. An operation that occurs again on the
+same operands is written only once. Operations on two literals are evaluated immediately, in
+binary64. Products with 0 and 1 and sums with 0 vanish, as they do in heyoka's expressions.
 
-A `Language`, in which such formulas are written as functions, is a table of texts. A function takes
-vectors and gives one vector or matrix; indices begin where those of the language do.
+A `Language` is a table of texts for writing such formulas as functions. A function takes vectors
+and returns one vector or matrix; indices start at the language's first index.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class StraightLine(Arithmetic):
     Parameters
     ----------
     literal_end
-        Suffix of a literal that gives its kind, in languages that need one.
+        Suffix for the type of a literal, in languages that need one.
 
     Attributes
     ----------
@@ -84,11 +84,11 @@ class StraightLine(Arithmetic):
         self._names: dict[str, Recorded] = {}
 
     def variable(self, text: str) -> Recorded:
-        """A value that has a name already."""
+        """Return a value that already has a name."""
         return Recorded(self, text)
 
     def literal(self, value: float) -> Recorded:
-        # repr gives the shortest decimal that rounds to the value.
+        # repr returns the shortest decimal that rounds to the value.
         return Recorded(self, repr(float(value)) + self._literal_end, float(value))
 
     def number(self, value: Exact | Fraction | int | Recorded) -> Number:
@@ -101,7 +101,7 @@ class StraightLine(Arithmetic):
         return self._assign(f"atan2({y.text}, {x.text})")
 
     def sum(self, terms: Iterable[Operand]) -> Recorded:
-        """Add in pairs: this shortens the chain of operations that wait for each other."""
+        """Add in pairs, which shortens the chain of operations that wait for each other."""
         found = [x if isinstance(x, Recorded) else self.literal(float(x)) for x in terms]
         while len(found) > 1:
             pairs = [found[i] + found[i + 1] for i in range(0, len(found) - 1, 2)]
@@ -109,7 +109,7 @@ class StraightLine(Arithmetic):
         return found[0]
 
     def operation(self, sign: str, x: Recorded, y: Operand) -> Recorded:
-        """Record one of ``+ - * /``, or carry it out if both operands are literals."""
+        """Record one of ``+ - * /``, or evaluate it if both operands are literals."""
         if not isinstance(y, Recorded):
             y = self.literal(float(y))
         if x.value is not None and y.value is not None:
@@ -179,27 +179,28 @@ class Language:
     Attributes
     ----------
     opening, closing
-        Of a function: its ``{name}``, its ``{arguments}``, and what it gives, ``{result}``, with
-        its ``{sizes}``, its ``{shape}`` in the brackets of an array, its ``{type}`` and as many
-        ``{zeros}``. In ``{declared}`` stand the `declaration` of all vectors that are given.
+        First and last lines of a function, with its ``{name}``, its ``{arguments}`` and its
+        ``{result}``. The result has ``{sizes}``, ``{shape}`` (in the brackets of an array),
+        ``{type}`` and ``{zeros}``. ``{declared}`` is the `declaration` of all arguments.
     statement
-        Gives a ``{name}`` to a ``{value}``.
+        Assigns a ``{value}`` to a ``{name}``.
     argument, declaration
-        A vector that is given, its ``{name}`` and ``{size}``.
+        An argument, with its ``{name}`` and ``{size}``.
     output
-        The result as the last argument, where it is one.
+        The result as the last argument, in languages where it is an argument.
     time
-        The arguments of a right-hand side, ``{}``, as the language's solvers give them.
+        The arguments ``{}`` of a right-hand side in the order of the language's solvers.
     brackets, joint
-        Of indices, and what stands between them.
+        Brackets of indices, and the text between indices.
     nest
-        From an array of a size the array of one dimension more: ``{0}`` and how many of them.
+        Type of an array with one more dimension: ``{0}`` is the inner type, followed by the number
+        of entries.
     end
-        Of a statement.
+        End of a statement.
     first
         The first index.
     literal
-        Ends a number.
+        Suffix of a number.
     """
 
     opening: str
@@ -217,7 +218,7 @@ class Language:
     literal: str = ""
 
     def at(self, name: str, *indices: int) -> str:
-        """A number of an array; indices count from 0."""
+        """Return a number of an array; indices count from 0."""
         return name + self._bracketed([i + self.first for i in indices])
 
     def _bracketed(self, numbers: Sequence[int]) -> str:
@@ -227,19 +228,20 @@ class Language:
         self, name: str, inputs: Mapping[str, int], result: str,
         formulas: Callable[..., Sequence[Number]], is_timed: bool = False,
     ) -> str:  # fmt: skip
-        """A function's text.
+        """Return the text of a function.
 
         Parameters
         ----------
         name
         inputs
-            Names and sizes of the vectors it takes.
+            Names and sizes of the vector arguments.
         result
-            Name of what it gives.
+            Name of the result.
         formulas
-            From a `StraightLine` and the vectors to the numbers of the result, or to its rows.
+            Function from a `StraightLine` and the vectors to the numbers of the result, or to its
+            rows.
         is_timed
-            Whether solvers call it as a right-hand side.
+            True if solvers call the function as a right-hand side.
         """
         code = StraightLine(self.literal)
         given = [[code.variable(self.at(x, i)) for i in range(n)] for x, n in inputs.items()]
@@ -267,12 +269,12 @@ class Language:
         return "\n".join([opening, *(_INDENT + line for line in lines), closing, ""])
 
     def statements(self, named: Mapping[str, str]) -> list[str]:
-        """A line for each recorded operation."""
+        """Return a line for each recorded operation."""
         return [self.statement.format(name=x, value=text) + self.end for x, text in named.items()]
 
 
 def _flat(values: Sequence[Number]) -> dict[tuple[int, ...], Number]:
-    """The numbers of a vector or of the rows of a matrix by their indices."""
+    """Return the numbers of a vector or of the rows of a matrix by their indices."""
     if not isinstance(values[0], Sequence):
         return {(i,): x for i, x in enumerate(values)}
     return {(i, j): x for i, row in enumerate(values) for j, x in enumerate(row)}

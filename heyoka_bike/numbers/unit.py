@@ -52,10 +52,10 @@ UNITS: Mapping[str, _Size] = {
     "knot": _size("1852/3600", *_OF_SPEED),
     "kgf": _size("9.80665", *_OF_FORCE),
     "lbf": _size("4.4482216152605", *_OF_FORCE),
-    # The thermochemical calorie, as UDUNITS has it; that of the steam tables is 0.07 % larger.
+    # The thermochemical calorie, as in UDUNITS; that of the steam tables is 0.07 % larger.
     "cal": _size("4.184", *_OF_ENERGY),
     "kcal": _size("4184", *_OF_ENERGY),
-    # International Table (ISO 80000-5).
+    # The International Table value (ISO 80000-5).
     "BTU": _size("1055.05585262", *_OF_ENERGY),
     "erg": _size("1e-7", *_OF_ENERGY),
     "eV": _size("1.602176634e-19", *_OF_ENERGY),
@@ -65,7 +65,7 @@ _SUPERSCRIPTS = str.maketrans("\u00b2\u00b3\u207b\u00b9", "23-1")
 
 
 def size(unit: str) -> _Size | None:
-    """The size of a unit and its dimension; None if it is not understood.
+    """Return the size of a unit and its dimension; None if the unit is not known.
 
     Angles are dimensionless, and rad is 1.
     """

@@ -4,26 +4,26 @@ from heyoka_bike.numbers.arithmetic import Number
 
 Vector = tuple[Number, Number, Number]
 Quaternion = tuple[Number, Number, Number, Number]
-"""The scalar first."""
+"""Four numbers, the scalar first."""
 
 
 def plus(u: Vector, v: Vector) -> Vector:
-    """Sum."""
+    """Return the sum."""
     return u[0] + v[0], u[1] + v[1], u[2] + v[2]
 
 
 def minus(u: Vector, v: Vector) -> Vector:
-    """Difference."""
+    """Return the difference."""
     return u[0] - v[0], u[1] - v[1], u[2] - v[2]
 
 
 def scaled(factor: Number, v: Vector) -> Vector:
-    """Multiple."""
+    """Return the multiple."""
     return factor * v[0], factor * v[1], factor * v[2]
 
 
 def cross(u: Vector, v: Vector) -> Vector:
-    """Cross product."""
+    """Return the cross product."""
     return (
         u[1] * v[2] - u[2] * v[1],
         u[2] * v[0] - u[0] * v[2],
@@ -45,7 +45,7 @@ def from_turned(axis: str, sine: Number, cosine: Number, v: Vector) -> Vector:
 
 
 def product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Product of quaternions: the rotation q followed by p, both about fixed axes."""
+    """Return the product of quaternions: rotation q followed by p, both about fixed axes."""
     (a, *_), (b, *_) = p, q
     u, v = p[1:], q[1:]
     scalar = a * b - (u[0] * v[0] + u[1] * v[1] + u[2] * v[2])

@@ -1,1 +1,1 @@
-"""The published set: its files, and reading them with NumPy and h5py only."""
+"""The published dataset: its files, and reading them with NumPy and h5py only."""

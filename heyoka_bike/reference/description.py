@@ -1,9 +1,9 @@
-"""What the published set says of itself: title, creator, licence, sources, what each file holds.
+"""Metadata of the published dataset: title, creator, licence, sources, content of each file.
 
-Stated once; the attributes of the HDF5 files (as ACDD-1.3 and CF name them), the card and the
-RO-Crate repeat it. The card is README.md, for people. ro-crate-metadata.json says what the manifest
-says, and which software made which files of which inputs, in the words of RO-Crate 1.1 and
-schema.org: https://w3id.org/ro/crate/1.1.
+The metadata is defined here once, and repeated by the attributes of the HDF5 files (named as in
+ACDD-1.3 and CF), the card and the RO-Crate. The card is README.md, for people.
+ro-crate-metadata.json repeats the manifest and states which software made which files from which
+inputs, in the terms of RO-Crate 1.1 and schema.org: https://w3id.org/ro/crate/1.1.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ KEYWORDS = (
 )  # fmt: skip
 BENCHMARK = "https://www.iftomm-multibody.org/benchmark/problem/Uncontrolled_bicycle/"
 CONVENTIONS = "CF-1.8, ACDD-1.3"
-"""Of files whose columns are all in units of CF."""
+"""Conventions of files whose columns all have units of CF."""
 
 Papers = Mapping[str, tuple[str, str, int]]
 
@@ -53,7 +53,7 @@ PAPERS: Papers = {
         2021,
     ),
 }
-"""Authors, title and year by address: where the bicycle and the integrator come from."""
+"""Authors, title and year by address: the sources of the bicycle and of the integrator."""
 
 _SOURCE = (
     "heyoka_bike: the equations of motion of the Carvallo-Whipple bicycle, integrated by heyoka's "
@@ -64,7 +64,7 @@ _TYPE_OF_HDF5, _TYPE_OF_TEXT, _JSON = "application/x-hdf5", "text/plain", "appli
 
 @dataclass(frozen=True, slots=True)
 class Holding:
-    """Title, summary and media type of a file of a set.
+    """Title, summary and media type of a file of a dataset.
 
     Attributes
     ----------
@@ -144,18 +144,18 @@ FILES: Mapping[str, Holding] = {
         _TYPE_OF_HDF5,
     ),
 }
-"""The files of the published set."""
+"""The files of the published dataset."""
 
 
 def title_of(version: str) -> str:
-    """Title of a dataset of this version: that of the benchmark, or of one's own."""
+    """Return the title of a dataset of this version: that of the benchmark, or of a custom one."""
     return "Reference solutions of an uncontrolled bicycle" if version == CUSTOM else TITLE
 
 
 def shared_attributes(version: str) -> dict[str, str]:
-    """Attributes of every HDF5 file of a dataset version, or made from it, but its title.
+    """Return the attributes, except the title, of every HDF5 file of this dataset version.
 
-    A set of one's own has its maker's name and licence: neither is known here.
+    A custom dataset gets no creator and no licence, because its maker is not known here.
     """
     papers = "; ".join(f"{who} ({year}), {at}" for at, (who, _, year) in PAPERS.items())
     said = {
@@ -195,23 +195,23 @@ _COMMENTS = {
     "is not defined. Axes: x forward along the heading, y right, z down, origin where the rear "
     "wheel touches the floor.",
 }
-"""Of the whole files."""
+"""Comments of the whole files."""
 
 
 def about(
     name: str, inputs: Mapping[str, Any], version: str, content: str | None = None
 ) -> dict[str, str]:
-    """Attributes of a whole HDF5 file; by the first of them it is found and cited.
+    """Return the attributes of a whole HDF5 file, the first of which serve to find and cite it.
 
     Parameters
     ----------
     name
     inputs
-        As in the manifest.
+        Inputs as in the manifest.
     version
-        Of the dataset, when the file was last changed.
+        Version of the dataset that last changed the file.
     content
-        Hash of its numbers, where it has one.
+        Hash of the file's numbers, if it has one.
     """
     bicycle, of_file = inputs["bicycle"], FILES[name]
     said = {} if version == CUSTOM else {"id": f"heyoka_bike/{version}/{name}"}
@@ -233,9 +233,9 @@ def about(
 
 
 def describe(manifest: Manifest, columns: Sequence[Column] = COLUMNS) -> dict[str, bytes]:
-    """Card and RO-Crate of a set, by file name; none of one's own, whose maker is not known.
+    """Return card and RO-Crate of a dataset by file name; none of a custom dataset.
 
-    `columns` are those that it has, by default all.
+    `columns` are those of the dataset, by default all.
     """
     if manifest.dataset_version == CUSTOM:
         return {}
@@ -243,7 +243,7 @@ def describe(manifest: Manifest, columns: Sequence[Column] = COLUMNS) -> dict[st
 
 
 def _card(manifest: Manifest, columns: Sequence[Column]) -> bytes:
-    """README.md: the card of a published set, for who finds the folder and nothing else."""
+    """Return README.md: the card of a published dataset, for readers who have only the folder."""
     template = Template((files(__package__) / "card.md").read_text(encoding="utf-8"))
     filled = template.substitute(
         title=TITLE,
@@ -280,9 +280,9 @@ Entity = dict[str, Any]
 
 
 def render_crate(manifest: Manifest) -> bytes:
-    """Bytes of the crate of a published set.
+    """Return the bytes of the crate of a published dataset.
 
-    It names sizes and hashes of the files that hold something, not of those that describe them.
+    It states sizes and hashes of the files with data, not of those that describe them.
     """
     context = [f"{_PROFILE}/context", _MORE_TERMS]
     document = {"@context": context, "@graph": list(_entities(manifest))}

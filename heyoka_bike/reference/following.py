@@ -1,8 +1,8 @@
-"""Columns that a set does not store, or not at any time: they follow from others that it has.
+"""Columns that a dataset does not store, or stores only at rows: they follow from others.
 
-A friction demand has no pieces: where the tangential force vanishes, its magnitude has a corner.
-Definitions that are younger than a set, see `columns.FOLLOWING`, are formulas of older columns:
-they need no new set.
+A friction demand has no dense pieces, because the magnitude of the tangential force has a corner
+where the force vanishes. Definitions that are newer than a dataset (see `columns.FOLLOWING`) are
+formulas of older columns, so they need no new dataset.
 """
 
 from collections.abc import Callable, Container, Mapping, Sequence
@@ -19,20 +19,20 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.values import Values
 
 Formula = Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Any]
-"""Of functions, columns and parameters of the bicycle, all in one number type."""
+"""A formula of functions, columns and parameters of the bicycle, all in one number type."""
 
 
 @dataclass(frozen=True, slots=True)
 class Follows:
-    """Formula of a column that follows from others.
+    """The formula of a column that follows from others.
 
     Attributes
     ----------
     needs : tuple of str
-        The columns that the formula takes.
+        Names of the columns in the formula.
     formula
     parameters : tuple of str
-        Those of the bicycle that it takes.
+        Symbols of the bicycle's parameters in the formula.
     """
 
     needs: tuple[str, ...]
@@ -45,7 +45,7 @@ def _friction(normal: str, along: str, across: str) -> Formula:
 
 
 def _rear_com(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> tuple[Any, Any, Any]:
-    """Velocity of the rear frame's centre of mass: along heading, axle, and across both, down."""
+    """Return the velocity of the rear frame's centre of mass along heading, axle and down."""
     x, z = _from_the_hub(p)
     turn = _pitch_turn(c, p)
     sin, cos = a.sin(c["pitch"]), a.cos(c["pitch"])
@@ -54,12 +54,12 @@ def _rear_com(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> tuple[Any, 
 
 
 def _from_the_hub(p: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Centre of mass of the upright rear frame from the rear hub [m], forward and down."""
+    """Return the upright rear frame's centre of mass from the rear hub [m], forward and down."""
     return p["xB"], p["zB"] + p["rR"]
 
 
 def _pitch_turn(c: Mapping[str, Any], p: Mapping[str, Any]) -> Any:
-    """Angular velocity of the rear frame about its axle [rad/s]."""
+    """Return the angular velocity of the rear frame about its axle [rad/s]."""
     return (c["forward_speed_wheel_spin"] - c["forward_speed"]) / p["rR"]
 
 
@@ -79,7 +79,7 @@ def _rear_com_global_x(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> An
 
 
 def _zyx(a: Any, c: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Of the frame's x axis on the floor: across the heading and along it."""
+    """Return the frame's x axis projected on the floor: across the heading and along it."""
     return a.sin(c["roll_angle"]) * a.sin(c["pitch"]), a.cos(c["pitch"])
 
 
@@ -116,17 +116,17 @@ FOLLOWS: Mapping[str, Follows] = {
         (*_SPEED_AND_SPIN, "yaw_rate", "roll_angle", "roll_rate", "pitch"), _yaw_rate_zyx, ("rR",)
     ),
 }
-"""By name of the column."""
+"""Formulas by name of the column."""
 
 
 def with_following(
     evaluate: Callable[[Sequence[str]], Values], names: Sequence[str],
     parameters: Mapping[str, str], known: Container[str] = (),
 ) -> Values:  # fmt: skip
-    """Columns by a function that knows all but those that follow, and these.
+    """Evaluate columns by a function, and compute those that follow from its results.
 
-    It knows those of `known` too, whether they follow from others or not. Where `evaluate` gives no
-    lo, they are computed in plain binary64.
+    `evaluate` also provides the columns of `known`, even if they could be computed. If it returns
+    no lo, the others are computed in plain binary64.
     """
     follow = {name: FOLLOWS[name] for name in names if name in FOLLOWS and name not in known}
     needed = [n for name in names for n in (follow[name].needs if name in follow else (name,))]
@@ -134,7 +134,8 @@ def with_following(
     if not follow:
         return found
     hi, lo = dict(found.hi), dict(found.lo)
-    # One number for each column: formulas of the same angle share its sine and cosine.
+    # Each column is one number object, so that formulas of the same angle share its sine and
+    # cosine.
     exactly = {n: Doubles(hi[n], lo[n]) for n in lo}
     for name, how in follow.items():
         exact = {p: _value(parameters[p]) for p in how.parameters}
@@ -147,7 +148,7 @@ def with_following(
 
 
 def following(columns: Mapping[str, Array], parameters: Mapping[str, float]) -> dict[str, Array]:
-    """Compute all columns that follow from those of a motion, in plain binary64."""
+    """Compute all columns that follow from the columns of a motion, in plain binary64."""
     return {
         name: how.formula(np, columns, parameters)
         for name, how in FOLLOWS.items()
@@ -156,7 +157,7 @@ def following(columns: Mapping[str, Array], parameters: Mapping[str, float]) -> 
 
 
 def in_binary64(parameters: Mapping[str, str]) -> dict[str, float]:
-    """Exact parameters of a bicycle as `following` takes them."""
+    """Return the exact parameters of a bicycle rounded to binary64, for `following`."""
     return {name: float(_value(text)) for name, text in parameters.items()}
 
 

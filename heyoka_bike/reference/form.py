@@ -1,8 +1,8 @@
-"""Checks that the HDF5 files of a reference folder have the format of docs/files.md.
+"""Checks that the HDF5 files of a reference folder have the format in docs/files.md.
 
-Every function yields problems, each in words, and `Unchecked` for each thing that cannot be
-compared as the set is older. They take bytes that match the manifest and trust nothing else:
-shapes are compared before anything is read.
+Every function yields problems in words, and an `Unchecked` for each item that cannot be compared
+because the dataset is older. The functions assume only that the bytes match the manifest: they
+compare shapes before they read any numbers.
 """
 
 import json
@@ -25,10 +25,11 @@ from heyoka_bike.reference.load import NEEDED, read_group
 from heyoka_bike.reference.manifest import Manifest, hdf5_version
 from heyoka_bike.reference.structure import ROWS_APART, STATED
 
-# Sensitivities are multiples of 2^-50 of their scale, rounded up to a power of two: three of them.
+# Tolerance of sensitivities: three multiples of 2^-50 of their scale, which is rounded up to a
+# power of two.
 _GRID = 3 * 2.0**-50
 
-# Of evaluating 24 coefficients in binary64, relative to the largest.
+# Roundoff of evaluating 24 coefficients in binary64, relative to the largest.
 _ROUNDOFF_OF_CHEBYSHEV = 2.0**-47
 
 STATES_OF_FORM = {
@@ -37,19 +38,19 @@ STATES_OF_FORM = {
 }
 """Variables of the candidate by the form of the equations."""
 _REWORDED = {"Conventions", "comment", "dataset_version"}
-"""Attributes of whole files that say something else in sets before 1.5.0."""
+"""Attributes of whole files that have other texts in datasets before 1.5.0."""
 
 
 @dataclass(frozen=True, slots=True)
 class SetForm:
-    """Expected contents of the files of a set.
+    """Expected contents of the files of a dataset.
 
     Attributes
     ----------
     manifest : Manifest
     maneuvers : sequence of Maneuver
     columns : mapping of str to sequence of Column
-        By file, those that it has of those that this version knows, and those that it has to have.
+        Columns of each file: those it has among those of this version, and those that are required.
     has_bounds : bool
         True if its derivatives are proved; those of sets before 1.4.0 are not.
     has_proof : bool
@@ -65,20 +66,20 @@ class SetForm:
 
     @property
     def version(self) -> str:
-        """That which last changed the HDF5 files."""
+        """Version that last changed the HDF5 files."""
         return hdf5_version(self.manifest.dataset_version)
 
 
 class Unchecked(str):
-    """Something that is not compared, as the set is older than the version that added it."""
+    """An item that is not compared, because the dataset is older than the version that added it."""
 
 
 class UnusableError(Exception):
-    """A problem after which there is no use in looking further; its text says which."""
+    """A problem that makes further checks pointless; the text describes the problem."""
 
 
 def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str]:
-    """The problems that are found, or that the file cannot be read."""
+    """Return the problems found, or the reason why the file cannot be read."""
     found: list[str] = []
     try:
         found.extend(look(*arguments))
@@ -92,7 +93,7 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 def expected(
     manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
 ) -> SetForm:
-    """Return the expected contents of a set; for an unreadable file, all columns are expected."""
+    """Return the expected contents of a dataset; for an unreadable file, all columns."""
     columns: dict[str, Sequence[Column]] = {}
     has_bounds = True
     for name, known in structure.COLUMNS_OF.items():
@@ -109,7 +110,7 @@ def expected(
 
 
 def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
-    """Problems of an HDF5 file: attributes, its groups by maneuver, and the hash of its numbers."""
+    """Yield problems of an HDF5 file: attributes, groups by maneuver, and hash of the numbers."""
     inputs, version = e.manifest.inputs, e.version
     with hdf5.opened(raw) as f:
         said = f.attrs.get("content_sha256")
@@ -136,7 +137,7 @@ def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
 
 
 def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
-    """Problems of states.h5, apart from its numbers."""
+    """Yield problems of states.h5, except for its numbers."""
     with hdf5.opened(raw) as f:
         root = about(layout.STATES_HDF5, e.manifest.inputs, e.version)
         yield from _group(f, structure.states(root, f["state"].size), e)
@@ -145,10 +146,10 @@ def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
 def _columns(
     group: Any, declared: hdf5.Group, maneuver: Maneuver, e: SetForm, name: str
 ) -> Iterator[str]:
-    """Problems of a group of columns; a set may be older than some of its layout."""
+    """Yield problems of a group of columns; an older dataset may lack some of the layout."""
     breaks = "breaks" if name == layout.SENSITIVITIES else "dense/breaks"
     if name == layout.MOTION and _is_older(group) and "dense" in group:
-        # Before 1.3.0 some of its columns have rows only.
+        # Before 1.3.0 some columns of a dataset have rows only.
         dense, stored = declared.groups["dense"], set(group["dense"])
         there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
         if there != dense.datasets:
@@ -168,7 +169,7 @@ def _columns(
 
 
 def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[str]:
-    """Derivatives that do not agree with one another."""
+    """Yield problems of derivatives that do not agree with each other."""
     if e.has_bounds:
         yield from _rows_differ(group, maneuver)
     energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
@@ -179,7 +180,7 @@ def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[
 
 
 def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
-    """Rows of derivatives that are not those of the pieces, as far as both have bounds."""
+    """Yield rows of derivatives that differ from the pieces by more than both bounds."""
     x = read_group(group)
     times = [float(maneuver.time(i * ROWS_APART)) for i in range(len(x.time))]
     if not np.array_equal(x.time, times):
@@ -198,7 +199,7 @@ def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
 
 
 def _do_increase(breaks: Array) -> bool:
-    """True if breaks increase from 0."""
+    """Return whether breaks increase from 0."""
     return bool(breaks[0] == 0 and (np.diff(breaks) > 0).all())
 
 
@@ -213,7 +214,7 @@ def _group(group: Any, declared: hdf5.Group, e: SetForm) -> Iterator[str]:
 
 
 def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
-    """Members that are missing, or of which nothing is said."""
+    """Yield members that are missing, or not described."""
     found = set(group)
     for name in expected:
         if name not in found:
@@ -252,14 +253,14 @@ def _check_shape(dataset: Any, item: hdf5.Dataset) -> None:
 
 
 def _is_older(item: Any) -> bool:
-    """True if something is in a file of a set before 1.5.0."""
+    """Return whether an item is in a file of a dataset before 1.5.0."""
     return "keywords" not in item.file.attrs
 
 
 def _attributes(
     item: Any, expected: Mapping[str, Any], *, is_strict: bool = False
 ) -> Iterator[str]:
-    """Attributes that are missing, not known, or say something else; those of older sets vary."""
+    """Yield attributes that are missing, unknown or different; older datasets may vary."""
     found = set(item.attrs) - hdf5.SCALE_ATTRIBUTES
     if _is_older(item) and not is_strict:
         found -= {"axis"} | (_REWORDED - expected.keys())
@@ -285,7 +286,7 @@ def _trajectory(
 
 
 def problems_of_candidate(group: Any, maneuver: Maneuver) -> Iterator[str]:
-    """Problems without whose absence the numbers of a candidate cannot be read or evaluated."""
+    """Yield problems that prevent reading or evaluating the numbers of a candidate."""
     said = {name: group.attrs.get(name) for name in STATED}
     form = said["form"]
     if form not in STATES_OF_FORM:
@@ -301,7 +302,7 @@ def problems_of_candidate(group: Any, maneuver: Maneuver) -> Iterator[str]:
     if not bits <= grid <= 2 * bits:
         yield f"{group.name}: attribute grid: found {grid}, expected {bits} to {2 * bits}"
     width = group["coefficients"].shape[-1]
-    # No motion of a bicycle has a state of more than 2^64.
+    # The state of a moving bicycle never exceeds 2^64.
     if not 0 < width <= (grid + 64) // 8 + 1:
         raise UnusableError(f"{group.name}/coefficients has integers of {width} bytes")
     for item in structure.of_maneuver(layout.CANDIDATE, {}, (), {**group, **said}).datasets:

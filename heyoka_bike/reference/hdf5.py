@@ -1,11 +1,12 @@
-"""Groups of HDF5 files: declared, and by that written and read.
+"""Groups of HDF5 files: their declaration, used both to write and to read them.
 
-All files of a set have attributes of the whole file and a group for each maneuver, ``maneuver_1``
-and so on. A column is one dataset or more: its values, ``<name>_lo`` and ``<name>_bound``.
+All files of a dataset have attributes of the whole file and a group for each maneuver,
+``maneuver_1`` and so on. A column is one dataset or more: its values, ``<name>_lo`` and
+``<name>_bound``.
 
-HDF5 has links to other files, datasets whose numbers are stored in other files, and packed numbers
-that take a thousand times their room. `opened` refuses all of these before anything is read, and
-`why_unsafe` is the same for a dataset of any file.
+HDF5 allows links to other files, datasets stored in other files, and compressed numbers that unpack
+to a thousand times their size. `opened` rejects all of these before anything is read, and
+`why_unsafe` checks a single dataset of any file.
 """
 
 from __future__ import annotations
@@ -32,22 +33,22 @@ DAMAGE = (
     OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError,
     ValueError,
 )  # fmt: skip
-"""Errors that h5py, json and others raise on damaged bytes: nearly all there are."""
+"""Errors that h5py, json and others raise on damaged bytes: nearly all exceptions."""
 
 INDEX = "<i4"
-"""Kind of a dataset that counts along an axis: 0, 1, 2, ..."""
+"""Type of a dataset that counts along an axis: 0, 1, 2, ..."""
 
 SCALE_ATTRIBUTES = frozenset(("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"))
-"""Set by HDF5's dimension scales."""
+"""Attributes set by HDF5's dimension scales."""
 
 LOW, BOUND = "_lo", "_bound"
 """Suffixes of the datasets of a column's low part and of its bounds."""
 
 UNDECIDED = "_undecided"
-"""Suffix of the numbers of the rows of a column whose rounding is not decided, if there are any."""
+"""Suffix of the dataset with the row numbers whose rounding is not decided, if there are any."""
 
 ROW_NUMBER = "<i8"
-"""Kind of a dataset of such numbers."""
+"""Type of a dataset of row numbers."""
 
 _NO_COLUMNS = frozenset(("time", "breaks", "piece", "order", "dense", "rows"))
 
@@ -62,13 +63,13 @@ class Dataset:
     shape : tuple of int
     attributes : mapping of str to str
     scales : tuple of str
-        The datasets of its group that are the dimension scales of its first axes.
+        Datasets of the group that are the dimension scales of the first axes.
     is_scale : bool
-        True if it is one itself.
+        True if the dataset is itself a dimension scale.
     is_column : bool
-        True if it is one of several that differ in their numbers only.
+        True if the dataset is one of several that differ only in their numbers.
     kind : str
-        Its dtype.
+        NumPy dtype of the numbers.
     has_nan : bool
         True if NaN stands for a missing number.
     """
@@ -85,7 +86,7 @@ class Dataset:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A group, or a whole file; attributes and members are in the order of their creation.
+    """A group, or a whole file; attributes and members are in order of creation.
 
     Attributes
     ----------
@@ -100,36 +101,37 @@ class Group:
 
     @property
     def members(self) -> tuple[str, ...]:
-        """Names of its datasets and groups."""
+        """Names of the datasets and groups inside."""
         return (*(dataset.name for dataset in self.datasets), *self.groups)
 
 
 def by_maneuver(items: Iterable[T]) -> dict[str, T]:
-    """Return items of the maneuvers by the names of their groups."""
+    """Map items to the names of the maneuvers' groups."""
     return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
 
 
 def of_maneuvers(f: Mapping[str, T], count: int) -> list[T]:
-    """The groups of so many maneuvers."""
+    """Return the groups of this many maneuvers."""
     return [f[name] for name in by_maneuver(range(count))]
 
 
 def opened(raw: bytes, *, is_known: bool = False) -> h5py.File:
-    """An HDF5 file in memory, which stays open: its arrays are read when they are needed.
+    """Open an HDF5 file in memory; it stays open, and its arrays are read when needed.
 
     Parameters
     ----------
     raw
     is_known
-        True if the hash of the bytes is one that the package knows. Other bytes are looked through
-        first, once in a process.
+        True if the package knows the hash of the bytes. Other bytes are checked first, once per
+        process.
 
     Raises
     ------
     DatasetError
-        An object of the file is not stored in it, or unpacks to more than a set has.
+        An object is not stored in the file itself, or unpacks to more than a dataset may contain.
     """
-    # As an image: a Python object would be asked for at its closing, when Python has ended.
+    # An image avoids a Python file object, which HDF5 would access on closing, after Python has
+    # ended.
     f = h5py.File(h5py.h5f.open_file_image(raw))
     digest = b"" if is_known else hashlib.sha256(raw).digest()
     if not is_known and digest not in _looked_through:
@@ -145,15 +147,15 @@ def opened(raw: bytes, *, is_known: bool = False) -> h5py.File:
 _looked_through: set[bytes] = set()
 
 _MOST_BYTES, _MOST_TIMES = 50_000_000, 20
-"""A file of a set unpacks to at most this many bytes and this many times its own length. The
-published ones unpack to twice their length; columns that are zero throughout take no room."""
+"""Limits on the unpacked size of a dataset's file: bytes, and multiples of the file's length. The
+published files unpack to twice their length; columns of zeros take no space."""
 
 _MOST_OBJECTS = 100_000
-"""Groups, datasets and attributes of a file; those of the published sets have 20,000."""
+"""Maximum number of groups, datasets and attributes of a file; published datasets have 20,000."""
 
 
 def _look_through(f: h5py.File, most: int) -> None:
-    """Refuse a file with an object that is elsewhere, there twice, or too large when unpacked."""
+    """Reject a file with an object that is stored elsewhere, duplicated, or too large unpacked."""
     groups, seen, count = [h5py.h5g.open(f.id, b"/")], set(), 0
     seen.add(h5py.h5o.get_info(groups[0]).addr)
     while groups:
@@ -162,7 +164,7 @@ def _look_through(f: h5py.File, most: int) -> None:
         refuse_many_texts(group, inside)
         for name in group:
             where, count = _shown(inside + name), count + 1
-            # A name with a slash in it is looked up as a path, by way of any link.
+            # HDF5 looks up a name with a slash as a path, through any link on it.
             if b"/" in name or group.links.get_info(name).type != h5py.h5l.TYPE_HARD:
                 raise DatasetError(f"{where} is a link, expected numbers stored in this file")
             item = h5py.h5o.open(group, name)
@@ -187,12 +189,12 @@ def _look_through(f: h5py.File, most: int) -> None:
 
 
 def refuse_many_texts(item: Any, inside: bytes) -> None:
-    """Refuse attributes of many texts: each could be the same long one of the file.
+    """Reject attributes with many texts, each of which could be the same long text of the file.
 
     Raises
     ------
     DatasetError
-        An attribute of the object with this low-level identifier has them.
+        An attribute of the object with this low-level identifier has many texts.
     """
     for i in range(h5py.h5a.get_num_attrs(item)):
         attribute = h5py.h5a.open(item, index=i)
@@ -205,7 +207,8 @@ def refuse_many_texts(item: Any, inside: bytes) -> None:
 
 _NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT)
 _MOST_TEXTS = 32
-"""Entries of an attribute of variable length; one of axes has as many as HDF5 has axes."""
+"""Maximum number of entries in an attribute of variable length; one for axes has at most HDF5's 32
+axes."""
 
 _DEFLATE, _SHUFFLE, _FLETCHER32, _LZF = (
     h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32,
@@ -215,25 +218,25 @@ _SIZED = (h5py.h5z.FILTER_NBIT, h5py.h5z.FILTER_SCALEOFFSET)
 _FILTERS_OF_SETS = (_DEFLATE, _SHUFFLE, _FLETCHER32)
 
 _TIMES_OF = {_DEFLATE: 1032, _LZF: 90}
-"""How many times its length a packed chunk can unpack to: deflate has two bits for 258 bytes at
-best (RFC 1951), LZF three bytes for 264."""
+"""Largest factor by which a packed chunk can unpack: deflate uses two bits for 258 bytes at best
+(RFC 1951), LZF three bytes for 264."""
 
 _USUAL_CHUNK = 1 << 26  # [bytes]
-"""A chunk that cannot unpack to more than this is not looked into."""
+"""A chunk that cannot unpack to more than this is not checked further."""
 
 
 def why_unsafe(
     dataset: h5py.h5d.DatasetID, most: int, filters: Collection[int] | None = None
 ) -> str:
-    """Words on why a dataset is not to be read, to follow its name; none if it may be.
+    """Return why a dataset must not be read, as words after its name; empty if it may be.
 
     Parameters
     ----------
     dataset
     most
-        Bytes that it may take when unpacked, and each chunk of it too.
+        Maximum unpacked size in bytes of the dataset and of each chunk.
     filters
-        Codes of the filters that it may have; by default any.
+        Codes of the filters that are allowed; by default any.
     """
     made = dataset.get_create_plist()
     layout = made.get_layout()
@@ -253,7 +256,7 @@ def why_unsafe(
         return f"is packed by filter {others[0]} of HDF5, expected gzip"
     if len({*codes}) < len(codes):
         return "is packed twice by one filter"
-    # These filters take the size from their own parameters.
+    # These filters read the unpacked size from their own parameters.
     if any(code in _SIZED and values[2] != entries for code, _, values, _ in used):
         return "is packed with the size of another chunk"
     if _unpacks_to_more(dataset, codes, max(chunk, _USUAL_CHUNK)):
@@ -262,7 +265,7 @@ def why_unsafe(
 
 
 def _unpacks_to_more(dataset: h5py.h5d.DatasetID, codes: Sequence[int], most: int) -> bool:
-    """True if a stored chunk unpacks to more bytes; HDF5 itself would follow it to the end."""
+    """Return whether a chunk unpacks to more than `most`; HDF5 itself would unpack it all."""
     times = prod(_TIMES_OF.get(code, 1) for code in codes)
     if dataset.get_storage_size() * times <= most:
         return False
@@ -270,7 +273,7 @@ def _unpacks_to_more(dataset: h5py.h5d.DatasetID, codes: Sequence[int], most: in
     dataset.chunk_iter(lambda x: large.append(x) if x.size * times > most else None)
     for stored in large:
         mask, raw = dataset.read_direct_chunk(stored.chunk_offset)
-        # Bit i of the mask: filter i was left out for this chunk.
+        # If bit i of the mask is set, filter i was not applied to this chunk.
         packers = [x for i, x in enumerate(codes) if x in _TIMES_OF and not mask >> i & 1]
         if packers == [_DEFLATE]:
             outer = [x for i, x in enumerate(codes) if not mask >> i & 1]
@@ -282,11 +285,11 @@ def _unpacks_to_more(dataset: h5py.h5d.DatasetID, codes: Sequence[int], most: in
 
 
 _MOST_UNSEEN = 500_000_000
-"""What a chunk of another packer than deflate may unpack to at worst [bytes]."""
+"""Worst-case unpacked size of a chunk packed by another filter than deflate [bytes]."""
 
 
 def _inflates_to_more(raw: bytes, most: int) -> bool:
-    """True if a stream of deflate is longer than `most` bytes when unpacked."""
+    """Return whether a deflate stream unpacks to more than `most` bytes."""
     stream, left, step = zlib.decompressobj(), most, 1 << 20
     with suppress(zlib.error):
         while left >= 0 and not stream.eof:
@@ -298,7 +301,7 @@ def _inflates_to_more(raw: bytes, most: int) -> bool:
 
 
 def bytes_of(dataset: h5py.h5d.DatasetID) -> int:
-    """Bytes of a dataset in memory."""
+    """Return the size of a dataset in memory [bytes]."""
     return prod(dataset.shape or ()) * int(dataset.get_type().get_size())
 
 
@@ -307,7 +310,7 @@ def _shown(name: bytes) -> str:
 
 
 def columns_of(group: Iterable[str]) -> list[str]:
-    """Names of the columns that a group has, in the order of their creation."""
+    """Return the names of the columns of a group, in order of creation."""
     stems = (name.removesuffix(LOW).removesuffix(BOUND).removesuffix(UNDECIDED) for name in group)
     return [stem for stem in dict.fromkeys(stems) if stem not in _NO_COLUMNS]
 
@@ -316,22 +319,22 @@ def on_demand(
     group: Any, where: object, shapes: Mapping[str, tuple[int, ...]],
     may_be_nan: Collection[str] | None = None,
 ) -> Iterator[Mapping[str, Array]]:  # fmt: skip
-    """The columns that a group has: their values, low parts and bounds, read when asked for.
+    """Return the columns of a group (values, low parts and bounds), read when needed.
 
     Parameters
     ----------
     group
     where
-        The file, for errors: asking for a column raises `DatasetError` if it is damaged.
+        The file, for error messages: reading a damaged column raises `DatasetError`.
     shapes
         Shape of each part of a column, by the suffix of its dataset.
     may_be_nan
-        Columns in which NaN stands for a missing number; by default all. Bounds are not looked at.
+        Columns in which NaN stands for a missing number; by default all. Bounds are not checked.
 
     Raises
     ------
     KeyError
-        A part of a column is not there.
+        A part of a column is missing.
     """
     stored = dict.fromkeys(group)
     names = columns_of(stored)
@@ -344,7 +347,7 @@ def on_demand(
 
 
 class _OnDemand(Mapping[str, Array]):
-    """Datasets of a group by column, each read when first asked for."""
+    """Datasets of a group by column, each read on first use."""
 
     def __init__(
         self, group: Any, where: object, shape: tuple[int, ...], dataset: Mapping[str, str],
@@ -376,7 +379,7 @@ class _OnDemand(Mapping[str, Array]):
         return name in self._dataset
 
     def __reduce__(self) -> tuple[type, tuple[dict[str, Array]]]:
-        # An open file cannot be sent to another process; what is in it can.
+        # An open file cannot be sent to another process, but its contents can.
         return dict, (dict(self),)
 
 
@@ -386,9 +389,10 @@ def _refuse_infinite(array: Array) -> None:
 
 
 def read_array(group: Any, name: str, shape: tuple[int, ...] | None = None) -> Array:
-    """Binary64 numbers of a dataset, not to be changed.
+    """Read the binary64 numbers of a dataset as a read-only array.
 
-    Scoring reads a hundred of them, which takes twice the time by h5py's interface of objects.
+    Scoring reads a hundred datasets, which would take twice as long with h5py's high-level
+    interface.
 
     Raises
     ------
@@ -408,16 +412,16 @@ def read_array(group: Any, name: str, shape: tuple[int, ...] | None = None) -> A
 
 
 def render(layout: Group, data: Mapping[str, Any]) -> bytes:
-    """Bytes of a file: arrays by the names of its datasets, in mappings by those of its groups."""
+    """Return the bytes of a file from arrays by dataset name, in mappings by group name."""
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
         _write_group(f, layout, data, {})
     return buffer.getvalue()
 
 
-# HDF5 gives numbers their place in the file when their dataset is closed, and attributes when they
-# are made. The published bytes come of this: a dataset of columns is closed when there is the next
-# of its shape, an axis with the group that it is the scale of.
+# HDF5 places numbers in the file when their dataset is closed, and attributes when they are
+# created. The published bytes depend on this order: a dataset of columns is closed when the next
+# dataset of its shape is created, and an axis together with the group whose scale it is.
 
 
 def _write_group(

@@ -1,4 +1,4 @@
-"""The files of a reference set: their names, how numbers are stored, and the hash of them."""
+"""The files of a reference dataset: their names, the storage of numbers, and their hash."""
 
 import hashlib
 import json
@@ -26,25 +26,26 @@ CRATE = "ro-crate-metadata.json"
 
 AFTER_FOLDER = "after-ten-seconds"
 AFTER_FILES = (f"{AFTER_FOLDER}/{AFTER}", f"{AFTER_FOLDER}/{CANDIDATE}")
-"""Files with proved statements on the benchmark's motions after their ten seconds."""
+"""Files with proved statements on the benchmark's motions after their first ten seconds."""
 
 FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletcher32": True}
 
 
 NODES = 32
-"""Chebyshev coefficients of a dense piece."""
+"""Number of Chebyshev coefficients of a dense piece."""
 
 
 def as_json(document: Any) -> bytes:
-    """Bytes of a document of a set, in the one way in which it is written."""
+    """Return the bytes of a JSON document of a dataset, in its canonical form."""
     return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
 
 
 def content_sha256(content: Mapping[str, Mapping[str, Any]]) -> str:
-    """Hash of the published numbers of the maneuvers, which also an open HDF5 file is a mapping of.
+    """Hash the published numbers of the maneuvers; an open HDF5 file can be passed as well.
 
-    Of each group the names in order, shapes, and values as little-endian binary64: times, hi and
-    lo, and the dense coefficients; not the bounds, nor which rows are not decided.
+    The hash covers each group's names in order, shapes, and values as little-endian binary64:
+    times, hi and lo, and the dense coefficients. It does not cover the bounds and the numbers of
+    undecided rows.
     """
     h = hashlib.sha256()
     for i in range(1, len(content) + 1):
@@ -66,15 +67,15 @@ def _published(group: Mapping[str, Any], where: str = "") -> Iterator[tuple[str,
 
 @dataclass(frozen=True, slots=True)
 class TextFile:
-    """One of the text files of a set.
+    """A text file of a dataset.
 
     Attributes
     ----------
     name : str
     numbers : tuple of int
-        The maneuvers it holds, from 1.
+        Numbers of the maneuvers in the file, from 1.
     is_long : bool
-        True if its numbers have 50 digits.
+        True if the numbers have 50 digits.
     """
 
     name: str
@@ -83,7 +84,7 @@ class TextFile:
 
 
 def text_files(maneuvers: Sequence["Maneuver"]) -> tuple[TextFile, ...]:
-    """The text files of a set: for all maneuvers, or one for each that has its own time grid."""
+    """Return the text files of a dataset: one for all maneuvers, or one for each time grid."""
     numbers = tuple(range(1, len(maneuvers) + 1))
     both = ((TEXT, False), (TEXT_50, True))
     if len({(m.rows, m.spacing) for m in maneuvers}) == 1:

@@ -1,4 +1,4 @@
-"""Reading the reference: rows, dense output, and evaluation at any time (NumPy and h5py only)."""
+"""Read the reference: rows, dense output, and evaluation at any time (NumPy and h5py only)."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ array or sequence of these, or a pair (hi, lo) of floats or arrays."""
 
 
 def as_double(t: Time | object) -> Double:
-    """A time in any accepted form as hi + lo.
+    """Return a time in any accepted form as hi + lo.
 
     Raises
     ------
     InputError
-        It is not a number, or would be rounded on the way.
+        The time is not a number, or converting it would round it.
     """
     if isinstance(t, tuple) and len(t) == 2:
         hi, lo = _plain(t[0]), _plain(t[1])
@@ -62,7 +62,7 @@ def as_double(t: Time | object) -> Double:
         exact = np.asarray(t)
         if exact.dtype.kind in "fiu" and exact.dtype.itemsize <= 8:
             return _plain(exact), np.zeros(exact.shape)
-        # Mixed lists keep their members as they are.
+        # Mixed lists keep their members unchanged.
         exact = exact if isinstance(t, np.ndarray) else np.asarray(t, dtype=object)
     except ValueError:
         raise InputError("time: found a ragged sequence, expected numbers of one shape") from None
@@ -71,7 +71,7 @@ def as_double(t: Time | object) -> Double:
 
 
 def _split(t: object) -> tuple[float, float]:
-    """One time as hi + lo: a string, an exact number, or a float."""
+    """Return one time as hi + lo: from a string, an exact number, or a float."""
     if isinstance(t, bytes):
         t = t.decode("utf-8", "replace")
     if isinstance(t, str):
@@ -98,7 +98,7 @@ def _split(t: object) -> tuple[float, float]:
 
 
 def _plain(x: object) -> Array:
-    """Floats, as floats; nothing that would be rounded on the way."""
+    """Return floats as floats; reject values that the conversion would round."""
     values = np.asarray(x)
     if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
         raise InputError(f"time: found {x!r:.60}, expected floats")
@@ -107,10 +107,10 @@ def _plain(x: object) -> Array:
 
 _log = logging.getLogger(__name__)
 
-# The last polynomials are continued over this part of their piece.
+# The last polynomials may be continued by this fraction of their piece.
 _PARTS_OF_PIECE = 100
 NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
-"""Columns without which a set is none."""
+"""Columns that every dataset must have."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,14 +127,14 @@ class ReferenceManeuver(Displayed):
     rows : Values
         Columns at the rows.
     dense : Dense
-        Chebyshev pieces of the columns, but of a friction demand, which follows from others.
+        Chebyshev pieces of the columns, except friction demands, which follow from other columns.
     units : mapping of str to str
     parameters : mapping of str to str
-        Of the bicycle, exact.
+        Exact parameters of the bicycle.
     more : tuple of Dense
         Pieces of other columns, with other breaks.
     performance_limit : float or None
-        What eq. (1) of the benchmark must be less than [%]; None if the maneuver is not judged so.
+        Upper limit for eq. (1) of the benchmark [%]; None if the maneuver is not judged by it.
     """
 
     name: str
@@ -154,19 +154,19 @@ class ReferenceManeuver(Displayed):
         try:
             is_stored = name in self.rows.hi or name not in self.at_any_time
         except TypeError:
-            is_stored = True  # what cannot be a key is refused there
+            is_stored = True  # invalid keys are rejected there
         return self.rows[name] if is_stored else self._at_rows([name])[name]
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the columns, alternates included."""
+        """Names of the columns, including alternates."""
         return tuple(self.rows.hi)
 
     @cached_property
     def at_any_time(self) -> Set[str]:
-        """Names of the columns that can be evaluated; those of older sets may have rows only.
+        """Names of the columns that can be evaluated; columns of older datasets may have rows only.
 
-        Among them are definitions that its set does not store and that follow from what it has.
+        They include definitions that the dataset does not store but that follow from its columns.
         """
         pieces = {name for dense in (self.dense, *self.more) for name in dense.hi}
         stored = pieces & self.rows.hi.keys()
@@ -174,9 +174,9 @@ class ReferenceManeuver(Displayed):
 
     @cached_property
     def definitions(self) -> Mapping[str, tuple[Column, ...]]:
-        """The definitions of each column that its set has, the default first, by key.
+        """The definitions of each column that the dataset has, by key, the default first.
 
-        Results are compared with these, whatever others there are in `columns.COMPARED`.
+        Results are compared with these definitions only, although `columns.COMPARED` may have more.
         """
         return definitions_among(self.at_any_time)
 
@@ -187,10 +187,11 @@ class ReferenceManeuver(Displayed):
 
     @cached_property
     def reach(self) -> float:
-        """The time [s] up to which the last polynomials tell the motion, a little beyond its end.
+        """The time [s] up to which the last polynomials describe the motion, slightly past its end.
 
-        A hundredth of the last piece: there T_31 is below 250, so that errors of the coefficients
-        show by two digits more, of some thirty. Nothing is proved beyond the end.
+        The continuation is a hundredth of the last piece. There T_31 is below 250, so errors of the
+        coefficients are magnified by about two digits, of some thirty. Nothing is proved beyond the
+        end.
         """
         return float(self.duration) + float(self.breaks[-1] - self.breaks[-2]) / _PARTS_OF_PIECE
 
@@ -200,12 +201,12 @@ class ReferenceManeuver(Displayed):
         return Exact.parse(self.inputs["duration"]).fraction()
 
     def scale(self, name: str) -> float:
-        """Largest absolute value of a column over the run, at its rows."""
+        """Return the largest absolute value of a column at the rows."""
         return float(np.max(np.abs(self[name])))
 
     @with_usual_errors
     def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
-        """Columns at any time of the run, to about 31 digits of the column's scale.
+        """Evaluate columns at any time of the run, to about 31 digits of the column's scale.
 
         Parameters
         ----------
@@ -213,12 +214,12 @@ class ReferenceManeuver(Displayed):
             Time or times [s], see `Time`. A float means exactly that binary64: 0.07 is not 7/100;
             write ``"0.07"`` or ``Fraction(7, 100)`` for that.
         columns
-            Names; by default all of `at_any_time`.
+            Names of columns; by default all of `at_any_time`.
 
         Raises
         ------
         InputError
-            A time outside the run, not a number, or a column that is unknown or has rows only.
+            A time is outside the run or not a number, or a column is unknown or has rows only.
         """
         if columns is None:
             known = dict.fromkeys((*self.columns, *FOLLOWS))
@@ -239,14 +240,14 @@ class ReferenceManeuver(Displayed):
         return Values(*shaped, time=hi)
 
     def continued(self, times: Double, names: Sequence[str]) -> Values:
-        """`evaluate` at times that are not checked, of shape (n,).
+        """Evaluate columns at times that are not checked, of shape (n,).
 
         The last piece is analytic: it may be continued by a tiny part of its length.
         """
         return self._gathered(Dense.evaluate, times, names)
 
     def approximate(self, t: Array, columns: Sequence[str]) -> dict[str, Array]:
-        """Columns at many times in plain binary64: fast, good to its roundoff.
+        """Evaluate columns at many times in plain binary64: fast, accurate to its roundoff.
 
         Parameters
         ----------
@@ -258,14 +259,14 @@ class ReferenceManeuver(Displayed):
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            Good to about 1e-15 of each column's scale.
+            Values accurate to about 1e-15 of each column's scale.
         """
         if np.array_equal(t, self.time):
             return dict(self._at_rows(columns).hi)
         return dict(self._gathered(Dense.approximate, (t, np.zeros_like(t)), columns).hi)
 
     def evaluate_many(self, t: Double, columns: Sequence[str]) -> Values:
-        """`continued` for very many times: several times faster, to about 27 digits of the scale.
+        """Evaluate columns at very many times, faster than `continued`, to about 27 digits.
 
         Parameters
         ----------
@@ -277,8 +278,8 @@ class ReferenceManeuver(Displayed):
         return self._gathered(Dense.evaluate_many, t, columns)
 
     def joined(self, other: ReferenceManeuver) -> ReferenceManeuver:
-        """The maneuver with the columns of another file added, of equal rows."""
-        # Datasets are read when they are asked for: a chain reads none.
+        """Return the maneuver with the columns of another file, which has equal rows."""
+        # Datasets are read when they are used, and a chain reads none.
         rows = Values(
             *(
                 ChainMap(getattr(self.rows, part), getattr(other.rows, part))
@@ -295,7 +296,7 @@ class ReferenceManeuver(Displayed):
         self, evaluate: Callable[[Dense, Double, Sequence[str]], Values], t: Double,
         names: Sequence[str],
     ) -> Values:  # fmt: skip
-        """Columns, each from the pieces that have it; at the rows' own times from the rows."""
+        """Return columns, each from the pieces that contain it, or from the rows at their times."""
         if np.array_equal(t[0], self.time) and np.array_equal(t[1], self.time_lo):
             return self._at_rows(names)
 
@@ -312,7 +313,7 @@ class ReferenceManeuver(Displayed):
         return with_following(from_pieces, names, self.parameters)
 
     def _at_rows(self, names: Sequence[str]) -> Values:
-        """Columns at the rows: those of the set, and those that follow from them."""
+        """Return columns at the rows: stored ones, and those that follow from them."""
         hi, lo = self._at_rows_known
 
         def stored(names: Sequence[str]) -> Values:
@@ -329,7 +330,7 @@ class ReferenceManeuver(Displayed):
 
     @cached_property
     def _at_rows_known(self) -> tuple[ChainMap[str, Array], ChainMap[str, Array]]:
-        """Columns at the rows, hi and lo; what follows is added once it was asked for."""
+        """Columns at the rows, hi and lo; computed columns are added on first use."""
         rows: Any = self.rows
         return ChainMap({}, rows.hi), ChainMap({}, rows.lo)
 
@@ -348,7 +349,7 @@ class ReferenceManeuver(Displayed):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reference(Displayed, Numbered[ReferenceManeuver]):
-    """A reference set: ``reference[2]`` is its second maneuver.
+    """A reference dataset: ``reference[2]`` is its second maneuver.
 
     Attributes
     ----------
@@ -356,10 +357,10 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
     bicycle : str
         Name of the bicycle.
     parameters : mapping of str to str
-        Its parameters, exact.
+        Exact parameters of the bicycle.
     maneuvers : tuple of ReferenceManeuver
     folder : Path
-        Where it was loaded from.
+        Folder that it was loaded from.
     """
 
     dataset_version: str
@@ -373,38 +374,38 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
 
     @cached_property
     def most_apart(self) -> float:
-        """How far apart [s] two rows of a result may be to show the motion between them.
+        """Largest spacing [s] between rows of a result that still shows the motion between them.
 
         It is the longest dense piece of the quickest maneuver: 0.25 s for the benchmark. Errors of
         wrong motions cross zero twice in a period of the weave or of its double, every 0.3 s or
-        more, so rows that are this close cannot all be where a wrong motion happens to be right.
+        more, so rows that are this close cannot all fall on these zeros.
         """
         return min(float(np.diff(m.breaks).max()) for m in self.maneuvers)
 
     @cached_property
     def motion(self) -> Motion:
-        """The whole motion of its set, read when first asked for.
+        """The whole motion of the dataset, read on first use.
 
         Raises
         ------
         DatasetError
-            The set has none, or the file is damaged.
+            The dataset has no motion.h5, or the file is damaged.
         """
         return load_motion(self.folder)
 
     @cached_property
     def sensitivities(self) -> Sensitivities:
-        """The sensitivities of its set, read when first asked for.
+        """The sensitivities of the dataset, read on first use.
 
         Raises
         ------
         DatasetError
-            The set has none, or the file is damaged.
+            The dataset has no sensitivities.h5, or the file is damaged.
         """
         return load_sensitivities(self.folder)
 
     def with_motion(self) -> Reference | None:
-        """The reference with the columns of its motion.h5 added; None if its set has none.
+        """Return the reference with the columns of its motion.h5; None if there is none.
 
         Raises
         ------
@@ -428,7 +429,7 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         Raises
         ------
         InputError
-            They differ; each maneuver has its own ``time``.
+            The times differ; each maneuver has its own ``time``.
         """
         shared = self.maneuvers[0].time
         for number in self:
@@ -447,12 +448,12 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
 
 @with_usual_errors
 def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Reference:
-    """Load a reference set, by default the published one that comes with the package.
+    """Load a reference dataset, by default the published one that comes with the package.
 
     Parameters
     ----------
     folder : path, optional
-        Folder of the set; a reference that is loaded is given back.
+        Folder of the dataset; a loaded reference is returned unchanged.
 
     Returns
     -------
@@ -461,10 +462,10 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     Raises
     ------
     InputError
-        Something else than a folder.
+        The argument is not a folder.
     DatasetError
-        The set is missing, incomplete or damaged; the published one must also carry the hash that
-        this version of the package knows.
+        The dataset is missing, incomplete or damaged, or the published one does not have the hash
+        that this version of the package knows.
     """
     if isinstance(folder, Reference):
         return folder
@@ -486,14 +487,14 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     return reference
 
 
-# Of the same folder and manifest, which has the hash of the file, the reference that was loaded: it
-# keeps what follows from its columns, which takes longer than reading them.
+# Loaded references by folder and hash of the manifest. Reusing them keeps the computed columns,
+# which take longer than reading.
 _loaded: dict[tuple[Path, str], Reference] = {}
 _MOST_LOADED = 2
 
 
 def _opened(raw: bytes, manifest: manifest_file.Manifest) -> Any:
-    """Open a file that matches the manifest; those of published sets need no more looks."""
+    """Open a file that matches the manifest; files of published datasets need no further checks."""
     return opened(raw, is_known=manifest.sha256 in manifest_file.PUBLISHED_MANIFESTS.values())
 
 
@@ -515,9 +516,9 @@ def _read_reference(where: Path, manifest: manifest_file.Manifest, f: Any) -> Re
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Displayed, Numbered[ReferenceManeuver]):
-    """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
+    """The whole motion of all maneuvers of a dataset; ``motion[2]`` is the second maneuver.
 
-    Its columns are those of `columns.MOTION_COLUMNS`, as far as its set has them.
+    The columns are those of `columns.MOTION_COLUMNS` that the dataset has.
 
     Attributes
     ----------
@@ -525,7 +526,7 @@ class Motion(Displayed, Numbered[ReferenceManeuver]):
     content_sha256 : str
         Hash of the numbers.
     folder : Path
-        Where it was loaded from.
+        Folder that it was loaded from.
     """
 
     maneuvers: tuple[ReferenceManeuver, ...]
@@ -539,12 +540,12 @@ class Motion(Displayed, Numbered[ReferenceManeuver]):
 
 
 def load_motion(folder: str | Path | None = None) -> Motion:
-    """Load the whole motion of a reference set, by default of the published one.
+    """Load the whole motion of a reference dataset, by default of the published one.
 
     Parameters
     ----------
     folder : path, optional
-        Folder of the set.
+        Folder of the dataset.
 
     Returns
     -------
@@ -553,7 +554,7 @@ def load_motion(folder: str | Path | None = None) -> Motion:
     Raises
     ------
     DatasetError
-        The set has none, or the file is damaged.
+        The dataset has no motion.h5, or the file is damaged.
     """
     where, manifest, raw = manifest_file.load_file(folder, MOTION)
     with manifest_file.reading(where / MOTION, "a file of a whole motion"):
@@ -563,12 +564,12 @@ def load_motion(folder: str | Path | None = None) -> Motion:
 
 
 def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
-    """Load the sensitivities of a reference set, by default of the published one.
+    """Load the sensitivities of a reference dataset, by default of the published one.
 
     Parameters
     ----------
     folder : path, optional
-        Folder of the set.
+        Folder of the dataset.
 
     Returns
     -------
@@ -577,7 +578,7 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
     Raises
     ------
     DatasetError
-        The set has none, or the file is damaged.
+        The dataset has no sensitivities.h5, or the file is damaged.
     """
     from heyoka_bike.reference.structure import UNKNOWNS
 
@@ -593,7 +594,7 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
 
 
 def read_group(group: Any) -> Sensitivity:
-    """A maneuver from an open file; sets before 1.4.0 have no bounds and no rows."""
+    """Read a maneuver from an open file; datasets before 1.4.0 have no bounds and no rows."""
     breaks = read_array(group, "breaks")
     shape = group[columns_of(group)[0]].shape
     if len(shape) != 3 or breaks.shape != (shape[0] + 1,):

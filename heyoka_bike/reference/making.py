@@ -1,15 +1,17 @@
-"""Making reference sets: from bicycles and their maneuvers to the files in folders.
+"""Make reference datasets: from bicycles and their maneuvers to the files in folders.
 
 - ``uncontrolled-bicycle.h5``: rows and dense output, hi + lo, as HDF5 that netCDF readers open
 - ``uncontrolled-bicycle.txt``: the 25 columns of the benchmark
 - ``uncontrolled-bicycle-50digits.txt``: the same with 50 significant digits
 - ``candidate.h5``: the trajectories themselves, as exact integers
 - ``certificate.json``: what is proved
-- ``sensitivities.h5``: derivatives of every column with respect to parameters and start
+- ``sensitivities.h5``: derivatives of every column with respect to parameters and initial
+  conditions
 - ``motion.h5``: the whole configuration and all forces, hi + lo
 - ``states.csv``, ``states.h5``: all quantities of the known states of the benchmark's bicycle
-- ``after-ten-seconds/``: of the published set, what is proved of its motions later
-- ``README.md``, ``ro-crate-metadata.json``: what the published set is, for people and machines
+- ``after-ten-seconds/``: proved statements on later motion (published dataset only)
+- ``README.md``, ``ro-crate-metadata.json``: description of the published dataset, for people and
+  machines
 - ``manifest.json``
 """
 
@@ -56,21 +58,22 @@ _STAGES = ("integrate", *certificate.STAGES)
 _ROUNDING_STAGES = ("rows", "motion")
 
 _TIME_OF_INTEGRATION, _TIME_OF_ALL = (0.4, 0.08), (1.2, 1.2)
-"""Of a maneuver, and of each of its pieces [s], on the machine of docs/reference/speed-tables.md:
-to integrate it, and all. Another machine is as fast as it is in integrating."""
+"""Time to integrate a maneuver, and to do all of its work, each per maneuver and per piece [s], on
+the machine of docs/reference/speed-tables.md. Other machines are assumed to be slower by one factor
+throughout."""
 
 _LEAST_TRAIL = 0.1
-"""Where the trail comes nearer to zero, in radii of the front wheel, the regular form is proved in
-less time: at 0.05 in a third, at 0.03 in a quarter. From 0.1 on it is only slower."""
+"""Below this trail, in radii of the front wheel, the regular form is used, because its proof is
+faster: a third of the time at a trail of 0.05, a quarter at 0.03. From 0.1 on it is only slower."""
 
-_SHORT, _LONG = 10, 90  # [s], told from there on, and in minutes
+_SHORT, _LONG = 10, 90  # [s], report the time from `_SHORT` on, and in minutes from `_LONG` on
 
 Fail = Callable[[Path, Exception], None]
 
 
 @dataclass(frozen=True)
 class Generated:
-    """A reference set that was made.
+    """A reference dataset that was made.
 
     Attributes
     ----------
@@ -78,7 +81,7 @@ class Generated:
     dataset_version : str
         ``custom`` if the inputs are not those of the benchmark.
     changed : tuple of str
-        Names of the files that were written; those of equal content are left untouched.
+        Names of the files that were written; files of equal content are not touched.
     endings : tuple of Ending
         End of each maneuver.
     tables : tuple of Table
@@ -103,7 +106,7 @@ def generate(
     say: Callable[[str], None] | None = None,
     progress: Progress | None = None,
 ) -> Generated:
-    """Integrate maneuvers, prove how exact they are, and write a reference set of them.
+    """Integrate maneuvers, prove their accuracy, and write a reference dataset.
 
     As ``heyoka-bike generate`` does. A script that calls it on more than one maneuver has to guard
     itself by ``if __name__ == "__main__"``: parts of the work get processes of their own, or what
@@ -112,38 +115,38 @@ def generate(
     Parameters
     ----------
     folder
-        Where the set is written; made if need be.
+        Folder for the dataset; created if needed.
     bicycle
         A bicycle, the name of one of the collection, or a TOML file.
     maneuvers
-        Maneuvers, the name of some of the collection, or a TOML file; by default those that are
-        called like the bicycle, else those of the benchmark.
+        Maneuvers, the name of some in the collection, or a TOML file; by default those with the
+        bicycle's name, else those of the benchmark.
     digits
         Decimal digits of the integration, 65 to 1000.
     until
-        A time [s] in place of the maneuvers' durations, or ``fall``: to the last row before a wheel
-        leaves the floor or the model ends.
+        A time [s] that replaces the maneuvers' durations, or ``fall``: up to the last row before a
+        wheel leaves the floor or the model ends.
     force
-        True to replace a set of another version or of other inputs.
+        True to replace a dataset of another version or of other inputs.
     say
-        Called with a line of text for each warning about the bicycle, where `until` or the end of
-        the model shortens a maneuver, and with how long it will take as soon as that is known.
+        Called with a line of text for each warning about the bicycle, for each maneuver that
+        `until` or the end of the model shortens, and for the estimated time once it is known.
     progress
         Called with the name of a maneuver, the stage of the work (``waiting``, ``integrate``,
-        ``certify``, ``rows``, ``dense``, ``motion``, ``vary``) and the share of that stage that is
-        done, 0 to 1.
+        ``certify``, ``rows``, ``dense``, ``motion``, ``vary``) and the completed fraction of that
+        stage, 0 to 1.
 
     Returns
     -------
     Generated
-        The written files, and the numbers they were made of.
+        The written files, and the numbers that they contain.
 
     Raises
     ------
     InputError
-        Something given cannot be used, or the folder holds another set and `force` is not given.
+        An argument cannot be used, or the folder contains another dataset and `force` is False.
     SingularMotionError
-        A motion meets a singularity before its end, which the first look at it did not find.
+        A motion meets a singularity before its end that the first search did not find.
     NotCertifiedError
         A motion cannot be certified.
     DatasetError
@@ -166,20 +169,20 @@ def generate_sets(
     until: str | None, force: bool, say: Callable[[str], None], progress: Progress | None,
     made: Callable[[Generated], None],
 ) -> dict[Path, Exception]:  # fmt: skip
-    """Make the sets of several bicycles, the parts of all of them together; see `generate`.
+    """Make the datasets of several bicycles together, with all of their parts in one queue.
 
     Parameters
     ----------
     sets
         The bicycle of each folder.
     made
-        Called with each set as soon as it is written.
+        Called with each dataset as soon as it is written.
 
     Returns
     -------
     dict
-        Of each folder that was not written, why. What ends a set does not end the others; what
-        ends the only one is raised.
+        The error of each folder that was not written. An error of one dataset does not stop the
+        others; the error of a single dataset is raised.
     """
     require_heyoka()
     if not MIN_DIGITS <= digits <= MAX_DIGITS:
@@ -229,7 +232,7 @@ def _endings(
     sets: Mapping[Path, Given], maneuvers: Sequence[Maneuver] | str | Path | None,
     until: str | None, fail: Fail,
 ) -> dict[Path, tuple[Bicycle, Sequence[Maneuver], tuple[Ending, ...]]]:  # fmt: skip
-    """Read the inputs of each set, and find the ends of its maneuvers."""
+    """Read the inputs of each dataset, and find the ends of its maneuvers."""
     jobs, found = {}, {}
     for folder, given in sets.items():
         try:
@@ -301,10 +304,10 @@ class _SetInMaking:
         self.places: dict[Job, tuple[int, str]] = {}
 
     def outlook(self) -> str | None:
-        """How long all will take, told once all is integrated; nothing if that is short.
+        """Return a line on the expected time, once all is integrated; None if it is short.
 
-        Processor time, too, is longer where processes share a core: what was measured while a
-        single one integrated is then exceeded.
+        Even processor time is longer if processes share a core, so the estimate is exceeded if a
+        single process did the integration.
         """
         if self.is_told or not all("integrate" in parts for parts in self.parts):
             return None
@@ -326,7 +329,7 @@ class _SetInMaking:
         )
 
     def begin(self) -> list[Job]:
-        """The jobs of all maneuvers, what others wait for first."""
+        """Return the jobs of all maneuvers, starting with those that others wait for."""
         found = [self._jobs(i) for i in range(len(self.maneuvers))]
         return [jobs[stage] for stage in _STAGES for jobs in found]
 
@@ -342,10 +345,11 @@ class _SetInMaking:
         return jobs
 
     def ended(self, job: Job, outcome: Outcome) -> list[Job]:
-        """Note what a job gave; the jobs that are to be done besides.
+        """Record the outcome of a job and return the additional jobs to do.
 
-        An entry whose rounding is not decided makes its maneuver start again with 20 digits more,
-        as long as that tells more of any, at most three times. What is left is published as such.
+        If a rounding is not decided, the maneuver starts again with 20 more digits, at most three
+        times, as long as that changes the candidates of any entry. Remaining undecided entries are
+        published as such.
         """
         if job not in self.places:
             return []
@@ -365,7 +369,7 @@ class _SetInMaking:
 
     @property
     def is_done(self) -> bool:
-        """True once all is there, until it is written; jobs that nobody waits for may still end."""
+        """True from the last outcome until the dataset is written; unneeded jobs may still run."""
         if self.is_written or self.places:
             return False
         return all(len(parts) == len(_STAGES) for parts in self.parts)
@@ -386,9 +390,9 @@ def write_dataset(
     folder: str | Path, bicycle: Bicycle, tables: Sequence[certificate.Table], digits: int,
     dataset_version: str, performance_limits: Mapping[str, str] | None = None,
 ) -> list[str]:  # fmt: skip
-    """Write the set into a folder; returns the names of the files that changed.
+    """Write the dataset into a folder; return the names of the files that changed.
 
-    The limits of eq. (1) are those of the maneuvers that have one, by number, see
+    The limits of eq. (1) are by number of the maneuver, for maneuvers that have one; see
     `describe_limits`.
 
     Raises
@@ -448,12 +452,12 @@ def _after(folder: Path) -> dict[str, bytes]:
 def check_overwrite(
     folder: str | Path, dataset_version: str, inputs: Mapping[str, Any], *, force: bool
 ) -> None:
-    """Refuse to replace a set of another version or of other inputs.
+    """Refuse to replace a dataset of another version or of other inputs.
 
     Raises
     ------
     InputError
-        The folder holds such a set and `force` is not given, or it cannot be written.
+        The folder contains such a dataset and `force` is False, or the folder cannot be written.
     """
     there = next(p for p in (Path(folder), *Path(folder).absolute().parents) if p.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):

@@ -1,8 +1,8 @@
-"""The manifest of a reference folder: which files belong to it, and what makes them whole.
+"""The manifest of a reference folder: the list of its files, and their hashes.
 
-A set is written file by file, each beside its place and renamed into it, the manifest last. A
-reader accepts only what the manifest says, so a run that was interrupted shows as files that the
-old manifest (or none) does not match; running again repairs it.
+A dataset is written file by file, each under a temporary name and then renamed, the manifest last.
+A reader accepts only files that match the manifest. After an interrupted run the files do not match
+the old manifest, or there is none; running again repairs this.
 """
 
 import hashlib
@@ -28,10 +28,11 @@ MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
 DATASET_VERSION = "2.0.0"
-"""Version of the set that this package makes of the benchmark."""
+"""Version of the benchmark's dataset that this package makes."""
 
 DATASET_DATE = "2026-11-24"
-"""Day of that version. It belongs to the version, not to a run: whoever makes the set writes it."""
+"""Date of the dataset version. It belongs to the version, not to a run: everybody who makes the
+dataset writes this date."""
 
 _HDF5_VERSION = "2.0.0"
 
@@ -44,25 +45,25 @@ PUBLISHED_MANIFESTS = {
     "1.5.0": "1d8bd8ea16f79f6d8f9dc06b35e6b602b490aba33544ad22ea2482a8692f3b07",
     "2.0.0": "2a0d29d8da22a2ef65ab428a62a01c606eaec196f225e3b040c719b03ac641e3",
 }
-"""Hashes of the manifests of the published sets, by version."""
+"""Hashes of the manifests of the published datasets, by version."""
 
 PUBLISHED_VERSION, PUBLISHED_MANIFEST_SHA256 = list(PUBLISHED_MANIFESTS.items())[-1]
-"""The last one, which comes with this package."""
+"""The latest published dataset, which comes with this package."""
 
 BESIDE_1_5_0: Mapping[str, tuple[int, str]] = {
     AFTER_FILES[0]: (4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56"),
     AFTER_FILES[1]: (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
 }
-"""Bytes and sha256 of `AFTER_FILES` with the set 1.5.0, whose manifest lacks them."""
+"""Bytes and sha256 of `AFTER_FILES` in the dataset 1.5.0, whose manifest lacks them."""
 
 CUSTOM = "custom"
-"""Dataset version of a set made from other inputs than the benchmark's."""
+"""Version of a dataset made from other inputs than the benchmark's."""
 
 _MOST_BYTES = 10_000_000
-"""Length of a manifest; that of the published set is below 4000."""
+"""Maximum length of a manifest; that of the published dataset is below 4000."""
 
 MOST_BYTES_OF_SET = 1_000_000_000
-"""Length of all files of a set together: they are read into memory. The published ones have 24
+"""Maximum total length of a dataset's files, which are read into memory. The published ones have 24
 million bytes for 30 s of motion."""
 
 
@@ -73,14 +74,14 @@ class Manifest:
     Attributes
     ----------
     dataset_version, content_sha256
-        Version of the set, and the hash of its numbers.
+        Version of the dataset, and the hash of its numbers.
     made_by : mapping
         Digits of the integration, and versions of the packages.
     inputs : mapping
         Bicycle and maneuvers, as exact text.
     performance_limits : mapping of int to Fraction
-        What eq. (1) of the benchmark must be less than [%], by number of those maneuvers that are
-        judged by it.
+        Upper limits for eq. (1) of the benchmark [%], by number of the maneuvers that are judged by
+        it.
     files : mapping of str to (int, str)
         Bytes and sha256 by file name.
     sha256 : str
@@ -97,9 +98,9 @@ class Manifest:
 
 
 def hdf5_version(dataset_version: str) -> str:
-    """The version that last changed the HDF5 files of a set: they name it.
+    """Return the version that last changed the HDF5 files of a dataset, which they state.
 
-    What a later version adds thus leaves their bytes as they are.
+    Additions in a later version therefore do not change their bytes.
     """
     return _HDF5_VERSION if dataset_version == DATASET_VERSION else dataset_version
 
@@ -109,9 +110,10 @@ def render(
     made_by: Mapping[str, Any], files: Mapping[str, bytes],
     performance_limits: Mapping[str, str] | None = None,
 ) -> bytes:  # fmt: skip
-    """Bytes of the manifest of the given files; no date, host or time in it.
+    """Return the bytes of the manifest of the given files, without date, host or time.
 
-    Published sets do not name the limit of eq. (1): it is that of the benchmark's own maneuvers.
+    Published datasets do not state the limit of eq. (1), which is that of the benchmark's own
+    maneuvers.
     """
     limits = {} if dataset_version != CUSTOM else performance_limits
     document = {
@@ -135,7 +137,7 @@ def read_manifest(folder: str | Path) -> Manifest:
     Raises
     ------
     DatasetError
-        It is missing, unreadable, or not a manifest this version understands.
+        The manifest is missing, unreadable, or not one that this version understands.
     """
     return parse(read_raw(folder), Path(folder) / MANIFEST)
 
@@ -146,7 +148,7 @@ def read_raw(folder: str | Path) -> bytes:
     Raises
     ------
     DatasetError
-        It is missing, or cannot be read.
+        The manifest is missing, or cannot be read.
     """
     try:
         return read_inside(Path(folder), MANIFEST, _MOST_BYTES)
@@ -166,7 +168,7 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
     Raises
     ------
     DatasetError
-        They are not a manifest this version understands.
+        The bytes are not a manifest that this version understands.
     """
     try:
         document = json.loads(raw)
@@ -203,14 +205,14 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
 
 
 def problem_of_form(raw: bytes) -> str:
-    """What is unusual in how a manifest is written; empty if `generate` writes it so.
+    """Return how a manifest differs from the form that `generate` writes; empty if it does not.
 
-    Nothing else could go unnoticed in it: a key or a file that is there twice, spaces, an order.
+    Only the form could go unnoticed: duplicate keys or files, spaces, and the order.
     """
     document = json.loads(raw)
     expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
     if "performance_limits" in document and document["dataset_version"] == CUSTOM:
-        # Only maneuvers that are judged by eq. (1) have a limit.
+        # Only manifests of maneuvers that are judged by eq. (1) have limits.
         expected.insert(-1, "performance_limits")
     names = [str(f["file"]) for f in document.get("files", ())]
     if list(document) != expected:
@@ -223,12 +225,12 @@ def problem_of_form(raw: bytes) -> str:
 
 
 def check_published(folder: str | Path) -> None:
-    """Refuse a folder that does not hold the published set this version of the package knows.
+    """Reject a folder without the published dataset that this version of the package knows.
 
     Raises
     ------
     DatasetError
-        Its manifest is missing or another one.
+        The manifest is missing or a different one.
     """
     if read_manifest(folder).sha256 != PUBLISHED_MANIFEST_SHA256:
         raise DatasetError(
@@ -238,7 +240,7 @@ def check_published(folder: str | Path) -> None:
 
 
 def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
-    """Contents of a file of the set, checked against the manifest.
+    """Return the contents of a file of the dataset, checked against the manifest.
 
     Raises
     ------
@@ -261,14 +263,14 @@ def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
 
 
 class MemberError(DatasetError):
-    """A file that is not what the manifest says; the text does not name it.
+    """A file that differs from its entry in the manifest; the text does not name the file.
 
     Attributes
     ----------
     size : int
-        Its length, as far as it is known.
+        Length of the file, as far as it is known.
     is_readable : bool
-        True if the file is there and can be read.
+        True if the file exists and can be read.
     is_of_manifest : bool
         True if the entry of the manifest is wrong.
     """
@@ -282,16 +284,16 @@ class MemberError(DatasetError):
 
 
 _INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
-"""Names of files in the folder of a set, or in one in it."""
+"""Names of files in the folder of a dataset or in a direct subfolder."""
 
 
 def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
-    """Contents of a file of a set if they have the length and the hash that the manifest says.
+    """Return the contents of a file with the length and the hash stated in the manifest.
 
     Raises
     ------
     MemberError
-        They have not, or there is no such file.
+        The contents differ from the manifest, or there is no such file.
     """
     if not _INSIDE.fullmatch(name) or name == MANIFEST:
         said = f"lists the file {name!r:.60}, expected a name inside the folder"
@@ -299,7 +301,7 @@ def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
     try:
         path = _inside(folder, name)
         found = path.stat().st_size
-        # A file of another length is not read; one that is not regular is refused there.
+        # A file of another length is not read; `read_inside` rejects one that is not regular.
         is_read = found == size or not path.is_file()
         data = read_regular(path, size) if is_read else b""
     except FileNotFoundError:
@@ -315,20 +317,20 @@ def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
 
 
 def read_inside(folder: Path, name: str, most: int) -> bytes:
-    """Contents of a regular file in a folder of at most `most` bytes.
+    """Return the contents of a regular file in a folder, of at most `most` bytes.
 
     Raises
     ------
     OSError, ValueError
-        There is no such file, or a link leads out of the folder to it.
+        There is no such file, or a link to it leads out of the folder.
     """
     return read_regular(_inside(folder, name), most)
 
 
 def _inside(folder: Path, name: str) -> Path:
-    """The path of a file in a folder; a link that leads out of the folder is not followed.
+    """Return the path of a file in a folder, without following a link out of the folder.
 
-    The folders of the package are excepted: some installers make every file of it a link.
+    The folders of the package are an exception, because some installers make every file a link.
     """
     if folder.is_relative_to(reference_folder()):
         return folder / name
@@ -336,13 +338,13 @@ def _inside(folder: Path, name: str) -> Path:
 
 
 def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, bytes]:
-    """Folder and manifest of a set, by default the published one, and a file of it, all checked.
+    """Read folder, manifest and one file of a dataset (default: the published one), checked.
 
     Raises
     ------
     DatasetError
-        The set is missing, incomplete or damaged; the published one must also carry the hash that
-        this version of the package knows.
+        The dataset is missing, incomplete or damaged, or the published one does not have the hash
+        that this version of the package knows.
     """
     where = reference_folder() if folder is None else Path(folder)
     manifest = read_manifest(where)
@@ -353,12 +355,12 @@ def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, byt
 
 @contextmanager
 def reading(path: Path, what: str) -> Iterator[None]:
-    """Have what a file of HDF5 is not said in one line.
+    """Convert errors of reading an HDF5 file to a message of one line.
 
     Raises
     ------
     DatasetError
-        What is done meanwhile finds that the file is not `what` it should be.
+        The block finds that the file is not `what` it should be.
     """
     try:
         yield
@@ -371,9 +373,9 @@ def reading(path: Path, what: str) -> Iterator[None]:
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -> list[str]:
-    """Put the files of a set in place, the manifest last; returns the names that changed.
+    """Put the files of a dataset in place, the manifest last; return the names that changed.
 
-    Files of equal content are left untouched.
+    Files of equal content are not touched.
 
     Raises
     ------
@@ -384,7 +386,7 @@ def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
-    """Put files in place in their order; returns the names that changed.
+    """Put files in place in their order; return the names that changed.
 
     Raises
     ------
@@ -413,7 +415,7 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
 
 
 def sha256(data: bytes) -> str:
-    """Hexadecimal SHA-256."""
+    """Return the SHA-256 in hexadecimal."""
     return hashlib.sha256(data).hexdigest()
 
 

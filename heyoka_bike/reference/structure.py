@@ -1,7 +1,7 @@
-"""Layout of the HDF5 files of a set: declared once, to be written and to be verified.
+"""Layout of the HDF5 files of a dataset, declared once for writing and for verifying.
 
-A group of a set that lacks some columns is declared with the columns that it has. Lengths that
-neither the inputs nor the format fix are those of what is stored: arrays, or an open file.
+If a dataset lacks some columns, its groups are declared with the columns that it has. Lengths that
+neither the inputs nor the format determine are taken from the stored arrays or the open file.
 """
 
 from __future__ import annotations
@@ -31,28 +31,28 @@ UNKNOWNS: Mapping[str, str] = {
     **{symbol: p.unit for symbol, p in PARAMETERS.items()},
     **{f"initial_{key}": STATE_INPUTS[key].unit for key in START},
 }
-"""Unit of each unknown by name: the parameters, then the start."""
+"""Unit of each unknown by name: the parameters, then the initial conditions."""
 
 
 ROWS_APART = 10
-"""Rows of the maneuver from one row of derivatives to the next."""
+"""Number of rows of the maneuver from one row of derivatives to the next."""
 
 STATED = ("states", "form", "grid", "taylor_order", "precision", "precision_bits")
-"""Attributes of a trajectory in candidate.h5, beside the inputs."""
+"""Attributes of a trajectory in candidate.h5, in addition to the inputs."""
 
 COLUMNS_OF: Mapping[str, Sequence[Column]] = {
     HDF5: COLUMNS,
     MOTION: MOTION_COLUMNS,
     SENSITIVITIES: COLUMNS,
 }
-"""The columns of each HDF5 file of the maneuvers that this version makes."""
+"""The columns of each HDF5 file of maneuvers that this version makes."""
 
 
 def of_file(
     name: str, about: Mapping[str, Any], inputs: Mapping[str, Any],
     stored: Iterable[Mapping[str, Any]],
 ) -> Group:  # fmt: skip
-    """A whole file of maneuvers with these attributes; `inputs` as in the manifest."""
+    """Declare a whole file of maneuvers with these attributes; `inputs` as in the manifest."""
     groups = (
         of_maneuver(name, own, COLUMNS_OF.get(name, ()), data)
         for own, data in zip(inputs["maneuvers"], stored, strict=True)
@@ -61,7 +61,7 @@ def of_file(
 
 
 def states(about: Mapping[str, Any], count: int) -> Group:
-    """states.h5: so many single instants, with these attributes of the file."""
+    """Declare states.h5: this many single states, with these attributes of the file."""
     said = _described("1", "number of the state", "from 1, as in states.csv")
     number = Dataset("state", (count,), said, is_scale=True, kind="<i8")
     columns = (
@@ -74,18 +74,18 @@ def states(about: Mapping[str, Any], count: int) -> Group:
 def of_maneuver(
     name: str, inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """The group of a maneuver in a file.
+    """Declare the group of a maneuver in a file.
 
     Parameters
     ----------
     name
-        Of the file.
+        Name of the file.
     inputs
-        Those of the maneuver.
+        Inputs of the maneuver.
     columns
-        Those that the file has.
+        Columns that the file has.
     stored
-        Its arrays, or an open group; beside those of a candidate what is `STATED`.
+        Arrays of the group, or an open group; for a candidate also the attributes in `STATED`.
     """
     build = {SENSITIVITIES: _sensitivity, CANDIDATE: _trajectory}.get(name, _table)
     return build(inputs, columns, stored)
@@ -94,7 +94,7 @@ def of_maneuver(
 def _table(
     inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """Rows and dense output."""
+    """Declare rows and dense output."""
     comment = (
         "Piecewise Chebyshev: on the piece [a, b] of breaks the column is sum_k c_k T_k(x), "
         "c_0 not halved, x = 2 (t - a) / (b - a) - 1, c = <name> + <name>_lo; "
@@ -118,7 +118,7 @@ def _rows(columns: Sequence[Column], rows: int, stored: Mapping[str, Any]) -> It
             LOW: (", low part", f"exact value minus {c.name}, rounded", (rows,)),
             BOUND: (_CERTIFIED, bound, (rows,)),
         }
-        # What is not enclosed is not decided.
+        # Values that are not enclosed are NaN, and count as not decided.
         has_nan = c.name + UNDECIDED in stored
         yield from _column(c, parts, ("time",), more, has_nan=has_nan)
     for c in columns:
@@ -148,7 +148,7 @@ def _dense(columns: Sequence[Column], pieces: int) -> Iterator[Dataset]:
 def _sensitivity(
     inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """Derivatives of the columns along a maneuver, and of the benchmark's columns at some rows."""
+    """Declare derivatives of the columns, and those of the benchmark's columns at some rows."""
     count, pieces = len(UNKNOWNS), _pieces(stored)
     rows = len(range(0, _count(inputs), ROWS_APART))
     first = stored.get(columns[0].name)
@@ -179,7 +179,7 @@ def _sensitivity(
 def _trajectory(
     inputs: Mapping[str, str], columns: Sequence[Column], stored: Mapping[str, Any]
 ) -> Group:
-    """A candidate: what it says of itself by `STATED`, and integers of some bytes."""
+    """Declare a candidate: its attributes in `STATED`, and integers of some bytes."""
     pieces, integers = _pieces(stored), stored.get("coefficients")
     width = 0 if integers is None else integers.shape[-1]
     shape = (pieces, 7, int(stored["taylor_order"]) + 1, width)
@@ -194,19 +194,18 @@ def _column(
     c: Column, parts: Mapping[str, tuple[str, str, tuple[int, ...]]], scales: tuple[str, ...] = (),
     more: Mapping[str, str] | None = None, *, unit: str | None = None, has_nan: bool = False,
 ) -> Iterator[Dataset]:  # fmt: skip
-    """The datasets of a column.
+    """Declare the datasets of a column.
 
     Parameters
     ----------
     parts
-        By suffix of the name, what follows the column's name in words, what is meant, and the
-        shape.
+        By suffix of the name: text after the column's long name, meaning, and shape.
     scales
-        Of the first axes.
+        Dimension scales of the first axes.
     more
-        Attributes of the values.
+        Additional attributes of the values.
     unit
-        By default the column's.
+        Unit; by default that of the column.
     """
     for tag, (what, meaning, shape) in parts.items():
         said = _described(c.unit if unit is None else unit, c.long_name + what, meaning)
@@ -216,12 +215,12 @@ def _column(
 
 
 def _count(inputs: Mapping[str, str]) -> int:
-    """Rows of a maneuver."""
+    """Return the number of rows of a maneuver."""
     return Maneuver.parse(inputs["name"], inputs).rows
 
 
 def _pieces(stored: Mapping[str, Any]) -> int:
-    """Pieces between the breaks of a group, at least one."""
+    """Return the number of pieces between the breaks of a group, at least one."""
     breaks = stored.get("breaks")
     return 1 if breaks is None else max(breaks.size - 1, 1)
 

@@ -1,8 +1,8 @@
-"""Columns at some times, and as piecewise Chebyshev polynomials: as they are made, kept and read.
+"""Columns at some times, and as piecewise Chebyshev polynomials, in computed or stored form.
 
-Their derivatives by the unknowns, the 26 parameters of the bicycle and the five numbers of a start,
-are here too; how these are computed and proved is in `variation`. Evaluating needs NumPy only.
-`Numbered` is what holds them, by the numbers of the maneuvers.
+The derivatives with respect to the unknowns (26 parameters of the bicycle and five initial
+conditions) are here too; the module `variation` computes and proves them. Evaluating needs NumPy
+only. `Numbered` contains values by the numbers of the maneuvers.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +25,9 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Values(Displayed, Held[str, Array]):
-    """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` the rest.
+    """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` is lo.
 
-    Printed they are a table; ``{"time": values.time, **values}`` are their arrays.
+    They print as a table; ``{"time": values.time, **values}`` is a dictionary of their arrays.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ class Values(Displayed, Held[str, Array]):
     time : ndarray or None
         The times, to binary64 [s], of evaluated values.
     undecided : mapping of str to ndarray
-        Numbers of the rows whose rounding the proof does not decide, by column; columns without any
-        are not in it. There hi and lo are candidates, within their bound of the exact value.
+        Numbers of the rows whose rounding the proof does not decide, by column; other columns are
+        missing. In these rows hi and lo are candidates, within their bound of the exact value.
     """
 
     hi: Mapping[str, Array]
@@ -64,7 +64,7 @@ class Values(Displayed, Held[str, Array]):
         return len(self.hi)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Hi of each column by time.
+        """Return hi of each column by time.
 
         Raises
         ------
@@ -76,17 +76,17 @@ class Values(Displayed, Held[str, Array]):
         return csv.of_columns(self.time, self.hi)
 
     def scale(self, name: str) -> float:
-        """Largest absolute value of a column."""
+        """Return the largest absolute value of a column."""
         return float(np.max(np.abs(self[name])))
 
     @property
     def ambiguous(self) -> int:
-        """Entries whose rounding the proof does not decide."""
+        """Number of entries whose rounding the proof does not decide."""
         return sum(rows.size for rows in self.undecided.values())
 
     @property
     def candidates(self) -> frozenset[tuple[Any, ...]]:
-        """What stands in these entries: column, row, hi and lo."""
+        """The undecided entries: column, row, hi and lo."""
         return frozenset(
             (name, i, self.hi[name][i], self.lo[name][i])
             for name, rows in self.undecided.items()
@@ -101,13 +101,13 @@ class RoundedRows(Values):
     Attributes
     ----------
     hi, lo : mapping of str to ndarray, shape (rows,)
-        The binary64 nearest to the exact value, and the binary64 nearest to the rest.
+        The binary64 nearest to the exact value, and the binary64 nearest to the difference.
     bound : mapping of str to ndarray, shape (rows,)
         Certified bound on abs(exact - (hi + lo)).
     text : mapping of str to tuple of str
         The benchmark's columns with 50 significant digits, correctly rounded.
     undecided_text : mapping of str to tuple of int
-        Numbers of the rows in which they have fewer digits, as the proof does not decide 50.
+        Numbers of the rows with fewer digits in the text, because the proof does not decide 50.
     """
 
     text: Mapping[str, tuple[str, ...]]
@@ -115,12 +115,12 @@ class RoundedRows(Values):
 
     @property
     def ambiguous(self) -> int:
-        """Entries, and numbers of the text, whose rounding the proof does not decide."""
+        """Number of entries, and of numbers in the text, with undecided rounding."""
         return super().ambiguous + sum(map(len, self.undecided_text.values()))
 
     @property
     def candidates(self) -> frozenset[tuple[Any, ...]]:
-        """The same, with the numbers of the text, but for the bounds of zeros."""
+        """The undecided entries, including numbers of the text, without the bounds of zeros."""
         texts = (
             (name, i, self.text[name][i]) for name, x in self.undecided_text.items() for i in x
         )
@@ -129,10 +129,10 @@ class RoundedRows(Values):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Dense(Values):
-    """Columns as piecewise Chebyshev polynomials; they are evaluated at times of shape (n,).
+    """Columns as piecewise Chebyshev polynomials, evaluated at times of shape (n,).
 
-    Times are not checked. The last piece is analytic: it may be continued by a tiny part of its
-    length.
+    Times are not checked. The last piece is analytic, so it may be continued by a tiny fraction of
+    its length.
 
     Attributes
     ----------
@@ -146,17 +146,17 @@ class Dense(Values):
     breaks: Array
 
     def evaluate(self, t: Double, names: Sequence[str]) -> Values:
-        """Columns to about 31 digits of their scales."""
+        """Evaluate columns to about 31 digits of their scales."""
         piece = locate(self.breaks, t)
         x = argument(self.breaks, piece, t)
         return _named(names, *clenshaw(*self._stacked(names), piece, x))
 
     def evaluate_many(self, t: Double, names: Sequence[str]) -> Values:
-        """Columns at sorted times, to about 27 digits of their scales: several times faster."""
+        """Evaluate columns at sorted times several times faster, to about 27 digits."""
         return _named(names, *double_sums(self.breaks, self._stacked(names), t))
 
     def approximate(self, t: Double, names: Sequence[str]) -> Values:
-        """Columns at sorted times, of which hi counts, in plain binary64; there is no lo."""
+        """Evaluate columns at the hi of sorted times, in plain binary64; there is no lo."""
         c = np.stack([self.hi[name] for name in names])
         return Values(dict(zip(names, plain_sums(self.breaks, c, t[0]), strict=True)), {})
 
@@ -172,12 +172,12 @@ def _named(names: Sequence[str], hi: Array, lo: Array) -> Values:
 
 
 class Numbered(Held[int, T]):
-    """A mapping of the numbers of maneuvers.
+    """A mapping from the numbers of maneuvers.
 
     Attributes
     ----------
     maneuvers : tuple
-        Number 1 goes first.
+        The maneuvers in order; the first has number 1.
     """
 
     maneuvers: tuple[T, ...]
@@ -206,16 +206,17 @@ class Sensitivity:
     breaks : ndarray, shape (P + 1,)
         Ends of the pieces [s], exact.
     coefficients : mapping of str to ndarray, shape (P, N, U)
-        Of T_0 .. T_(N-1) in x = 2 (t - a) / (b - a) - 1 on the piece [a, b], c_0 not halved, by
-        column; the unknowns in the order of `structure.UNKNOWNS`. Unit of the column over that of
-        the unknown. NaN, here and below, where a column does not depend smoothly on an unknown.
+        Coefficients of T_0 .. T_(N-1) in x = 2 (t - a) / (b - a) - 1 on the piece [a, b], c_0 not
+        halved, by column; the unknowns are in the order of `structure.UNKNOWNS`. The unit is that
+        of the column over that of the unknown. Here and below, NaN means that a column does not
+        depend smoothly on an unknown.
     bound : mapping of str to ndarray, shape (P, U)
         Certified bound on the distance of a piece from the exact derivative, by column.
     time : ndarray, shape (R,)
-        Every tenth row of the maneuver [s].
+        Times of every tenth row of the maneuver [s].
     values, values_bound : mapping of str to ndarray, shape (R, U)
-        Derivatives of the benchmark's columns at these, correctly rounded to binary64, and the
-        certified bound on their distance from the exact ones.
+        Derivatives of the benchmark's columns at these times, correctly rounded to binary64, and
+        the certified bound on their distance from the exact ones.
     ambiguous : int
         Coefficients and values whose rounding the proof does not decide.
     """
@@ -233,16 +234,16 @@ class Sensitivity:
 
     @property
     def orders(self) -> int:
-        """Coefficients of a piece."""
+        """Number of coefficients of a piece."""
         return int(next(iter(self.coefficients.values())).shape[1])
 
     def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Mapping[str, Array]:
-        """Derivatives at some times.
+        """Evaluate derivatives at some times.
 
         Parameters
         ----------
         times : array_like, shape (n,)
-            [s], within the run.
+            Times within the run [s].
         names
             Columns; by default all.
 
@@ -253,7 +254,7 @@ class Sensitivity:
         Raises
         ------
         InputError
-            A time outside the run.
+            A time is outside the run.
         """
         t = np.asarray(times, dtype=np.float64).ravel()
         if len(t) and not (t.min() >= self.breaks[0] and t.max() <= self.breaks[-1]):
@@ -275,7 +276,7 @@ class Sensitivity:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities(Numbered[Sensitivity]):
-    """Of all maneuvers of a set; ``sensitivities[2]`` is maneuver 2.
+    """Sensitivities of all maneuvers of a dataset; ``sensitivities[2]`` is maneuver 2.
 
     Attributes
     ----------

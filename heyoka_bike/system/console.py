@@ -1,6 +1,6 @@
-"""Progress bars of a terminal, and a word while something takes long.
+"""Progress bars on a terminal, and a notice while something takes long.
 
-rich draws them, and is imported when there is something to draw.
+rich draws them; it is imported on first use.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 
 
 def has_colors(is_terminal: bool) -> bool:
-    """True if text may be coloured, by ``NO_COLOR`` (https://no-color.org) or ``FORCE_COLOR``.
+    """Return whether text may be coloured; see ``NO_COLOR`` (https://no-color.org).
 
     Parameters
     ----------
     is_terminal
-        True if it goes to one, which decides if neither is set.
+        True if the text goes to a terminal, which decides if neither ``NO_COLOR`` nor
+        ``FORCE_COLOR`` is set.
     """
     if os.environ.get("NO_COLOR"):
         return False
@@ -32,7 +33,7 @@ def has_colors(is_terminal: bool) -> bool:
 
 
 def patience(doing: str) -> AbstractContextManager[Any]:
-    """A word on the terminal while something takes long."""
+    """Show a notice on the terminal while something takes long."""
     if not sys.stderr.isatty():
         return nullcontext()
     from rich.console import Console
@@ -42,7 +43,7 @@ def patience(doing: str) -> AbstractContextManager[Any]:
 
 @contextmanager
 def told_after(seconds: float, said: str) -> Iterator[None]:
-    """A line on standard error if something that others decide on takes so long."""
+    """Print a line on standard error if the block takes longer than this."""
     timer = Timer(seconds, lambda: print(said, file=sys.stderr, flush=True))
     timer.daemon = True
     timer.start()
@@ -54,7 +55,7 @@ def told_after(seconds: float, said: str) -> Iterator[None]:
 
 @contextmanager
 def progress_bar(doing: str) -> Iterator[Callable[[float], None]]:
-    """A bar on a terminal until the work ends; to be called with the part that is done, 0 to 1."""
+    """Show a bar on a terminal until the block ends; call its value with the completed fraction."""
     with _progress(transient=True) as bars:
         bar = bars.add_task(doing, total=1.0)
         yield lambda done: bars.update(bar, completed=done)
@@ -62,9 +63,9 @@ def progress_bar(doing: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stage_bar() -> Iterator[Callable[[str, float], None]]:
-    """A bar that stays; to be called with what is done now, and the part of all that is done.
+    """Show a permanent bar; call its value with the current stage and the completed fraction.
 
-    It is drawn only then: a thread that draws at its own times would disturb a timing.
+    The bar is drawn only during calls, because a drawing thread would disturb timings.
     """
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
@@ -79,12 +80,12 @@ def stage_bar() -> Iterator[Callable[[str, float], None]]:
 
 @contextmanager
 def progress_bars(shares: Mapping[str, float]) -> Iterator[parallel.Progress]:
-    """A bar for each motion on a terminal, from the first word of it.
+    """Show a bar for each motion on a terminal, from its first report on.
 
     Parameters
     ----------
     shares
-        Of the work, by stage; stages may go on side by side.
+        Fraction of the work by stage; stages may run at the same time.
     """
     from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
@@ -113,11 +114,11 @@ def progress_bars(shares: Mapping[str, float]) -> Iterator[parallel.Progress]:
 
 
 def _progress(*view: ProgressColumn, **options: Any) -> Progress:
-    """Bars on standard error; nothing when that is not a terminal."""
+    """Return bars on standard error; they draw nothing if that is not a terminal."""
     from rich.console import Console
     from rich.progress import Progress
 
     console = Console(stderr=True)
-    # Of bars that are not drawn rich before version 15 writes an empty line all the same.
+    # rich before version 15 writes an empty line even if no bars are drawn.
     console.quiet = not console.is_terminal
     return Progress(*view, console=console, disable=console.quiet, **options)

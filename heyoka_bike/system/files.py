@@ -1,4 +1,4 @@
-"""Files of a user: only regular ones are read, and each is written as a whole or not at all."""
+"""Files of a user: only regular ones are read, and each is written completely or not at all."""
 
 import errno
 import os
@@ -12,13 +12,14 @@ from secrets import token_hex
 from heyoka_bike.errors import InputError
 
 UNFINISHED = ".part"
-"""Suffix of files that are not yet in their place; their names begin with a dot."""
+"""Suffix of files that are still being written; their names begin with a dot."""
 
 
 def open_regular(path: str | PathLike[str]) -> BufferedReader:
     """Open a file for reading if it is a regular one.
 
-    A pipe would wait for a writer, a device may never end, and opening some devices acts on them.
+    A pipe would wait for a writer, a device may have no end, and merely opening some devices has
+    effects.
 
     Raises
     ------
@@ -26,7 +27,7 @@ def open_regular(path: str | PathLike[str]) -> BufferedReader:
         The file cannot be opened, or is a folder, a pipe, a socket or a device.
     """
     _refuse_irregular(os.stat(path).st_mode, path)
-    # Another file may be there by now: it is opened without waiting, and looked at again.
+    # The file may have been replaced meanwhile, so it is opened without waiting and checked again.
     number = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
     try:
         _refuse_irregular(os.fstat(number).st_mode, path)
@@ -37,16 +38,16 @@ def open_regular(path: str | PathLike[str]) -> BufferedReader:
 
 
 def read_regular(path: str | PathLike[str], most: int) -> bytes:
-    """Contents of a regular file of at most `most` bytes.
+    """Return the contents of a regular file of at most `most` bytes.
 
     Raises
     ------
     OSError
-        As of `open_regular`, or the file is longer.
+        As for `open_regular`, or the file is longer.
     """
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
-        # Files of the kernel state no size.
+        # Files of the kernel report a size of zero.
         data = file.read(most + 1) if size <= most else b""
     if max(size, len(data)) > most:
         raise OSError(errno.EFBIG, f"it is longer than {most} bytes", str(path))
@@ -54,12 +55,12 @@ def read_regular(path: str | PathLike[str], most: int) -> bytes:
 
 
 def path_inside(folder: Path, name: str | PathLike[str]) -> Path:
-    """The path of a file below a folder, where no link leads out of the folder.
+    """Return the path of a file below a folder, unless a link leads out of the folder.
 
     Raises
     ------
     ValueError
-        It is elsewhere.
+        The file is outside of the folder.
     """
     path = (folder / name).resolve()
     if not path.is_relative_to(folder.resolve()):
@@ -80,23 +81,23 @@ def _refuse_irregular(mode: int, path: str | PathLike[str]) -> None:
 
 
 def write_output(path: Path, data: bytes) -> None:
-    """Write what a user asked for; folders on the way are made, devices written to.
+    """Write an output file of a user; create missing folders, and write to devices too.
 
     Raises
     ------
     InputError
-        The file cannot be written; an old one is left as it was.
+        The file cannot be written; an existing file is unchanged.
     """
     write_outputs({path: data})
 
 
 def write_outputs(files: Mapping[Path, bytes]) -> None:
-    """Write files that belong together: none takes its place before all are on the disk.
+    """Write files that belong together: all are on the disk before the first is renamed.
 
     Raises
     ------
     InputError
-        One cannot be written; old ones are left as they were.
+        A file cannot be written; existing files are unchanged.
     """
     parts: dict[Path, Path] = {}
     try:
@@ -116,7 +117,7 @@ def write_outputs(files: Mapping[Path, bytes]) -> None:
 
 
 def refuse_overwriting(files: Iterable[str], outputs: Iterable[Path]) -> None:
-    """Raise `InputError` if an output is one of the result files, by the name it was given."""
+    """Raise `InputError` if an output would overwrite one of the result files."""
     for path in outputs:
         for file in files:
             if os.path.exists(path) and os.path.exists(file) and os.path.samefile(path, file):
@@ -126,7 +127,7 @@ def refuse_overwriting(files: Iterable[str], outputs: Iterable[Path]) -> None:
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Write a file beside its place, make it durable, and rename it into place."""
+    """Write a file under a temporary name, make it durable, and rename it."""
     part = _write_beside(path, data)
     try:
         part.replace(path)
@@ -135,9 +136,10 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 def _write_beside(path: Path, data: bytes) -> Path:
-    """Write a file and make it durable, beside its place; nothing is left if it fails.
+    """Write a durable file under a temporary name; remove it if anything fails.
 
-    Its name is nobody's: whoever writes the same output has another, and no link is followed.
+    The name is unique, so that other writers of the same output use another one, and no link is
+    followed.
     """
     part = path.with_name(f".{token_hex(8)}{UNFINISHED}")
     file = part.open("xb")

@@ -1,8 +1,8 @@
-"""Jobs, which depend on their arguments alone, and executors that carry them out.
+"""Jobs, which depend only on their arguments, and executors that run them.
 
-The executors of `concurrent.futures` here have calls that report progress, and are ended when
-nobody waits. `ProcessExecutor` has processes of this machine. Each does one call at a time, so that
-one that ends takes its own call with it and no other.
+The calls of these executors of `concurrent.futures` report progress, and end when nobody waits for
+them. `ProcessExecutor` uses processes of this machine. Each process runs one call at a time, so the
+end of a process affects no other call.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from weakref import WeakSet
 from heyoka_bike.system.log import VARIABLE, fault, shown
 
 TellStage = Callable[[str, float], None]
-"""Called by a job with its stage, and the time that it has reached in the motion [s]."""
+"""Called by a job with its stage, and the time that the job has reached in the motion [s]."""
 
 reporting: ContextVar[TellStage] = ContextVar("reporting", default=lambda stage, t: None)
-"""Receiver of a job's progress; an executor that can pass it on sets it in its workers."""
+"""Receiver of a job's progress; an executor that can forward progress sets it in its workers."""
 
 _INTERVAL = 0.1  # [s]
 
 _TRIES = 3
 _SECONDS_BETWEEN_LOOKS = 0.05  # [s]
-# Of one message of a process with limits, and of a file that it writes [bytes]. A report of all
-# columns has some hundred kB; a replay 3 MB at most.
+# Maximum size of a message from a process with limits, and of a file that it writes [bytes]. A
+# report of all columns has some hundred kB, a replay at most 3 MB.
 _LONGEST_MESSAGE = 1 << 16
 _LARGEST_FILE = 100_000_000
 _log = logging.getLogger(__name__)
@@ -48,18 +48,18 @@ _Call = tuple[Callable[..., Any], Sequence[Any], Mapping[str, Any]]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Job:
-    """A piece of work that depends on nothing but its arguments.
+    """A piece of work that depends only on its arguments.
 
     Attributes
     ----------
     work
-        A function of a module. It gets a `TellStage` after its own arguments.
+        A function at module level. It is called with a `TellStage` after its own arguments.
     arguments
-        Another job among them stands for its result.
+        Arguments of the function; another job among them is replaced by its result.
     name
-        Of the motion that it is about.
+        Name of the motion that the job is about.
     duration
-        Of that motion [s], for its progress.
+        Duration of that motion [s], for the progress.
     stages
         Those that are over when it is.
     """
@@ -79,16 +79,16 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """End of a job: its value or its error.
+    """The end of a job: its value or its error.
 
     Attributes
     ----------
     value
         The result.
     seconds : float
-        Processor time that it took [s].
+        Processor time of the job [s].
     error : Exception or None
-        Why there is no value.
+        The error, if there is no value.
     """
 
     value: Any
@@ -96,14 +96,14 @@ class Outcome:
     error: Exception | None = None
 
     def get(self) -> Any:
-        """The value; raises the error instead, if there is one."""
+        """Return the value, or raise the error if there is one."""
         if self.error is not None:
             raise self.error
         return self.value
 
 
 def throttled(report: TellStage) -> TellStage:
-    """A report that passes on each new stage, and ten times a second at most how far it is."""
+    """Return a report that forwards each new stage, and otherwise at most ten reports a second."""
     last, at = "", 0.0
 
     def passed_on(stage: str, t: float) -> None:
@@ -117,27 +117,27 @@ def throttled(report: TellStage) -> TellStage:
 
 
 class ProgressFuture(Future[Any]):
-    """A call on its way.
+    """A submitted call.
 
     Attributes
     ----------
     progress : tuple of (str, float), or None
-        The stage and how far it is, as the call reported them last.
+        The stage and its progress in the latest report of the call.
     is_unwanted : bool
-        True if nobody waits for it any more.
+        True if nobody waits for the call any more.
     """
 
     progress: tuple[str, float] | None = None
     is_unwanted: bool = False
 
     def cancel(self) -> bool:
-        """Cancel the call; one that runs is ended, and raises `CancelledError`."""
+        """Cancel the call; a running call is ended and raises `CancelledError`."""
         self.is_unwanted = True
         return super().cancel()
 
 
 class RemoteError(Exception):
-    """Cause of an exception that a process reports: its traceback, or the place if limited."""
+    """Cause of an exception in a process: its traceback, or only the place if it is limited."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,16 +147,16 @@ class ProcessLimits:
     Attributes
     ----------
     seconds : float
-        Processor time, and time on the clock [s].
+        Limit of processor time and of elapsed time [s].
     memory : int
-        Of its process [bytes].
+        Memory of the process [bytes].
     """
 
     seconds: float
     memory: int
 
     def apply(self) -> None:
-        """Hold this process to them, where the system can do that."""
+        """Apply the limits to this process, as far as the system supports them."""
         bounds = {
             "RLIMIT_CPU": int(self.seconds) + 2,
             "RLIMIT_AS": self.memory,
@@ -164,7 +164,8 @@ class ProcessLimits:
             "RLIMIT_CORE": 0,
         }
         for name, bound in bounds.items():
-            # macOS has not all of them and refuses some; the clock of the parent still holds.
+            # macOS lacks some of these limits and rejects others; the parent still limits the
+            # elapsed time.
             with suppress(ImportError, AttributeError, OSError, ValueError):
                 import resource
 
@@ -175,31 +176,33 @@ class ProcessLimits:
 
 
 class ProcessExecutor(Executor):
-    """At most so many processes, begun as calls come.
+    """An executor with at most `max_workers` processes, started on demand.
 
-    A call whose process ends by itself is begun again, three times in all, then it raises
+    A call whose process ends unexpectedly is started again, three times in all. Then it raises
     `BrokenExecutor`.
 
     Parameters
     ----------
     max_workers
     limits : ProcessLimits or None
-        If given, each call has a process of its own, which ends with it or at its limits, and is
-        not begun twice. It must return what JSON can write, so that nothing is unpickled here that
-        a damaged file brought about in the process. That it takes too long is a `TimeoutError`; of
-        another exception only kind and place come back, as a `RemoteError`.
+        If given, each call has a process of its own, which ends with the call or at its limits, and
+        is not started twice. The call must return JSON values, so that this process never unpickles
+        data that a damaged file could have produced. A call that takes too long raises
+        `TimeoutError`. Other exceptions are reported as a `RemoteError` with only their kind and
+        place.
     preload
-        Modules that are imported once, in the process that all others are forked from, where the
-        system can do that. It is begun by the first executor that has some, for all that do.
-        Without them each process is a fresh interpreter: forking one that holds threads and a JIT
-        compiler is unsafe.
+        Modules that are imported once, in the process from which all others are forked, if the
+        system supports this. The first executor with `preload` starts that process for all of them.
+        Without `preload` each process is a fresh interpreter, because it is unsafe to fork one with
+        threads and a JIT compiler.
     """
 
     def __init__(
         self, max_workers: int, limits: ProcessLimits | None = None, preload: Sequence[str] = ()
     ) -> None:
         if getattr(current_process(), "_inheriting", False):
-            # It still reads the script that began it, and would begin others, which would, too.
+            # This process still runs the script that started it, and would start others that do the
+            # same.
             os._exit(1)
         forks = bool(preload) and "forkserver" in get_all_start_methods()
         self._context: Any = get_context("forkserver" if forks else "spawn")
@@ -211,21 +214,21 @@ class ProcessExecutor(Executor):
         self._idle: list[_Worker] = []
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> ProgressFuture:
-        """Begin a call as soon as a process is free."""
+        """Run a call as soon as a process is free."""
         future = ProgressFuture()
         self._futures.add(future)
         self._threads.submit(self._run, future, (fn, args, kwargs))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes once all calls are over.
+        """End the processes after all calls.
 
         Parameters
         ----------
         wait
-            Until then; else the processes end with this one.
+            Wait for all calls; else the processes end with this one.
         cancel_futures
-            End the calls that wait, and those that run.
+            End waiting and running calls.
         """
         if cancel_futures:
             for future in list(self._futures):
@@ -235,11 +238,11 @@ class ProcessExecutor(Executor):
             self._idle.pop().end()
 
     def __exit__(self, exc_type: type[BaseException] | None, *_: object) -> None:
-        """Wait for all calls; where an exception is raised, end them."""
+        """Wait for all calls; end them if an exception is raised."""
         self.shutdown(cancel_futures=exc_type is not None)
 
     def _run(self, future: ProgressFuture, call: _Call) -> None:
-        """Carry out a call, in a thread of its own."""
+        """Run a call, in a thread of its own."""
         if not future.set_running_or_notify_cancel():
             return
         try:
@@ -253,7 +256,7 @@ class ProcessExecutor(Executor):
             future.set_exception(e)
 
     def _result(self, future: ProgressFuture, call: _Call) -> Any:
-        """Return the result of a call, from a process that is free, or else from a new one."""
+        """Return the result of a call from a free process, or else from a new one."""
         try:
             worker = self._idle.pop()
         except IndexError:
@@ -271,7 +274,7 @@ class ProcessExecutor(Executor):
 
 
 class _Worker:
-    """A process that does calls, and the pipe to it."""
+    """A process that runs calls, and the pipe to it."""
 
     def __init__(self, context: Any, limits: ProcessLimits | None) -> None:
         self._limits = limits
@@ -281,7 +284,7 @@ class _Worker:
         theirs.close()
 
     def result(self, future: ProgressFuture, call: _Call) -> Any:
-        """Return the result of a call, or raise its error; pass its progress to the future."""
+        """Return the result of a call, or raise its error; forward its progress to the future."""
         end = time.monotonic() + (self._limits.seconds if self._limits else inf)
         try:
             self._pipe.send(call)
@@ -299,7 +302,7 @@ class _Worker:
         raise CancelledError if future.is_unwanted else TimeoutError
 
     def _heard(self) -> tuple[str, Any]:
-        """Receive a message, if one comes soon: its kind, empty if none does, and its content."""
+        """Return the kind and content of the next message; the kind is empty if none comes soon."""
         if not self._pipe.poll(_SECONDS_BETWEEN_LOOKS):
             return "", None
         if self._limits is None:
@@ -309,11 +312,11 @@ class _Worker:
         return kind, said
 
     def end(self) -> None:
-        """End the process and what it started."""
+        """End the process and the processes that it started."""
         if hasattr(os, "killpg") and hasattr(signal, "SIGKILL"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-        # Where the signal has no name it is ended all the same.
+        # Systems without this signal have terminate(), which ends the process just as surely.
         (self._process.kill if hasattr(signal, "SIGKILL") else self._process.terminate)()
         self._process.join()
         self._process.close()
@@ -321,11 +324,11 @@ class _Worker:
 
 
 def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
-    """Carry out calls in a worker, one after the other."""
-    # An interrupt from the keyboard reaches all processes; the parent answers it.
+    """Run calls in a worker, one after the other."""
+    # A keyboard interrupt reaches all processes, but only the parent handles it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
-        # What it starts is ended with it.
+        # A session of its own, so that processes started here end with this one.
         os.setsid()
     if limits is None:
         Thread(target=_end_with_parent, daemon=True).start()
@@ -353,7 +356,7 @@ def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
 
 
 def _end_with_parent() -> None:
-    """A worker whose parent was ended, however, has nobody to work for."""
+    """End this worker if its parent is gone, because nobody waits for its results."""
     parent = parent_process()
     if parent is not None:
         parent.join()

@@ -1,7 +1,7 @@
-"""Log of the package: messages about its work, shown on request.
+"""Log of the package: messages about its steps, shown on request.
 
-The loggers of `logging` are called like the modules, below ``heyoka_bike``. INFO is what is done,
-DEBUG why so; a warning is none of them, it stands in the result.
+The loggers of `logging` have the names of the modules, below ``heyoka_bike``. INFO messages state
+the steps, DEBUG messages the reasons. Warnings are not logged; they are part of results.
 """
 
 import logging
@@ -20,7 +20,7 @@ _LOGGER_NAME = "heyoka_bike"
 
 @contextmanager
 def shown(level: str) -> Iterator[None]:
-    """Print it on standard error inside the ``with``, that of the processes of workers too.
+    """Print the log on standard error inside the ``with``, also that of worker processes.
 
     Parameters
     ----------
@@ -30,13 +30,13 @@ def shown(level: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        Another level.
+        The level is another text.
     """
     if level not in _LEVELS:
         raise InputError(f"{VARIABLE}: {unknown_word(level, list(_LEVELS))}")
     logger = logging.getLogger(_LOGGER_NAME)
     before, given = logger.level, os.environ.get(VARIABLE)
-    # Processes that begin inside inherit it.
+    # Processes started inside the block inherit the variable.
     os.environ[VARIABLE] = level
     handler = _Printed()
     logger.addHandler(handler)
@@ -53,7 +53,7 @@ def shown(level: str) -> Iterator[None]:
 
 
 def fault(error: BaseException) -> str:
-    """Return kind and place of an error, and nothing of the contents or names of files."""
+    """Return kind and place of an error, without contents or names of files."""
     place = error.__traceback__
     if place is None:
         return type(error).__name__
@@ -64,7 +64,7 @@ def fault(error: BaseException) -> str:
 
 
 class _Printed(logging.Handler):
-    """A line on standard error, whatever that is by then: bars put another in its place."""
+    """Prints lines on the current standard error, which a progress bar may have replaced."""
 
     def emit(self, record: logging.LogRecord) -> None:
         where = record.name.removeprefix(f"{_LOGGER_NAME}.")

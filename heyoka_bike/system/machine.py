@@ -1,4 +1,4 @@
-"""Conditions of a measurement or result: the computer, versions of packages and of this code."""
+"""Conditions of a measurement or result: the computer, and versions of packages and code."""
 
 import hashlib
 import os
@@ -11,11 +11,11 @@ from typing import Any
 from heyoka_bike.version import __version__
 
 PACKAGES = ("heyoka", "python-flint", "h5py", "numpy", "mpmath")
-"""Packages whose version may change a digit."""
+"""Packages whose version may change digits of a result."""
 
 
 def machine() -> dict[str, Any]:
-    """Processor, number of cores, operating system and architecture."""
+    """Return processor, number of cores, operating system and architecture."""
     cpu = platform.processor() or platform.machine()
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
@@ -29,7 +29,7 @@ def machine() -> dict[str, Any]:
 
 
 def installed(package: str) -> str | None:
-    """Version of an installed package; None if it is not there."""
+    """Return the version of an installed package; None if it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -38,7 +38,7 @@ def installed(package: str) -> str | None:
 
 @cache
 def versions() -> dict[str, str]:
-    """Version by package; this one's has a hash of its code beside it."""
+    """Return versions by package; that of this package includes a hash of its code."""
     found = {name: installed(name) or "none" for name in PACKAGES}
     return {"heyoka_bike": f"{__version__} ({_code()})", **found}
 

@@ -1,7 +1,7 @@
 """Long work as jobs, for processes of this machine, a cluster, or any other executor.
 
-`using` says who carries jobs out; without it there are as many processes as processors. The results
-are the same to the bit whoever does: one job at a time runs in a process.
+`using` selects the executor of jobs; by default there are as many processes as processors. The
+results are identical to the bit for every executor, because each process runs one job at a time.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from heyoka_bike.system.jobs import Job, Outcome, ProcessExecutor, ProgressFutur
 
 T = TypeVar("T")
 Progress = Callable[[str, str, float], None]
-"""Called with the name of a motion, a stage of the work, and the share of that stage that is done,
+"""Called with the name of a motion, a stage of the work, and the completed fraction of that stage,
 0 to 1."""
 
 WAITING = "waiting"
-"""Stage of a motion of which no job has begun."""
+"""Stage of a motion before any of its jobs has started."""
 
 _SECONDS_BETWEEN_LOOKS = 0.1  # [s]
 _log = logging.getLogger(__name__)
 _one_at_a_time = Lock()
 
-# An executor, or how many processes of this machine.
+# An executor, or the number of processes of this machine.
 _chosen: ContextVar[Executor | int | None] = ContextVar("chosen", default=None)
 
 
@@ -41,30 +41,30 @@ _chosen: ContextVar[Executor | int | None] = ContextVar("chosen", default=None)
 def using(
     workers: int | None = None, *, cluster: str | None = None, executor: Executor | None = None
 ) -> Iterator[None]:
-    """Say who carries out long work inside the ``with``.
+    """Select the executor of long work inside the ``with``.
 
-    Results do not depend on it. A script that uses more than one process has to guard itself by
-    ``if __name__ == "__main__"``.
+    Results do not depend on it. A script that uses more than one process needs the guard ``if
+    __name__ == "__main__"``.
 
     Parameters
     ----------
     workers
-        So many processes of this machine.
+        Number of processes of this machine.
     cluster
-        Address of a Dask scheduler, such as ``tcp://node7:8786``, or a file that says it
+        Address of a Dask scheduler, such as ``tcp://node7:8786``, or a file with the address
         (``dask scheduler --scheduler-file``). Needs ``heyoka_bike[cluster]``.
     executor : concurrent.futures.Executor
-        Any other. Of a thread pool one job runs at a time.
+        Any other executor. A thread pool runs one job at a time.
 
     Returns
     -------
     context manager
-        Threads that are started inside do not know of it.
+        Context manager; threads that are started inside are not affected.
 
     Raises
     ------
     InputError
-        More than one of them is given, or no scheduler answers.
+        More than one argument is given, or no scheduler answers.
     VersionsDifferError
         A worker of the cluster has other versions than this process.
     MissingPackageError
@@ -89,7 +89,7 @@ def using(
 
 
 def run_job(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Outcome:
-    """Carry out a job: precision is a setting of the whole process, so one at a time."""
+    """Run a job, one at a time per process, because precision is a setting of the process."""
     with _one_at_a_time:
         start = time.process_time()
         value = work(*arguments, reporting.get())
@@ -97,10 +97,10 @@ def run_job(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Outcome:
 
 
 class InlineExecutor(Executor):
-    """Calls in the process that submits them: one is over when it is submitted."""
+    """Executor that runs each call in the submitting process, during submission."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Carry out a call."""
+        """Run a call at once."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -110,7 +110,7 @@ class InlineExecutor(Executor):
 
 
 def _executor(count: int) -> AbstractContextManager[Executor]:
-    """Who carries out so many jobs: of this machine, a single one runs in this process."""
+    """Return an executor for this many jobs; on this machine a single job runs in this process."""
     chosen = _chosen.get()
     if chosen is not None and not isinstance(chosen, int):
         return nullcontext(chosen)
@@ -133,18 +133,18 @@ def side_by_side(
     progress: Progress | None = None,
     done: Callable[[int], None] = lambda count: None,
 ) -> list[T]:
-    """``[work(*job, report) for job in jobs]``.
+    """Return ``[work(*job, report) for job in jobs]``, run in parallel.
 
     The first exception of a job ends the others and is raised.
 
     Parameters
     ----------
     work
-        Gets a `TellStage` after its own arguments.
+        Called with a `TellStage` after its own arguments.
     motions
-        Name and duration [s] of the motion of each job, if its progress is asked for.
+        Name and duration [s] of the motion of each job, if progress is reported.
     done
-        Called with how many have ended, as each one does.
+        Called with the number of ended jobs after each one.
     """
     named = motions or [("", 1.0)] * len(jobs)
     made = [Job(work, job, *motion) for job, motion in zip(jobs, named, strict=True)]
@@ -157,7 +157,7 @@ def all_of(
     progress: Progress | None = None,
     done: Callable[[int], None] = lambda count: None,
 ) -> dict[Job, Outcome]:
-    """Return outcomes of jobs that all have to succeed; see `carry_out` and `side_by_side`."""
+    """Return outcomes of jobs that must all succeed; see `carry_out` and `side_by_side`."""
     found: dict[Job, Outcome] = {}
 
     def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
@@ -176,17 +176,18 @@ def carry_out(
     progress: Progress | None = None,
     is_wanted: Callable[[Job], bool] = lambda job: True,
 ) -> None:
-    """Carry out jobs, each as soon as those that it needs have ended.
+    """Run jobs, each as soon as the jobs that it needs have ended.
 
     Parameters
     ----------
     jobs
-        The first ones first.
+        Jobs in order of priority.
     ended
-        Called with each job as it ends. What it returns is carried out too; an exception that it
-        raises ends all. One that a job raised is its outcome, and of those that need it.
+        Called with each job as it ends. Jobs that it returns are run too; an exception that it
+        raises ends all jobs. An exception in a job becomes the outcome of that job and of those
+        that need it.
     is_wanted
-        Asked before a job is begun; one that is not wanted any more is left out.
+        Called before a job is started; unwanted jobs are skipped.
     """
     work = _Schedule(jobs, ended, progress, is_wanted)
     with _executor(len(work.waiting)) as executor:
@@ -201,7 +202,7 @@ def carry_out(
 
 
 class _Schedule:
-    """Jobs that wait, those that run, and outcomes that others still need."""
+    """Waiting jobs, running jobs, and outcomes that other jobs still need."""
 
     def __init__(
         self, jobs: Iterable[Job], ended: Callable[[Job, Outcome], Iterable[Job]],
@@ -211,7 +212,8 @@ class _Schedule:
         self.names: set[str] = set()
         self.waiting: list[Job] = []
         self.running: dict[Future[Outcome], Job] = {}
-        # Not `concurrent.futures.wait`: an interrupt in the middle of it leaves futures locked.
+        # An interrupt inside `concurrent.futures.wait` would leave futures locked, so a queue is
+        # used.
         self.done: SimpleQueue[Future[Outcome]] = SimpleQueue()
         self.outcomes: dict[Job, Outcome] = {}
         self.add(jobs)
@@ -228,7 +230,7 @@ class _Schedule:
             self.progress(job.name, stage, min(t / job.duration, 1.0))
 
     def begin(self, executor: Executor) -> None:
-        """Begin what can begin, the first ones first."""
+        """Start the jobs that can start, in order of priority."""
         self.waiting = list(filter(self.is_wanted, self.waiting))
         for job in list(self.waiting):
             needed = [x for x in job.arguments if isinstance(x, Job)]
@@ -240,7 +242,7 @@ class _Schedule:
                 _log.info("%s: cannot be, as a job that it needs has failed", job.words)
                 self.end(job, found)
             elif self.submit(executor, job).done():
-                # An executor that works at once has ended it before the next is begun.
+                # An executor that runs calls at once has ended this job before the next one starts.
                 return
 
     def submit(self, executor: Executor, job: Job) -> Future[Outcome]:
@@ -258,7 +260,7 @@ class _Schedule:
         return future
 
     def wait(self) -> None:
-        """Until a job is over, or for a moment; progress is passed on."""
+        """Wait for the end of a job, or for a moment; forward progress."""
         try:
             over = self.done.get(timeout=_SECONDS_BETWEEN_LOOKS)
         except Empty:
@@ -281,7 +283,7 @@ class _Schedule:
             )
             outcome = Outcome(None, error=WorkerLostError(said))
         except WorkerLostError:
-            # No other job has workers either.
+            # Without workers for this job there are none for any other.
             raise
         except Exception as e:
             e.add_note(f"in {job.words}")
@@ -296,6 +298,6 @@ class _Schedule:
             for stage in job.stages:
                 self.report(job, stage, job.duration)
         self.add(self.tell_ended(job, outcome))
-        # Outcomes that no job needs any more are let go.
+        # Drop outcomes that no job needs any more.
         needed = {x for job in self.waiting for x in job.arguments if isinstance(x, Job)}
         self.outcomes = {x: o for x, o in self.outcomes.items() if x in needed}

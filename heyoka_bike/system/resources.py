@@ -1,4 +1,4 @@
-"""Places of the files that come with the project: in the wheel, or beside it in a checkout."""
+"""Paths of the files of the project: inside the wheel, or next to the package in a checkout."""
 
 from pathlib import Path
 from typing import Literal
@@ -16,46 +16,46 @@ def _folder(name: str) -> Path:
 
 
 def data_folder() -> Path:
-    """Folder of the inputs: ``bicycles`` and ``maneuvers``."""
+    """Return the folder of the inputs: ``bicycles`` and ``maneuvers``."""
     return _folder("data")
 
 
 def reference_folder() -> Path:
-    """Folder of the published reference files."""
+    """Return the folder of the published reference files."""
     return _folder("reference")
 
 
 def after_folder() -> Path:
-    """Folder of what is proved of the motions after their ten seconds."""
+    """Return the folder of the proved facts on the motions after ten seconds."""
     return reference_folder() / "after-ten-seconds"
 
 
 def benchmark_bicycle() -> Path:
-    """TOML file of the benchmark bicycle."""
+    """Return the TOML file of the benchmark bicycle."""
     return data_folder() / "bicycles" / "benchmark.toml"
 
 
 def benchmark_maneuvers() -> Path:
-    """TOML file of the three maneuvers of the benchmark."""
+    """Return the TOML file of the three maneuvers of the benchmark."""
     return data_folder() / "maneuvers" / "benchmark.toml"
 
 
 def collection(kind: Inputs) -> dict[str, Path]:
-    """The TOML files of a kind by name: ``browser``, ``adversarial/no-trail`` ..., sorted."""
+    """Return the TOML files of a kind by name (``browser``, ``adversarial/no-trail``), sorted."""
     folder = data_folder() / kind
     files = {p.relative_to(folder).with_suffix("").as_posix(): p for p in folder.rglob("*.toml")}
     return dict(sorted(files.items()))
 
 
 def find_input(kind: Inputs, text: str) -> Path:
-    """The TOML file that a user means: a name of the collection, else a path.
+    """Return the TOML file for a name of the collection, or else for a path.
 
-    A file of the user's that is called like one of the collection is meant by ``./name``.
+    A user's file with a name of the collection is written ``./name``.
 
     Raises
     ------
     InputError
-        There is no such name, and no file of that name without ``.toml`` either.
+        There is no such name in the collection, and no such file.
     """
     names = collection(kind)
     if text in names:

@@ -1,4 +1,4 @@
-"""Threads of the linear algebra (BLAS), whose number a process has as a whole."""
+"""Threads of the linear algebra (BLAS), whose number is a setting of the process."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ _IS_SET = Lock()
 
 @contextmanager
 def one_thread_of_linear_algebra() -> Iterator[None]:
-    """Let the linear algebra use one thread in a block; after it there are as many as before.
+    """Let the linear algebra use one thread in a block, then restore the previous number.
 
-    Threads that share a system of a hundred unknowns wait for each other at full load: where other
-    programs use the processors, too, that takes five times the processor time of one thread.
+    Threads that share a system of a hundred unknowns wait for each other in busy loops. If other
+    programs use the processors too, that takes five times the processor time of one thread.
 
-    Of blocks in several threads the first one sets the number and sets it back. One that goes on
-    after it takes longer.
+    If several threads have such blocks, the first one sets the number and restores it. A block that
+    continues after that runs slower.
     """
     from threadpoolctl import threadpool_limits
 

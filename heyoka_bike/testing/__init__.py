@@ -1,1 +1,1 @@
-"""In other people's projects and installations: the pytest plugin, and the self-check."""
+"""For other projects and installations: the pytest plugin, and the self-check."""

@@ -1,8 +1,8 @@
 """Plugin of pytest: precision regression tests for authors of multibody and ODE codes.
 
 It is loaded into every run of pytest where heyoka_bike is installed, so it does nothing and imports
-nothing heavy until a test asks for one of its fixtures or carries its marker. All that needs NumPy
-is in `regression`.
+nothing heavy until a test asks for one of its fixtures or carries its marker. Everything that needs
+NumPy is in `regression`.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _ENOUGH = {
     "columns": "a number of columns such as 5",
     "coverage": "a fraction of the run such as 0.3",
 }
-# Enough digits of a hash to tell data sets apart at a glance.
+# Enough digits of a hash to distinguish datasets at a glance.
 _HASH_SHOWN = 12
-# A diagnosis takes some ten seconds. One code mostly has one mistake in all its tests, and a run
-# of a hundred failing tests must end.
+# A diagnosis takes about ten seconds. A code usually has the same mistake in all its tests, and a
+# run with a hundred failing tests must end.
 _MOST_DIAGNOSES = 3
 
 
@@ -46,15 +46,15 @@ class _Settings:
     Attributes
     ----------
     scd
-        Digits that ``require()`` asks for; None if not said.
+        Digits that ``require()`` needs by default; None if not set.
     enough : dict of str to number
-        How many columns and how much of the run are enough, where that is said.
+        Required number of columns and fraction of the run, if set.
     reference
         Folder of the reference; None for the published one.
     diagnose
         True if failures are diagnosed.
     diagnoses_left
-        How many of them in this process.
+        Number of diagnoses that this process may still make.
     """
 
     scd: float | None
@@ -71,7 +71,7 @@ _fail = partial(pytest.fail, pytrace=False)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Options of the command line and of the configuration file."""
+    """Add options of the command line and of the configuration file."""
     group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
     for name, metavar, text in (
         ("scd", "N", "correct digits that bicycle_score(...).require() asks for if not told"),
@@ -88,7 +88,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Check the settings, before anything runs."""
+    """Check the settings, before any test runs."""
     config.addinivalue_line("markers", _MARKER_HELP)
     scd, scd_from = _setting(config, "scd")
     folder, folder_from = _setting(config, "reference")
@@ -97,7 +97,7 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"{when_from}: found {when!r}, expected {' or '.join(_DIAGNOSE)}")
     reference = None
     if folder:
-        # A path in a file is relative to that file, not to where pytest was started.
+        # A path in a file is relative to that file, not to the working directory.
         is_option = folder_from.startswith("--")
         base = config.invocation_params.dir if is_option else config.rootpath
         reference = base / Path(folder).expanduser()
@@ -116,7 +116,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _setting(config: pytest.Config, name: str) -> tuple[str, str]:
-    """A setting and who says it: the command line before the configuration file."""
+    """Return a setting and its source: the command line, or else the configuration file."""
     given = config.getoption(f"bicycle_{name}")
     if given is not None:
         return str(given), f"--bicycle-{name}"
@@ -134,7 +134,7 @@ def _number(text: str, where: str, expected: str) -> float:
 
 
 def _described(folder: Path, where: str) -> str:
-    """A reference set in words, by its manifest alone."""
+    """Return a description of a reference dataset, from its manifest only."""
     from heyoka_bike.reference.manifest import read_manifest
 
     try:
@@ -149,13 +149,13 @@ def _dataset_words(version: str, content: str) -> str:
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
-    """Name the reference, if the settings choose one; else nobody knows yet who will use it."""
+    """Name the reference, if the settings choose one; its use is not known yet otherwise."""
     folder = config.stash[_SETTINGS].reference
     return None if folder is None else f"heyoka_bike: {_described(folder, 'bicycle_reference')}"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Name the references that were used, also by other processes."""
+    """Name the references that were used, including those of other processes."""
     used = set()
     for reports in terminalreporter.stats.values():
         for report in reports:
@@ -169,13 +169,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, object, object]:
-    """Refuse markers that cannot be understood, before any test runs."""
+    """Reject invalid markers before any test runs."""
     made = yield
     for item in made if isinstance(made, list) else ():
         try:
             _marked(item)
         except InputError as e:
-            # With pytest-xdist a usage error of the workers would not be shown.
+            # With pytest-xdist, a usage error in a worker would not be shown.
             raise collector.CollectError(f"{item.nodeid}: @pytest.mark.{_MARKER}: {e}") from None
     return made
 
@@ -198,7 +198,7 @@ def _marked(item: pytest.Item) -> tuple[Asked, ...]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Check what a marked test has scored and not checked itself."""
+    """Check the scores that a marked test has made but not checked itself."""
     outcome = yield
     scores = item.stash.get(_SCORES, [])
     if not scores and any(mark.name == _MARKER for mark in item.own_markers):
@@ -212,7 +212,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 
 def _warn(item: pytest.Item) -> None:
-    """Say that a score passes whatever it is; as a failure where warnings are errors."""
+    """Warn that a score passes whatever its value; the test fails if warnings are errors."""
     said = (
         "bicycle_score: nothing is required of the results, which pass whatever they are; "
         "bicycle_score(results).require(scd=6) asks for six correct digits"
@@ -249,7 +249,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
     """
     item, settings = request.node, request.config.stash[_SETTINGS]
     scores: list[Score] = []
-    # Of this run of the test; it may be run again.
+    # Scores of this run of the test, which may be run again.
     item.stash[_SCORES] = scores
 
     def bicycle_score(
@@ -270,7 +270,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
             known = reference
 
         def may_diagnose() -> str:
-            """Why there is no diagnosis; empty if there is to be one."""
+            """Return the reason for not making a diagnosis; empty if one is to be made."""
             if not (settings.diagnose if diagnose is None else diagnose == "auto"):
                 return "switched off"
             if not settings.diagnoses_left:

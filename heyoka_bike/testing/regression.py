@@ -1,6 +1,6 @@
-"""Requirements on a code's results in its own tests, and failures that say what is wrong.
+"""Requirements on results in a code's own tests, and failures with their causes.
 
-What the pytest plugin does once a test uses it; nothing here depends on pytest.
+The pytest plugin uses this module once a test needs it; nothing here depends on pytest.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing import sayings
 from heyoka_bike.showing import wording as words
 
-# Of these more is better; of all other metrics less.
+# Metrics for which larger is better; smaller is better for all others.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
-# What explains a file, or that nothing does and what the error looks like.
+# Number of findings shown: the explanation of a file, or the lack of one and the error's shape.
 _FINDINGS_SHOWN = 2
-# pytest puts nothing in front of the lines, and terminals have 80 columns at least, mostly more.
+# pytest adds nothing before the lines, and terminals have at least 80 columns, mostly more.
 _WIDTH_OF_FAILURE = 96
 _LABEL = 17
 
@@ -41,10 +41,10 @@ class Asked:
     Attributes
     ----------
     maneuver, column
-        What they are about; None for the worst of all.
+        Maneuver and column of the requirements; None for the worst of all.
     metrics : mapping of str to number
-        By name of `requirements`; the least allowed of scd, mescd, time_to_tolerance, columns
-        and coverage, the largest allowed of the others.
+        Limits by name of `requirements`: minima of scd, mescd, time_to_tolerance, columns and
+        coverage, maxima of the others.
     """
 
     maneuver: int | None = None
@@ -52,9 +52,9 @@ class Asked:
     metrics: Mapping[str, float] = field(default_factory=dict)
 
     def texts(self) -> tuple[str, ...]:
-        """The limits as texts that `requirements.parse` reads.
+        """Return the limits as texts that `requirements.parse` reads.
 
-        How much of a maneuver is enough is said of all its columns.
+        Limits on the coverage of a maneuver apply to all of its columns.
         """
         where = "" if self.maneuver is None else f"{self.maneuver}."
         column = "" if self.column is None else f"{self.column}."
@@ -66,17 +66,17 @@ class Asked:
 
     @property
     def is_about_amount(self) -> bool:
-        """True if only how much is enough is said, and nothing about the values."""
+        """True if only columns and coverage are limited, not the values."""
         return all(name in ENOUGH for name in self.metrics)
 
 
 def asked(maneuver: object = None, column: object = None, **metrics: object) -> Asked:
-    """Check requirements as keywords.
+    """Check requirements given as keywords.
 
     Raises
     ------
     InputError
-        A name that is not known, or a value of another kind.
+        A name is unknown, or a value has another type.
     """
     known = OF_COLUMN + OF_MANEUVER
     for name in metrics:
@@ -94,7 +94,7 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
             raise InputError(f"found {name}={value!r:.60}, expected a number")
         limits[name] = value if isinstance(value, int) else float(value)
     found = Asked(maneuver, column, limits)
-    # Without a number any one shows whether the column is known.
+    # Any limit serves to check whether the column is known.
     for text in found.texts() or Asked(maneuver, column, {"scd": 0.0}).texts():
         try:
             parse(text)
@@ -104,7 +104,7 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
 
 
 def _plain(error: BicycleError) -> str:
-    """Return the message about a requirement, without saying that it is one."""
+    """Return the message about a requirement, without its introduction."""
     return str(error).removeprefix("require: ")
 
 
@@ -117,20 +117,20 @@ class Score:
     is_checked
         True if anything was required.
     is_read
-        True if the test has asked for the report.
+        True if the test has read the report.
     """
 
     _report: Report
     _reference: Reference
-    # Requirements of the test's markers, for a call that names none; the digits required where they
-    # say no number, None if not said.
+    # Requirements of the test's markers, for a call without any. Then the required digits if the
+    # markers have no number; None if not set.
     _marked: tuple[Asked, ...]
     _scd: float | None
-    # Returns why a failure is not to be diagnosed, an empty text if it is.
+    # Returns the reason for not diagnosing a failure; an empty text if it is to be diagnosed.
     _may_diagnose: Callable[[], str]
     # Called with the message of a failure.
     _fail: Callable[[str], NoReturn]
-    # How many columns and how much of the run the settings say is enough, by metric.
+    # Required columns and coverage of the run from the settings, by metric.
     _enough: Mapping[str, float] = field(default_factory=dict)
     is_checked: bool = False
     is_read: bool = False
@@ -145,23 +145,23 @@ class Score:
         self, *requirements: str, maneuver: int | None = None, column: str | None = None,
         **metrics: float,
     ) -> Score:  # fmt: skip
-        """Fail the test unless the results are this good; returns itself.
+        """Fail the test unless the results are this good; return the score itself.
 
         Parameters
         ----------
         requirements
-            Such as ``"2.roll_angle.scd >= 8"``, see `requirements`.
+            Requirements such as ``"2.roll_angle.scd >= 8"``, see `requirements`.
         maneuver, column
-            What the metrics are about; the worst of all by default.
+            Maneuver and column of the metrics; by default the worst of all.
         metrics
-            ``scd=8``, ``max_abs_error=1e-6`` and so on: the least allowed of scd, mescd,
-            time_to_tolerance, columns and coverage, the largest allowed of the others. Without
-            any but the last two, those of the marker ``bicycle`` too, or the digits of
-            ``--bicycle-scd`` or ``bicycle_scd``.
+            ``scd=8``, ``max_abs_error=1e-6`` and so on: minima of scd, mescd, time_to_tolerance,
+            columns and coverage, maxima of the others. If only columns and coverage are given, the
+            requirements of the marker ``bicycle`` apply too, or the digits of ``--bicycle-scd`` or
+            ``bicycle_scd``.
 
         All eight columns must cover the whole run, in each maneuver of the results, unless
-        ``columns=5`` or ``coverage=0.3`` says what is enough: here, in the marker, or for all
-        tests by ``bicycle_columns`` and ``bicycle_coverage``.
+        ``columns=5`` or ``coverage=0.3`` sets a lower limit: here, in the marker, or for all tests
+        by ``bicycle_columns`` and ``bicycle_coverage``.
         """
         __tracebackhide__ = True
         self.is_checked = True
@@ -198,17 +198,18 @@ class Score:
         return tuple(texts)
 
     def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
-        """Return what the settings say is enough, of what a test does not say itself."""
+        """Return the settings' limits on columns and coverage that a test does not set itself."""
         told = {parse(text).metric for text in texts}
         return Asked(metrics={k: x for k, x in self._enough.items() if k not in told}).texts()
 
     def _diagnosis(self) -> tuple[str, ...]:
-        """Why the results differ, in sentences, or why that is not said."""
+        """Return sentences on why the results differ, or on why there is no diagnosis."""
         if reason := self._may_diagnose():
             return (f"none: {reason}",)
         try:
             with warnings.catch_warnings():
-                # The test is about wrong results, whatever becomes of their diagnosis.
+                # The test is about wrong results; warnings of the diagnosis must not change its
+                # outcome.
                 warnings.simplefilter("ignore")
                 found = diagnosed(self._report, self._reference)
         except BicycleError as e:
@@ -216,7 +217,7 @@ class Score:
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
         said, more = found.diagnosis[:_FINDINGS_SHOWN], found.diagnosis[_FINDINGS_SHOWN:]
-        # That a search was stopped early is said last.
+        # The sentence that a search was stopped early comes last.
         return tuple(sayings.sentences((*said, *(more[-1:] if found.is_stopped_early else ()))))
 
     def __repr__(self) -> str:
@@ -224,7 +225,7 @@ class Score:
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
-    """Return what is recorded of a score: data set, digits of each maneuver and column."""
+    """Return the recorded properties of a score: dataset, digits of each maneuver and column."""
     found = [
         ("bicycle.dataset_version", reference.dataset_version),
         ("bicycle.content_sha256", reference.content_sha256),
@@ -241,7 +242,7 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
 
 
 def _taken(c: ColumnScore) -> str:
-    """The definition that fits, and what else the column was taken for."""
+    """Return the definition that fits, and other parts of the column's interpretation."""
     return ", ".join((c.definition, *words.notes(c)))
 
 
@@ -254,7 +255,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
         Requirements, of which at least one is not met; the first such one is explained.
     scored : Report
     diagnosis
-        Sentences: why the results differ.
+        Sentences on why the results differ.
     """
     failed = [r for r in checked if not r.met]
     lines = [f"required {printable(r.text)}, found {words.sentence(r.message)}" for r in failed]
@@ -274,13 +275,13 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]
     for i, (label, text) in enumerate(entries):
-        # A label stands for those below it, too.
+        # A label also applies to the lines below it.
         lines.append(_entry("" if i and label == labels[i - 1] else label, text))
     return "\n".join(lines)
 
 
 def _entry(label: str, text: str) -> str:
-    """A label and what belongs to it, wrapped beside it."""
+    """Return a label and its text, wrapped next to the label."""
     return textwrap.fill(
         words.sentence(text), _WIDTH_OF_FAILURE,
         initial_indent=f"{label:<{_LABEL}} ", subsequent_indent=" " * (_LABEL + 1),
@@ -289,7 +290,7 @@ def _entry(label: str, text: str) -> str:
 
 
 def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
-    """The worst of the columns that a requirement is about."""
+    """Yield details on the worst of the columns that a requirement is about."""
     about = [
         (m, c)
         for m, c in scored.places
@@ -325,7 +326,7 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
 
 
 def _taken_as(c: ColumnScore) -> str:
-    """As `_taken`, and whether that is the default or others fit as well."""
+    """Return `_taken`, and whether it is the default or other definitions fit as well."""
     taken = _taken(c)
     remarks = ["the default"] if words.is_default(c) else []
     if c.indistinguishable:
@@ -334,7 +335,7 @@ def _taken_as(c: ColumnScore) -> str:
 
 
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
-    """Since when the error is more than what is allowed, and since when it can be seen."""
+    """Return since when the error exceeds the limit, and since when it is visible."""
     said = []
     scale = c.scale or None
     allowed = {

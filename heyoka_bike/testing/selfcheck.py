@@ -1,4 +1,4 @@
-"""Check of an installation: packages, the reference that comes with it, a score, a run."""
+"""Check of an installation: packages, the included reference, a score, and a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 1
 """Version of the JSON report."""
 
-# Packages, and what each is needed for.
+# Packages, and their purpose.
 _REQUIRED_PACKAGES = {
     "numpy": "everything",
     "h5py": "everything",
@@ -30,7 +30,7 @@ _REQUIRED_PACKAGES = {
     "rich": "progress on the screen",
     "threadpoolctl": "diagnose",
 }
-# The extra `generate`: without it everything but integrating works.
+# The extra `generate`; without it everything except integration works.
 _INTEGRATE = {
     "heyoka": "generate, bench, atlas, verify --rerun, all of diagnose",
     "llvmlite": "simulate, Ensemble, bench",
@@ -44,15 +44,15 @@ PRECISIONS = ("binary64", "binary128")
 
 @dataclass(frozen=True, slots=True)
 class Selfcheck:
-    """Result of a check of an installation.
+    """Result of checking an installation.
 
     Attributes
     ----------
     versions : mapping of str to str
-        Or why a package cannot be used.
+        Versions by package, or the reason why a package cannot be used.
     machine : mapping
     folder, dataset_version, manifest_sha256 : str or None
-        Of the reference.
+        Folder, version and hash of the reference.
     checks : tuple of Check
     """
 
@@ -69,14 +69,14 @@ class Selfcheck:
         return all_passed(self.checks)
 
     def as_dict(self) -> dict[str, Any]:
-        """The report as JSON values."""
+        """Return the report as JSON values."""
         found = asdict(self)
         checks = list(found.pop("checks"))
         return {"schema_version": SCHEMA_VERSION, **found, "passed": self.passed, "checks": checks}
 
 
 def selfcheck() -> Selfcheck:
-    """Look at the installation; nothing that is missing or broken stops it."""
+    """Check the installation; missing or broken parts do not stop the check."""
     versions = {"heyoka_bike": __version__, "python": platform.python_version()}
     checks = []
     for name, use in (_REQUIRED_PACKAGES | _INTEGRATE).items():
@@ -100,22 +100,22 @@ def selfcheck() -> Selfcheck:
 
 
 def _usable(name: str) -> tuple[str, bool]:
-    """Return the version of a package, or why it cannot be imported; and whether it can."""
+    """Return the version of a package, or why it cannot be imported; and whether it can be."""
     module = "flint" if name == "python-flint" else name
     try:
         import_module(module)
     except ModuleNotFoundError as e:
         missing = e.name or module
         return f"not installed{'' if missing == module else f': it needs {missing}'}", False
-    except Exception as e:  # whatever a broken package raises
+    except Exception as e:  # a broken package may raise anything
         return f"not usable: {type(e).__name__}: {' '.join(str(e).split()):.200}", False
     return installed(name) or "unknown", True
 
 
 def _reference(folder: Path) -> tuple[Check, Manifest | None, Mapping[str, bytes]]:
-    """Compare the files of the published set with its manifest, and this with its known hash.
+    """Compare the published dataset's files with its manifest, and the manifest with its hash.
 
-    Returns the manifest and the contents of the files, too, if all is well.
+    If there are no differences, also return the manifest and the contents of the files.
     """
     from heyoka_bike.reference.verification.verify import check_files
 
@@ -136,18 +136,18 @@ def _reference(folder: Path) -> tuple[Check, Manifest | None, Mapping[str, bytes
 
 
 def _attempt(name: str, look: Callable[..., Check], *arguments: Any) -> Check:
-    """A check; not made for want of a package, and failed if anything else goes wrong."""
+    """Run a check; it is skipped if a package is missing, and fails on any other error."""
     try:
         return look(*arguments)
     except (MissingPackageError, ModuleNotFoundError) as e:
         return Check(name, None, "", f"not made: {e}", {"values": 0})
-    except Exception as e:  # in an installation of unknown state, anything may
+    except Exception as e:  # an installation in an unknown state may raise anything
         what = f"{type(e).__name__}: {' '.join(str(e).split()):.300}"
         return Check(name, False, "", what, {"values": 0})
 
 
 def _score(folder: Path) -> Check:
-    """The published text, scored like any other file: it has to be at the floor of its digits."""
+    """Score the published text like any other file; it must be at the floor of its digits."""
     from heyoka_bike import load_reference, read_results, score
 
     name = "uncontrolled-bicycle.txt"
@@ -162,7 +162,7 @@ def _score(folder: Path) -> Check:
 
 
 def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision: str) -> Check:
-    """Integrate a maneuver here, and compare it with the reference."""
+    """Integrate a maneuver here, and compare the result with the reference."""
     from heyoka_bike.motion.heyoka_adapter import require_heyoka
 
     require_heyoka()
@@ -175,7 +175,7 @@ def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision:
     try:
         found = agreement(part, Precision.of(precision), lambda stage, t: None)
     except InputError as e:
-        # A build of heyoka may lack a format.
+        # Some builds of heyoka lack a number format.
         return Check(f"run_{precision}", None, "", f"not made: {e}", {"values": 0})
     worst = min(found.candidate, key=found.candidate.__getitem__)
     message = (

@@ -2,7 +2,7 @@
 
 A syntax error names line and column instead of the key.
 
-Each case changes one thing in a good file. Nothing but `InputError` may come out.
+Each case changes one thing in a good file. Only `InputError` may be raised.
 """
 
 import os
@@ -14,7 +14,7 @@ from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import Exact
 
-# Milliseconds each; a hang is what this is to find, not a slow machine.
+# Each test takes milliseconds; the timeout is for hangs, not for slow machines.
 pytestmark = pytest.mark.timeout(60)
 
 BICYCLE = """\
@@ -327,7 +327,7 @@ def test_what_is_not_text(read, raw, line, column, fragment, tmp_path):
 
 @READERS
 def test_slow_for_tomllib(read, tmp_path):
-    """Dotted keys of a thousand parts, whose time in tomllib grows with the square."""
+    """Dotted keys of a thousand parts take tomllib a time that grows with the square."""
     deep = ".".join(["a"] * 990)
     lines = [f"[{deep}]", *(f"b{i} = 1" for i in range(2000))]
     _the_one_error(read, _written(tmp_path, "\n".join(lines)))
@@ -383,7 +383,7 @@ def test_a_file_we_may_not_read(read, tmp_path, monkeypatch):
     path = _written(tmp_path, BICYCLE)
     path.chmod(0)
     if os.access(path, os.R_OK):
-        # The superuser may read everything: refuse on behalf of the system.
+        # The superuser may read every file, so the test raises the system's error.
         def refuse(*args, **kwargs):
             raise PermissionError(13, "Permission denied")
 

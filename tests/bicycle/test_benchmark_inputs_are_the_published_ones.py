@@ -45,10 +45,10 @@ TABLE_1 = {
     "IFxx": Fraction(1405, 10_000),
     "IFyy": Fraction(28, 100),
 }
-"""All but the steer axis tilt, pi/10."""
+"""Table 1, except the steer axis tilt, pi/10."""
 
 UNITS = {"w": "m", "c": "m", "lam": "rad", "g": "N/kg", "r": "m", "x": "m", "z": "m", "m": "kg"}
-"""By symbol, or by its first letter; inertias are in kg m^2."""
+"""Units by symbol, or by its first letter; inertias are in kg m^2."""
 
 
 def test_every_parameter_is_checked_here():
@@ -82,7 +82,7 @@ def test_unit(symbol):
 
 
 def test_maneuvers(maneuvers):
-    """Speed and roll rate of each; upright and straight; 10 s in rows of 0.01 s."""
+    """Each maneuver starts upright and straight, and lasts 10 s in rows of 0.01 s."""
     assert [m.name for m in maneuvers] == ["maneuver 1", "maneuver 2", "maneuver 3"]
     speeds = [m.speed.fraction() for m in maneuvers]
     roll_rates = [m.roll_rate.fraction() for m in maneuvers]

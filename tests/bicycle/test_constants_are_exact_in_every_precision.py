@@ -1,4 +1,4 @@
-"""No binary64 constant slips into a model of higher precision.
+"""No binary64 constant enters a model of higher precision.
 
 Two checks: the equations are built with a number type that refuses floats other than small dyadics,
 and the compiled right-hand side of each precision agrees with mpmath's at random states.
@@ -22,7 +22,7 @@ from heyoka_bike.numbers.precision import Precision
 
 
 class Strict:
-    """A number that takes part in arithmetic only with its like, integers, and small dyadics."""
+    """A number that combines only with its own type, integers, and small dyadics."""
 
     def __init__(self, value):
         self.value = value
@@ -129,12 +129,13 @@ def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
             as_mp = a.context.mpf(native.to_integer(x, 400 if p.bits > 64 else 200))
             difference = a.context.ldexp(as_mp, -(400 if p.bits > 64 else 200)) - t
             # A few hundred operations, with some cancellation: 2^12 units of 2^-p. A constant that
-            # passed through binary64 is off by 2^-53, far more at every precision but that one.
+            # passed through binary64 has an error of 2^-53, far more at every precision except
+            # binary64.
             assert abs(difference) < 2**12 * a.context.mpf(2) ** -p.bits * (1 + abs(t)), name
 
 
 def test_the_decomposition_is_small(bicycle):
-    """u-variables of the ODE alone at binary64; a straightforward derivation has 1046."""
+    """Number of u-variables of the ODE alone in binary64; a straightforward derivation has 1046."""
     system = right_hand_side(bicycle, Precision.of("binary64"), with_yaw=False)
     ta = hy.taylor_adaptive(system, [0.1] * 6, tol=0.1, compact_mode=True)
     assert len(ta.decomposition) - len(system) <= 480

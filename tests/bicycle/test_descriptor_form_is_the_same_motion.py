@@ -1,7 +1,8 @@
-"""Lagrange's equations in redundant coordinates hold for the motion of the reduced equations.
+"""The motion of the reduced equations satisfies Lagrange's equations in redundant coordinates.
 
-The descriptor form shares the bodies' constants with them and no other line: coordinates, energies
-and rolling are its own, and its multipliers must be the forces that `forces` finds.
+The descriptor form shares only the bodies' constants with the reduced equations. It has its own
+coordinates, energies and rolling conditions, and its multipliers must equal the forces from
+`forces`.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from heyoka_bike.numbers.exact import Exact
 from support.two_models import ANGLES, PLACE
 
 N = len(COORDINATES)
-# 400 bits, of which cancellation and a small mechanical trail take some.
+# 400 bits, less some for cancellation and a small mechanical trail.
 TOLERANCE = flint.arb("1e-60")
 
 
@@ -42,7 +43,7 @@ def state_of(case: Case) -> list[Number]:
 
 
 def vanish(values: list[Number], of: list[Number]) -> bool:
-    """Whether all are far below the largest of some."""
+    """Return whether all values are far below the largest of some others."""
     largest = max(abs(flint.arb(x)).upper() for x in of)
     return all(abs(flint.arb(x)) <= TOLERANCE * largest for x in values)
 
@@ -77,7 +78,7 @@ def test_a_parameter_off_by_1e_50_is_noticed(symbol: str) -> None:
 
 
 def test_its_parts_make_up_the_residual() -> None:
-    """Off the floor, and with velocities that slip."""
+    """The state is off the floor, with slipping velocities."""
     generator = iter(range(1, 100))
     z, rates = ([BALLS.number(next(generator)) / 50 for _ in range(2 * N + 6)] for _ in range(2))
     q, v, multipliers = z[:N], z[N : 2 * N], z[2 * N :]

@@ -33,10 +33,10 @@ def test_energy(form, seed, lean, turn):
         return [e.potential, e.kinetic]
 
     potential_rate, kinetic_rate = along(a, rates, state, both)
-    # The exchange between the two is what must cancel; it is not small.
+    # The exchange between the two energies is not small, so its cancellation is a test.
     assert abs(potential_rate) > 1e-2
-    # The difference quotient errs by 1e-70 of a third derivative (see on_the_floor.STEP), which is
-    # up to some 1e6 times the first.
+    # The difference quotient has an error of 1e-70 of a third derivative (see on_the_floor.STEP),
+    # which is up to about 1e6 times the first.
     scale = abs(potential_rate) + abs(kinetic_rate) + sum(both(state))
     assert abs(potential_rate + kinetic_rate) < scale * a.context.mpf("1e-60")
 
@@ -52,6 +52,6 @@ def test_the_front_wheel_stays_on_the_floor(form, seed, lean, turn):
         state,
         lambda s: [front_contact_height(k, a, *s[:3])],
     )
-    # The pitch rate is what keeps it there.
+    # Without the pitch rate the wheel would leave the floor.
     assert abs(unpitched) > 1e-6
     assert abs(rate) < a.context.mpf("1e-60")

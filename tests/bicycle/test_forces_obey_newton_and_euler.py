@@ -1,4 +1,4 @@
-"""Every column of the whole motion against the Newton-Euler oracle, at random states.
+"""Every column of the whole motion agrees with the Newton-Euler oracle at random states.
 
 The oracle solves for all accelerations and the 21 reactions at once; it shares no line with
 `forces` and `configuration`.
@@ -52,7 +52,7 @@ def test_at_random_states_of_other_bicycles(seed: int) -> None:
 
 @pytest.mark.parametrize("symbol", sorted(PARAMETERS))
 def test_a_parameter_off_by_1e_50_is_noticed(symbol: str) -> None:
-    """In the bodies alone: the equations of motion keep the right one."""
+    """Only the bodies have the wrong parameter; the equations of motion have the right one."""
     case = Case.random(1)
     both, x = both_of(case), case.bicycle[symbol]
     factor = 1 + Fraction(1, 10**50)

@@ -31,7 +31,7 @@ from support.two_models import (
 
 BENCHMARK = read_bicycle(benchmark_bicycle())
 DIGITS = 80
-# 80 digits, of which cancellation and a small mechanical trail take some.
+# 80 digits, less some for cancellation and a small mechanical trail.
 TOLERANCE = "1e-60"
 BALLS = Balls(400)
 ORACLE_BALLS = vectors.Balls(100)
@@ -65,7 +65,7 @@ class Case:
         )
 
     def with_another_bicycle(self) -> Case:
-        """Every parameter changed, by up to a quarter, and the trail's sign too."""
+        """Return a case with every parameter changed by up to a quarter, and another trail sign."""
         rng = random.Random(f"bicycle {self.seed}")
         changes = {}
         for symbol in PARAMETERS:
@@ -81,7 +81,7 @@ def _between(rng: random.Random, low: int, high: int) -> Fraction:
 
 
 def both_of(case: Case) -> Both:
-    """The state in both models, in balls."""
+    """Return the state in both models, in balls."""
     return Both.of(
         case.bicycle, BALLS, ORACLE_BALLS, case.yaw, roll=case.roll,
         pitch=solve_pitch(case.bicycle, case.roll, case.steer, DIGITS), steer=case.steer,
@@ -98,7 +98,7 @@ def _working_precision() -> Iterator[None]:
 def compare(pairs: Pairs, seed: int) -> None:
     limit = flint.arb(TOLERANCE)
     for name, (found, expected) in pairs.items():
-        # Balls compare as less only when that is certain, and never when one is not a number.
+        # Balls compare as less only if that is certain, and never if one is NaN.
         assert abs(found - expected) <= limit * abs(expected), f"{name}, seed {seed}"
 
 
@@ -109,7 +109,7 @@ def compare_all(case: Case) -> None:
     compare(from_the_columns(both), case.seed)
 
 
-# What differs anywhere differs at almost every state: these find a slip in any term.
+# An error in any term shows at almost every state, so these states are enough.
 def test_at_20_random_states_of_the_benchmark() -> None:
     for seed in range(20):
         compare_all(Case.random(seed))

@@ -1,7 +1,7 @@
 """The Newton-Euler oracle agrees with itself.
 
-Its accelerations are the derivatives of its velocities, energy is conserved, and two arithmetics
-of different make give the same.
+Its accelerations are the derivatives of its velocities, energy is conserved, and two independent
+arithmetics give the same result.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from oracles.vectors import Multiprecision
 BICYCLE = read_bicycle(benchmark_bicycle())
 DIGITS = 70
 STEP = Fraction(1, 10**25)
-# The central difference is off by the step squared times a third derivative, which is below 1e6
-# here, and by the rounding over the step.
+# The central difference has an error of the step squared times a third derivative below 1e6, plus
+# the rounding divided by the step.
 DIFFERENCE_TOLERANCE = "1e-40"
 
 
@@ -74,7 +74,7 @@ def fraction(x: Any) -> Fraction:
 
 
 def after(state: State, time: Fraction) -> Motion:
-    """The motion a short time later, to first order in the state."""
+    """Return the motion a short time later, to first order in the state."""
     m = motion(state)
     return motion(
         State(
@@ -88,7 +88,7 @@ def after(state: State, time: Fraction) -> Motion:
 
 
 def difference_errors(state: State) -> dict[str, Any]:
-    """By how much derivatives differ from central differences."""
+    """Return the differences of derivatives from central differences."""
     now, before, later = motion(state), after(state, -STEP), after(state, STEP)
 
     def rate(of: Any) -> Any:

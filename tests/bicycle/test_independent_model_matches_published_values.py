@@ -1,6 +1,6 @@
-"""The Newton-Euler oracle gives the accelerations and forces that others have published.
+"""The Newton-Euler oracle reproduces published accelerations and forces.
 
-Each number is also missed, by far, once a sign in the oracle is wrong.
+A wrong sign in the oracle changes each number by far more than the tolerance.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def _enough_digits() -> Iterator[None]:
 
 
 def basu_mandal_state(bicycle: Bicycle = BICYCLE) -> Motion:
-    """Their state from its five independent numbers.
+    """Return Basu-Mandal's state from its five independent numbers.
 
-    Axes there are x backward and z up: yaw = -theta, roll = pi/2 - psi, pitch = pi - phi,
+    The published axes are x backward and z up: yaw = -theta, roll = pi/2 - psi, pitch = pi - phi,
     steer = -psi_f, and wheel angles are -beta.
     """
     q, v = PRINTED["position"], PRINTED["velocity"]
@@ -58,7 +58,7 @@ def basu_mandal_state(bicycle: Bicycle = BICYCLE) -> Motion:
 
 
 def misses(motion: Motion, anchors: dict[str, Any]) -> dict[str, Any]:
-    """Distances from their numbers, rounded up, by name."""
+    """Return distances from the published numbers, rounded up, by name."""
     m = motion
     (x, y, z), (xx, yy, zz) = m.rear_hub_velocity, m.rear_hub_acceleration
     found = {
@@ -95,7 +95,7 @@ def misses(motion: Motion, anchors: dict[str, Any]) -> dict[str, Any]:
 
 
 def distance(found: Any, expected: str) -> Any:
-    """Upper bound of the difference."""
+    """Return an upper bound of the difference."""
     bound = abs(found - flint.arb(expected)).abs_upper()
     assert bound.is_finite()
     return bound
@@ -125,7 +125,7 @@ def start_misses(motion: Motion, maneuver: int) -> dict[str, Any]:
     [
         # Printed with 13 decimals from binary64 computations; inputs and outputs agree to this.
         pytest.param(PRINTED, 20, "2e-12", id="as printed"),
-        # The same state made consistent, 24 decimals or more.
+        # The same state made consistent, with at least 24 decimals.
         pytest.param(CONSISTENT, 16, "1e-22", id="consistent"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Whatever the bytes of an input file, it is read or refused with `InputError`."""
+"""Any bytes of an input file are read, or rejected with `InputError`."""
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -9,7 +9,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
-# A hang is what this is to find, not a slow machine.
+# The timeout is for hangs, not for slow machines.
 pytestmark = pytest.mark.timeout(300)
 
 SHIPPED = {
@@ -18,7 +18,7 @@ SHIPPED = {
 }
 READERS = pytest.mark.parametrize("read", list(SHIPPED), ids=lambda read: read.__name__)
 
-# What may upset a reader of TOML or of numbers, to be spliced in anywhere.
+# Text that may confuse a reader of TOML or of numbers, inserted anywhere.
 PIECES = st.one_of(
     st.sampled_from(
         [
@@ -37,7 +37,7 @@ PIECES = st.one_of(
 
 @st.composite
 def damaged(draw, good, at_most):
-    """The good file with stretches of it deleted, replaced, repeated or moved."""
+    """Draw the good file with parts deleted, replaced, repeated or moved."""
     raw = good
     for _ in range(draw(st.integers(1, at_most))):
         start = draw(st.integers(0, len(raw)))
@@ -60,7 +60,7 @@ def damaged(draw, good, at_most):
     return raw
 
 
-# A value in the TOML file: anything that TOML can say there, and numbers above all.
+# A value in the TOML file: any TOML value, and mainly numbers.
 VALUES = st.one_of(
     st.text(max_size=30),
     st.text("0123456789.+-*/()e pi", max_size=30),
@@ -134,7 +134,7 @@ def _check(read, tmp_path_factory, strategy, examples):
 
 
 def _one_value_changed(read):
-    """The shipped file with one value put in the place of another."""
+    """Draw the shipped file with one value replaced."""
     good = SHIPPED[read].decode("utf-8").split("\n")
     numbered = [i for i, line in enumerate(good) if "value =" in line]
 
@@ -174,7 +174,7 @@ def test_much_input(read, kind, tmp_path_factory):
 
 @READERS
 def test_each_byte_lost_or_altered(read, tmp_path):
-    """One byte at a time, every 17th; it takes all classes of bytes of these files."""
+    """Change one byte at a time, every 17th; these include all classes of bytes in the files."""
     good = SHIPPED[read]
     for at in range(0, len(good), 17):
         for byte in (b"", b"\xff", b'"'):

@@ -13,7 +13,7 @@ from heyoka_bike.system.resources import benchmark_bicycle, collection, data_fol
 
 @pytest.fixture
 def changed(tmp_path):
-    """Read the benchmark's file with the entry of one parameter changed."""
+    """Reads the benchmark's file with the entry of one parameter changed."""
 
     def read(symbol, entry):
         text, n = re.subn(

@@ -1,4 +1,4 @@
-"""Quantities of single instants agree with each other, with the motion, and with binary64."""
+"""Quantities of single states agree with each other, with the motion, and with binary64."""
 
 from fractions import Fraction
 from math import cos, sin
@@ -71,7 +71,7 @@ def test_upright_and_straight_the_floor_carries_the_weight(table):
 
 @pytest.fixture(scope="module")
 def neighbours(bicycle, table, given):
-    """All states a moment later and earlier, on a line along their motion, and twice the moment."""
+    """All states shortly after and before, on a line along their motion, and twice the interval."""
     h = 1e-5
     rates = (
         "roll_rate",
@@ -91,7 +91,7 @@ def neighbours(bicycle, table, given):
 
 
 def test_rates_are_those_of_neighbouring_states(table, neighbours):
-    # Every velocity and acceleration is the change of a place, an angle or a rate along the motion.
+    # Every velocity and acceleration is the derivative of a position, an angle or a rate.
     after, before, moment = neighbours
     pairs = {
         "pitch": "pitch_rate",
@@ -106,7 +106,7 @@ def test_rates_are_those_of_neighbouring_states(table, neighbours):
         change = (after[name] - before[name]) / moment
         np.testing.assert_allclose(change, table[rate], rtol=1e-6, atol=1e-6, err_msg=name)
     energy = (after["mechanical_energy"] - before["mechanical_energy"]) / moment
-    # The states lie on a straight line, so that h^2 times a third derivative of 1e5 is left.
+    # The states lie on a straight line, so h^2 times a third derivative of 1e5 remains.
     np.testing.assert_allclose(energy, 0, atol=1e-5)
 
 
@@ -189,7 +189,7 @@ def test_a_state_is_a_maneuver_to_go_on_from(states):
 
 @pytest.mark.parametrize("name", ["two-mass-skate", "adversarial/zero-mechanical-trail", ""])
 def test_other_bicycles_have_all_that_is_defined(bicycle, states, name):
-    # The last one floats: nothing presses on the floor, and at rest two eigenvalues are zero.
+    # The last bicycle floats: it does not press on the floor, and at rest two eigenvalues are zero.
     other = (
         read_bicycle(find_input("bicycles", name))
         if name

@@ -1,7 +1,7 @@
 """The linearisation works for unusual bicycles, with or without weave or capsize speed.
 
-The judge is the closed form of the coefficient matrices in Meijaard, Papadopoulos, Ruina and Schwab
-(2007), doi:10.1098/rspa.2007.1857, Appendix A, typed from there.
+The expected values are from the closed form of the coefficient matrices in Meijaard, Papadopoulos,
+Ruina and Schwab (2007), doi:10.1098/rspa.2007.1857, Appendix A, entered by hand.
 """
 
 import random
@@ -76,7 +76,7 @@ def _linear(case, digits):
 
 
 def _closed_form(bicycle):
-    """M, C1, K0, K2 of Appendix A, in its symbols."""
+    """Return M, C1, K0, K2 of Appendix A, in its symbols."""
     a = Multiprecision(80)
     p = {s: a.number(x) for s, x in bicycle.values.items()}
     w, c = p["w"], p["c"]
@@ -123,13 +123,14 @@ def test_matrices_are_those_of_the_closed_form(case):
         for i in (0, 1):
             for j in (0, 1):
                 x, y = mpmath.mpf(getattr(found, name)[i][j]), mpmath.mpf(expected[i][j])
-                # Rounded to 30 digits; zeros to the 75 digits worked with, less 15 for rounding.
+                # Rounded to 30 digits; zeros to the 75 digits of the computation, less 15 for
+                # rounding.
                 assert abs(x - y) <= mpmath.mpf("6e-30") * abs(y) + mpmath.mpf("1e-60")
 
 
 @CASES
 def test_nothing_is_missing_at_2_m_per_s(case):
-    """The nonlinear accelerations there are those of the matrices, taken at 0 and at 1 m/s."""
+    """The nonlinear accelerations at 2 m/s agree with the matrices, computed at 0 and 1 m/s."""
     bicycle, speed = _bicycle(case), 2
     a = Multiprecision(80)
     k, step = constants(bicycle, a), a.context.mpf("1e-25")
@@ -150,7 +151,7 @@ def test_nothing_is_missing_at_2_m_per_s(case):
 
 
 def test_dual_numbers_differentiate_the_accelerations_of_a_turning_bicycle():
-    """Away from upright, where no term is zero."""
+    """The test is away from upright, where no term is zero."""
     a = Multiprecision(80)
     dual = Duals(a)
     bicycle, step = _bicycle("benchmark"), a.context.mpf("1e-25")
@@ -167,7 +168,7 @@ def test_dual_numbers_differentiate_the_accelerations_of_a_turning_bicycle():
 
 
 def _speeds_between(linear):
-    """Critical speeds, and one speed between each two and beyond the last."""
+    """Return critical speeds, one speed between each two of them, and one beyond the last."""
     critical = [v for v, _ in (*linear.weave_speeds, *linear.double_roots)]
     edges = [mpmath.mpf(0), *sorted(mpmath.mpf(v) for v in (*critical, *linear.capsize_speeds))]
     return [(u + v) / 2 for u, v in pairwise([*edges, 2 * edges[-1] + 1])]
@@ -211,7 +212,7 @@ def test_number_of_real_eigenvalues_changes_at_double_roots_only(case):
 
 @CASES
 def test_at_rest_the_eigenvalues_are_opposite_and_real_or_imaginary(case):
-    """As M is positive definite and K0 symmetric."""
+    """This is because M is positive definite and K0 symmetric."""
     roots = _linear(case, 15).eigenvalues(0)
     assert {(-z.real, -z.imag) for z in roots} == {(z.real, z.imag) for z in roots}
     assert all(z.real == 0 or z.imag == 0 for z in roots)
@@ -289,7 +290,7 @@ def test_speeds_of_any_size(speed):
 
 
 def test_a_singular_mass_matrix_is_refused(bicycle):
-    """A point mass on a vertical steer axis without trail: nothing resists the steering."""
+    """Nothing resists steering with a point mass on a vertical steer axis without trail."""
     fork = {**SKATES, **POINT_H, "lam": "0", "c": "0", "xH": "1.02"}
     skate = bicycle.replace(**{symbol: Exact.parse(text) for symbol, text in fork.items()})
     with pytest.raises(InputError, match="mass matrix of roll and steer of 'benchmark bicycle' is"):

@@ -29,7 +29,7 @@ def _precision():
 
 
 def _unit(text):
-    """One unit of the last digit of a decimal text."""
+    """Return one unit of the last digit of a decimal text."""
     return mpmath.mpf(10) ** -len(text.partition(".")[2])
 
 

@@ -22,7 +22,7 @@ WITHOUT_STABLE_RANGE = {
     f"adversarial/{name}" for name in ("negative-tilt", "no-gyroscope", "zero-mechanical-trail")
 }
 
-# By 18, 6 and 3 units of the last digit printed.
+# Entries that differ by 18, 6 and 3 units of the last printed digit.
 EVALUATED_ANEW = {("browserins", "M", 0, 0), ("browserins", "C1", 0, 1), ("crescendo", "M", 1, 1)}
 
 
@@ -31,7 +31,7 @@ def _bicycle(name):
 
 
 def _half_unit(text):
-    """Half a unit of the last digit of a decimal text."""
+    """Return half a unit of the last digit of a decimal text."""
     return Fraction(1, 2 * 10 ** len(text.partition(".")[2]))
 
 
@@ -50,9 +50,9 @@ def test_values_and_deviations_round_to_those_of_the_thesis(name):
 
 @pytest.mark.parametrize("name", MATRICES)
 def test_matrices_are_those_printed_with_the_first_evaluation(name):
-    """The measurements were evaluated again since; most moved by less than a unit."""
+    """The measurements were evaluated again later; most values changed by less than a unit."""
     bicycle = _bicycle(name)
-    # At the time of these the two wheels' diametral inertias were interchanged.
+    # In the first evaluation the two wheels' diametral inertias were interchanged.
     bicycle = bicycle.replace(IRxx=bicycle["IFxx"], IFxx=bicycle["IRxx"])
     linear = linearise(bicycle, 12)
     for matrix, rows in ANCHORS["matrices"][name].items():
@@ -78,7 +78,7 @@ def test_matrices_of_the_stratos_are_what_its_rounded_parameters_allow():
             for found, texts in zip(rows, printed[matrix], strict=True):
                 for x, number in zip(found, texts, strict=True):
                     assert x.contains(exact_ball(Fraction(number)).mid())
-                    # Not because anything would do.
+                    # The ball is narrow, so the assertion above means something.
                     assert x.rad() < largest / 200
 
 

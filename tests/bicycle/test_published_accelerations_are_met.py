@@ -1,4 +1,4 @@
-"""Published numbers of the nonlinear bicycle are met: accelerations, energies, geometry."""
+"""The nonlinear bicycle reproduces published accelerations, energies and geometry."""
 
 import json
 from fractions import Fraction
@@ -21,13 +21,13 @@ FORMS = pytest.mark.parametrize("form", [few_products, regular], ids=lambda form
 
 
 def _digits_apart(a, found, printed):
-    """Difference in units of the last printed digit."""
+    """Return the difference in units of the last printed digit."""
     unit = Fraction(10) ** -len(printed.partition(".")[2])
     return abs(found - a.number(Fraction(printed))) / a.number(unit)
 
 
 def _velocity(k, a, state, form):
-    """Velocities by name, in axes with z down; the state ends with the yaw."""
+    """Return velocities by name, in axes with z down; the state ends with the yaw."""
     o, u = unfold(k, a, state, is_regular=form is regular)
     yaw = state[6]
     s_yaw, c_yaw = a.sin(yaw), a.cos(yaw)
@@ -50,7 +50,7 @@ def _velocity(k, a, state, form):
 
 
 def _accelerations(k, a, state, form):
-    """Velocities, and accelerations as derivatives of the velocities along the motion."""
+    """Return velocities, and accelerations as derivatives of the velocities along the motion."""
     if form is few_products:
         state = few_product_state(k, a, state[:6]) + state[6:]
     velocity = _velocity(k, a, state, form)
@@ -82,7 +82,7 @@ def test_accelerations_at_the_start_of_a_maneuver(form, maneuver):
 
 @FORMS
 def test_accelerations_of_roll_and_steer_are_those_of_the_derivatives_along_the_motion(form):
-    """The regular form states them outright."""
+    """The regular form contains these accelerations directly."""
     k, a = model()
     _, second, _ = _accelerations(k, a, _start(k, a, 1), form)
     rates = regular(k, a, _start(k, a, 1)[:6])
@@ -103,7 +103,7 @@ def test_energies_at_the_start_of_a_maneuver(maneuver):
 
 
 def _basu_mandal(form):
-    """Their state from its five independent numbers, in their axes: values by name."""
+    """Return Basu-Mandal's state from five independent numbers, as values by name."""
     k, a = model()
     mp = a.context
     q, v = BASU_MANDAL["position"], BASU_MANDAL["velocity"]
@@ -134,7 +134,7 @@ THEIRS = {
     "beta_r": ("rear_wheel", -1),
     "beta_f": ("front_wheel", -1),
 }
-"""Their names: ours, and the sign."""
+"""Our names of the published quantities, and their signs."""
 
 
 @FORMS
@@ -182,7 +182,7 @@ def test_the_steer_axis_point():
         return mp.mpf(anchors[which]["x"]), mp.mpf(anchors[which]["z"])
 
     def off_axis(x, z):
-        """Distance from the axis; the rear hub is d1 behind it, at the height of its radius."""
+        """Return the distance from the axis; the hub is d1 behind it, at its radius's height."""
         return (x * cos - (z + k.length * k.rear.r) * sin) - k.length * k.d1
 
     x, z = point("exact")

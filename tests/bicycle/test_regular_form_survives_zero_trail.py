@@ -41,7 +41,7 @@ def test_few_product_form_has_no_finite_value_there(bicycle):
 
 @pytest.mark.parametrize("seed", [None, *range(6)])
 def test_regular_form_is_continuous_in_the_trail(seed):
-    """Differences shrink with the change of the trail, tenth by tenth."""
+    """Differences decrease in proportion to the change of the trail."""
     states = {}
     for mm in ("0", "1e-20", "1e-21", "-1e-20"):
         k, a = model(50, c=_trail(mm))
@@ -51,7 +51,7 @@ def test_regular_form_is_continuous_in_the_trail(seed):
     for zero, near, nearer, other in zip(*states.values(), strict=True):
         # The accelerations change by less than 1e3 per metre of trail.
         assert abs(near - zero) < 1e-20
-        # Linear to first order: the second order is 1e-23 of it or less, rounding 1e-50.
+        # Linear to first order: the second order is at most 1e-23 of it, and rounding 1e-50.
         assert abs(near - zero - 10 * (nearer - zero)) < 1e-42
         assert abs(near + other - 2 * zero) < 1e-42
 
@@ -64,7 +64,7 @@ def test_the_trail_matters():
 
 
 def test_both_forms_agree_near_zero_trail():
-    """What the few-product form loses is digits."""
+    """The few-product form only loses digits."""
     k, a = model(50, c=_trail("1e-10"))
     few_state = few_product_state(k, a, _upright(a))
     few, reg = few_products(k, a, few_state), regular(k, a, _upright(a))

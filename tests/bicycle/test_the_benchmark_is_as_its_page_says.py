@@ -1,4 +1,4 @@
-"""What docs/benchmark.md says beside the problem's text is so."""
+"""The statements of docs/benchmark.md on the problem's text are true."""
 
 from fractions import Fraction
 
@@ -22,9 +22,9 @@ from heyoka_bike.system.resources import reference_folder
 )  # fmt: skip
 def test_principal_inertias_have_rational_tangents(bicycle, body, tangent, inertia):
     xx, zz, xz = (bicycle[f"I{body}{ij}"].rational for ij in ("xx", "zz", "xz"))
-    # Of the vector (1, tangent) in the plane of x and z.
+    # Product of the inertia matrix with the vector (1, tangent) in the plane of x and z.
     assert (xx + xz * tangent, xz + zz * tangent) == (inertia, inertia * tangent)
-    # With the other sign of the product it is none.
+    # With the other sign of the product of inertia, the vector is not an eigenvector.
     assert (xx - xz * tangent, -xz + zz * tangent) != (inertia, inertia * tangent)
     assert bicycle[f"I{body}yy"].rational == {"B": 11, "H": Fraction("0.06")}[body]
 
@@ -37,7 +37,7 @@ def test_p2_as_printed_is_off_the_axis(bicycle):
         off = (x - foot) * c - z * s
         assert float(abs(off)) == pytest.approx(4.2e-12, abs=0.05e-12)
         assert float(abs(off) / c) == pytest.approx(4.4e-12, abs=0.05e-12)
-        # Its digits are cut.
+        # The printed digits are truncated.
         exact = -mpf("0.9") * c
         assert mp.nstr(abs(exact), 20).startswith("0.85595086466")
         assert abs(exact) - abs(z) > mpf("5e-12")

@@ -1,9 +1,9 @@
 """The equations of the package are those of Newton and Euler, identically.
 
-Not at sample states: as rational functions of the 26 parameters, of the angles (by tangents) and of
-the speeds. Each run draws a prime of 512 bits and a point anew (see `oracles.random_field`). What
-passes is an identity, or was overlooked with a probability below `OVERLOOKED`, which follows from
-degrees counted on the way.
+They agree as rational functions of the 26 parameters, of the angles (by tangents) and of the
+speeds, not only at sample states. Each run draws a new prime of 512 bits and a new point (see
+`oracles.random_field`). An equation that passes is an identity, except with a probability below
+`OVERLOOKED`, which follows from counted degrees.
 
 States have both wheels on the floor. Roll, pitch, steer and tilt are free; kappa, which makes the
 cosine of the front lean, is an adjoined root; the wheel base is what puts the front wheel on the
@@ -53,15 +53,16 @@ from support.two_models import (
 )
 
 OVERLOOKED = Fraction(1, 10**140)
-"""Of one false equation: the degrees counted are below 3 million, and the prime has 154 digits."""
+"""Probability of missing a false equation: the degrees are below 3 million, and the prime has 154
+digits."""
 
 Zero = tuple[str, Element]
-"""What is compared, and its difference."""
+"""Name of a comparison, and its difference."""
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """Stands for an exact parameter."""
+    """A substitute for an exact parameter."""
 
     rational: Any
     is_zero: bool = False
@@ -69,7 +70,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class AnyBicycle:
-    """Stands for a bicycle: its parameters are unknowns."""
+    """A substitute for a bicycle, with unknown parameters."""
 
     values: dict[str, Unknown]
 
@@ -89,7 +90,7 @@ def field() -> RandomField:
 
 @pytest.fixture(scope="module")
 def both(field: RandomField) -> Both:
-    """Any state on the floor of any bicycle."""
+    """Return any state on the floor of any bicycle."""
     roll, pitch, steer, yaw, tilt = (field.angle() for _ in range(5))
     beta = pitch + tilt
     y = steer.cos * beta.sin - steer.sin * (roll.sin / roll.cos)
@@ -109,7 +110,7 @@ def both(field: RandomField) -> Both:
 
 
 def newton_and_euler(both: Both) -> Iterator[Zero]:
-    """Differences of both forms, every column, integrand and force from the oracle's."""
+    """Yield differences of both forms, every column, integrand and force from the oracle's."""
     for name, part in {
         "regular": from_the_regular_form,
         "few products": from_the_few_product_form,
@@ -124,7 +125,7 @@ def newton_and_euler(both: Both) -> Iterator[Zero]:
 
 
 def conserved(both: Both) -> Iterator[Zero]:
-    """Rates, along both forms, of the energy and of the front wheel's height; and that height."""
+    """Yield rates of the energy and of the front wheel's height, and that height."""
     duals = Duals(both.a)
     for form, state in (("regular", both.regular_state), ("few products", both.few_product_state)):
         equations = Equations.of(both.bicycle, both.a, is_regular=form == "regular")
@@ -138,7 +139,7 @@ def conserved(both: Both) -> Iterator[Zero]:
 
 
 def mirrored(both: Both) -> Iterator[Zero]:
-    """Rates at the mirror image of a state, less their mirror image, in both forms."""
+    """Yield rates at a mirrored state, less the mirrored rates, in both forms."""
     signs = (-1, 1, -1, -1, -1, 1)  # roll, pitch, steer, the two rates of either form, spin
     for form, state in (("regular", both.regular_state), ("few products", both.few_product_state)):
         equations = Equations.of(both.bicycle, both.a, is_regular=form == "regular")
@@ -149,7 +150,7 @@ def mirrored(both: Both) -> Iterator[Zero]:
 
 
 def straight_running(field: RandomField) -> Iterator[Zero]:
-    """Rates of upright straight running at any speed, and the front wheel's height."""
+    """Yield rates of upright straight running at any speed, and the front wheel's height."""
     bicycle: Any = any_bicycle(field)
     zero, nought = field.zero_angle(), field.number(0)
     state = [zero, zero, zero, nought, nought, field.unknown()]
@@ -160,7 +161,7 @@ def straight_running(field: RandomField) -> Iterator[Zero]:
 
 
 def false(found: Iterable[Zero]) -> list[str]:
-    """Names of the equations that do not hold."""
+    """Return names of the equations that are false."""
     return [name for name, x in found if not x.is_zero]
 
 
@@ -198,7 +199,7 @@ WRONG = [
     (outputs, "+ b.i22 * q * q", "+ b.i22 * q * q + w1 * q / 10**60"),
     (constants, "xz -= part_mass * dx * dz", "xz += part_mass * dx * dz"),
 ]
-"""A sign, an inertia product left out, two tiny terms, an inertia of another body."""
+"""A sign, a missing inertia product, two tiny terms, and an inertia of another body."""
 
 
 @pytest.mark.parametrize(("module", "old", "new"), WRONG, ids=[old for _, old, _ in WRONG])
@@ -209,7 +210,7 @@ def test_a_wrong_term_is_no_identity(both: Both, module: ModuleType, old: str, n
 
 @pytest.mark.parametrize(("module", "old", "new"), [WRONG[i] for i in (0, 2, 3)])
 def test_a_wrong_term_costs_energy(both: Both, module: ModuleType, old: str, new: str) -> None:
-    """The others are bicycles with forces that do no work, or with other bodies."""
+    """The other changes give bicycles with workless forces, or with other bodies."""
     with changed(module, old, new).applied():
         assert any("energy" in name for name in false(conserved(both)))
 
@@ -239,7 +240,7 @@ def test_every_plus_and_minus_matters(both: Both, module: ModuleType) -> None:
 
 
 def renewed(both: Both) -> Both:
-    """With constants made again by the package, after its code has changed."""
+    """Return both with constants computed again, after the package's code has changed."""
     return replace(both, k=constants.constants(both.bicycle, both.a))
 
 

@@ -1,1 +1,1 @@
-"""Files that are drawn, each with what is true of it, and who judges them."""
+"""Randomly drawn files with known properties, and the programs that judge them."""

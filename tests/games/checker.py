@@ -1,4 +1,4 @@
-"""Hold the checker in C beside `score`, column by column.
+"""Compare the checker in C with `score`, column by column.
 
 python tests/games/checker.py results          # data/results
 python tests/games/checker.py corpus           # tests/corpus
@@ -37,10 +37,10 @@ from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.header import checker_header
 
 MOST_DIGITS = 14.0
-"""The checker counts no more."""
+"""The checker counts at most this many digits."""
 
 APART = 0.1
-"""Digits that two judges may differ by."""
+"""Digits by which the two may differ."""
 
 _AT_ONCE = 20
 
@@ -90,7 +90,7 @@ int main(void)
 
 @dataclass(frozen=True)
 class Found:
-    """What the checker says of a column."""
+    """The result of the checker for a column."""
 
     digits: float
     mescd: float
@@ -109,7 +109,7 @@ def _header():
 
 
 class Checker:
-    """The header, compiled: called with a batch of files."""
+    """The compiled header, called with a batch of files."""
 
     def __init__(self, folder, change=("", "")):
         text = _header()
@@ -126,7 +126,7 @@ class Checker:
         self.names += [c.definition for key in BENCHMARK_COLUMNS for c in keys[key][1:]]
 
     def judge(self, files):
-        """For each file, a sequence of parts: what is found of each column, and the line."""
+        """Return for each file and each of its parts the found columns and the line."""
         given = b"".join(map(_packed, files))
         done = subprocess.run([str(self.program)], input=given, capture_output=True, check=True)
         found, outcomes = {}, []
@@ -154,7 +154,7 @@ def _packed(parts):
         places = q.places if q and q.base == 10 and q.places is not None else -1
         place = BENCHMARK_COLUMNS.index(key)
         found.append(struct.pack("5i", p.number, place, digits, places, len(p.time)))
-        # What a double holds of it.
+        # The double nearest to hi + lo.
         values = p.values[key] + p.lo.get(key, 0.0)
         found.append(np.column_stack([p.time, values]).tobytes())
     return b"".join(found)
@@ -170,7 +170,7 @@ class Judged:
 
 
 def judged_by_score(name, results):
-    """What `score` says of results, with the columns of the benchmark as the checker gets them."""
+    """Return the judgement of `score`, with the benchmark's columns as the checker gets them."""
     reference, _ = references()
     several = [results] if isinstance(results, Results) else results
     try:
@@ -181,7 +181,7 @@ def judged_by_score(name, results):
 
 
 def disagreements(judged, found, line):
-    """What the checker says otherwise than `score`: of each column, in words."""
+    """Return the differences of the checker from `score` for each column, in words."""
     report = judged.report
     units = {(p.number, k): u for p in judged.parts for k, u in p.units.items()}
     theirs = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns
@@ -189,7 +189,7 @@ def disagreements(judged, found, line):
     for at, c in theirs.items():
         si = DEFINITIONS[at[1]][0].unit
         if units.get(at, si) not in UNITS[si]:
-            # A unit that its heading names; the checker reads none.
+            # The heading states a unit, but the checker does not read headings.
             continue
         mine = found.get(at)
         if mine is None:
@@ -208,7 +208,7 @@ def disagreements(judged, found, line):
             yield f"{at}: grade {mine.grade}, score {c.grade:d}"
     for at in found.keys() - theirs.keys():
         yield f"{at}: too many"
-    # What goes before the verdict, and the reason of one that contradicts itself.
+    # The text before the verdict, and the reason of a verdict that is contradictory.
     are_all_read = all(
         units.get(at, "") in ("", *UNITS[DEFINITIONS[at[1]][0].unit]) for at in units
     )
@@ -218,7 +218,7 @@ def disagreements(judged, found, line):
 
 
 def _reasons(line):
-    """The columns of which a verdict asks for the definition, and those of contradictory signs."""
+    """Return the columns whose definition the verdict asks for, and those of wrong signs."""
     asked = line.partition("? If not, ")[0].partition(": ")[0] if "? If not, " in line else ""
     signs = line.partition(PHRASES["signs_of"])[2].partition(PHRASES["contradict"])[0]
     return asked, signs
@@ -259,7 +259,7 @@ def game_files(game, numbers):
 
 
 def judged_files(files):
-    """What `score` says of files, of those that it can read."""
+    """Yield the judgements of `score` for the files that it can read."""
     for name, make in files:
         try:
             results = make()
@@ -270,7 +270,7 @@ def judged_files(files):
 
 
 def compare(checker, files, show=print):
-    """Counts of files and columns, those compared and those apart; `files` as `judged_files`."""
+    """Count files and columns, compared and different; `files` is the result of `judged_files`."""
     counts, files = Counter(), iter(files)
     while batch := list(islice(files, _AT_ONCE)):
         outcomes = checker.judge([j.parts for j in batch])

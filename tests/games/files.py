@@ -1,6 +1,7 @@
-"""Result files of the two games: numbers of the reference in hi + lo, as a file's writer has them.
+"""Result files of the two games: values of the reference in hi + lo, before they are written.
 
-Nothing here knows how results are judged; only their in-memory form is the package's.
+This module does not depend on how results are judged; it uses only the package's form of results in
+memory.
 """
 
 from dataclasses import dataclass, field, fields, replace
@@ -24,14 +25,14 @@ END = 10.0
 
 
 class RememberingManeuver(ReferenceManeuver):
-    """A maneuver that keeps what its pieces give at the times that thousands of files share."""
+    """A maneuver that caches its values at times that thousands of files share."""
 
     most = 40
     joined = cache(ReferenceManeuver.joined)
 
     @cached_property
     def _values(self):
-        """Columns by name, hi and lo, at each of the last times."""
+        """Columns by name, hi and lo, at each of the latest times."""
         return {}
 
     def continued(self, times, names):
@@ -49,7 +50,7 @@ class RememberingManeuver(ReferenceManeuver):
 
 
 def remembering(whole):
-    """A set with the same values, whose maneuvers remember."""
+    """Return a dataset with the same values, whose maneuvers cache them."""
     maneuvers = tuple(
         RememberingManeuver(**{f.name: getattr(m, f.name) for f in fields(m)})
         for m in whole.maneuvers
@@ -59,12 +60,12 @@ def remembering(whole):
 
 @lru_cache(maxsize=1)
 def references():
-    """The published set and its whole motion, as the games are played with them."""
+    """Return the published dataset and its whole motion, for the games."""
     return remembering(load_reference()), remembering(load_motion())
 
 
 def names(key):
-    """Columns of the reference that are this one in some definition, the default first."""
+    """Return the reference's columns for a key in every definition, the default first."""
     return [c.name for c in COMPARED[key]]
 
 
@@ -85,13 +86,13 @@ class Part:
     is_rounded: bool = False
 
     def pick(self, rows):
-        """Keep these rows, in this order."""
+        """Keep only these rows, in this order."""
         self.time, self.time_lo = self.time[rows], self.time_lo[rows]
         self.hi = {k: v[rows] for k, v in self.hi.items()}
         self.lo = {k: v[rows] for k, v in self.lo.items()}
 
     def add(self, key, change):
-        """Add to a column, in its own unit; what is below its last binary digit goes to lo."""
+        """Add to a column in its own unit; the part below its last binary digit goes to lo."""
         total, rest = two_sum(self.hi[key], change + np.zeros_like(self.hi[key]))
         is_long = bool(self.lo[key].any())
         self.hi[key] = total
@@ -109,7 +110,7 @@ class Part:
 
 
 def truth(number, wanted, time, time_lo):
-    """Exact values of columns of the reference: at its rows as published, else the dense output."""
+    """Return exact values of columns: published ones at rows, else the dense output."""
     reference, motion = references()
     found = {}
     for source, is_of_motion in ((reference[number], False), (motion[number], True)):
@@ -121,7 +122,7 @@ def truth(number, wanted, time, time_lo):
 
 
 def correct(number, chosen, time=None, time_lo=None, *, is_long=False):
-    """A part with these columns, `chosen` a mapping of keys to the reference's names."""
+    """Return a part with these columns; `chosen` maps keys to the reference's names."""
     m = references()[0][number]
     if time is None:
         time, time_lo = m.time, m.time_lo
@@ -135,7 +136,7 @@ def correct(number, chosen, time=None, time_lo=None, *, is_long=False):
 
 
 def in_memory(parts, quantum=None):
-    """The parts as they are after reading."""
+    """Return the parts in the form that reading them gives."""
     rows = []
     for p in parts:
         order = np.argsort(p.time, kind="stable")
@@ -147,15 +148,15 @@ def in_memory(parts, quantum=None):
 
 
 def decimal_times(time):
-    """Times as the shortest decimals of these binary64 mean them: hi and lo."""
+    """Return hi and lo of the times as read from the shortest decimals of these binary64."""
     with localcontext() as context:
-        context.prec = 1100  # digits: no difference of binary64 numbers is rounded
+        context.prec = 1100  # digits, enough that no difference of binary64 numbers is rounded
         lo = [float(Decimal(repr(t)) - Decimal(t)) for t in np.asarray(time, float).tolist()]
     return np.asarray(time, float), np.array(lo)
 
 
 def written(hi, lo, digits):
-    """Numbers as text with so many significant digits, and what the text says, hi and lo."""
+    """Return numbers as text with this many significant digits, and the text's hi and lo."""
     if digits <= 17 and not np.any(lo):
         texts = [f"{x:.{digits - 1}e}" if digits < 17 else repr(float(x)) for x in hi]
         return texts, np.array([float(t) for t in texts]), np.zeros(len(hi))

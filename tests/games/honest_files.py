@@ -1,8 +1,8 @@
 """The game of honest variations: correct values as any program may write them.
 
-Definition, unit, axes, zero, order, digits, spacing and format are drawn; an error may be added, in
-angle and rate alike, as integrators make it. How large it is then is found from the numbers as
-they are written, read with the choices that were drawn.
+Definition, unit, axes, zero, order, digits, spacing and format are drawn at random. An error may be
+added to an angle and its rate consistently, as integrators do. Its size is then computed from the
+written numbers, read with the drawn choices.
 """
 
 from dataclasses import dataclass, field, replace
@@ -14,17 +14,17 @@ from games.truth import FREE, ZEROED, _digits, errors, units
 
 MANEUVERS = (1, 2, 3)
 END = 10.0
-# The definitions that are each other's angle and rate; without an error any others are honest too.
+# Pairs of angle and rate definitions that belong together; without an error any others are honest
+# too.
 PAIRS = {"lean": "lean_rate", "tait_bryan_xyz": "tait_bryan_xyz_rate", "zyx": "zyx_rate"}
 
 
 @dataclass(eq=False)
 class Honest:
-    """An honest file: its parts, and for each key the reading that was drawn: name and factor.
+    """An honest file: its parts, and for each key the drawn reading (name and factor).
 
-    `own` is a column of a definition that is not among those known, whose reading is the nearest.
-    `starts` are the values from which columns start that have no zero, `wrapped` the angles that
-    are written within one turn.
+    `own` is a column with an unknown definition; its reading is the nearest known one. `starts` are
+    initial values of columns with an arbitrary zero, `wrapped` the angles written within one turn.
     """
 
     parts: list
@@ -39,14 +39,14 @@ class Honest:
 
 
 def signs(random, keys):
-    """The sign of every column, by axes and senses that a program may choose for all of them."""
+    """Return the sign of every column, for axes and senses that a program may choose."""
     ground = dict(zip("xyz", random.choice([-1, 1], 3), strict=True))
     handed = int(np.prod(list(ground.values())))
     sense = int(random.choice([-1, 1]))
     axial = {a: s * handed * sense for a, s in ground.items()}
     body = ground
-    # Other axes of the frames than the ground's: without a reflection in the matrices, and not
-    # where a quaternion is, whose components they would exchange.
+    # Frames with other axes than the ground. They need matrices without a reflection, and no
+    # quaternion, whose components they would exchange.
     if handed > 0 and not any("_frame_q" in k for k in keys) and random.random() < 0.4:
         body = {"x": 1, "y": 1, "z": 1}
     lean, steer, yaw, ahead, wheel, _ = (int(s) for s in random.choice([-1, 1], 6))
@@ -95,7 +95,7 @@ def signs(random, keys):
 
 
 def grid(random):
-    """Times and their name: even, uneven, as an adaptive solver has them."""
+    """Return times and their name: even, uneven, or as from an adaptive solver."""
     which = str(random.choice(["0.01", "0.005", "0.02", "0.1", "0.001", "uneven", "adaptive"],
                               p=[0.35, 0.15, 0.12, 0.08, 0.03, 0.14, 0.13]))  # fmt: skip
     if which == "uneven":
@@ -114,7 +114,7 @@ def grid(random):
 
 
 def honest_file(seed, number):
-    """The honest file of this number, as it is before it is written."""
+    """Return the honest file of this number, before it is written."""
     random = np.random.default_rng([seed, number, 5])
     spacing, t = grid(random)
     maneuvers = random.permutation(MANEUVERS)[: random.choice([1, 2, 3], p=[0.2, 0.15, 0.65])]
@@ -132,7 +132,7 @@ def honest_file(seed, number):
     is_exact = random.random() < 0.4
     size = 0.0 if is_exact else 10.0 ** random.uniform(-14, -3)
     if "roll_angle" in chosen and not is_exact:
-        # An error moves an angle and the rate that is its derivative alike.
+        # An error changes an angle and the rate that is its derivative consistently.
         name = chosen["roll_angle"].removeprefix("roll_angle_")
         rate = PAIRS.get(name, "lean_rate")
         if "roll_rate" in chosen:
@@ -143,7 +143,7 @@ def honest_file(seed, number):
         other = list(units(k).values())
         unit = other[random.integers(len(other))] if random.random() < 0.35 else other[0]
         factors[k] = turned.get(k, 1) * unit
-    # One unit for all energies of a program.
+    # A program writes all energies in one unit.
     energies = [k for k in keys if k.endswith("_energy")]
     factors |= dict.fromkeys(energies, factors[energies[0]] if energies else 1)
     zeroed = [k for k in ZEROED if k in keys]
@@ -174,7 +174,7 @@ def honest_file(seed, number):
         parts.append(part)
     ends = np.random.default_rng([seed, number, 7])
     if ends.random() < 0.08:
-        # A run that is meant to be short.
+        # A run that is short on purpose.
         count = int(np.searchsorted(time, ends.uniform(3.0, 9.5)))
         for part in parts:
             part.pick(np.arange(count))
@@ -190,13 +190,13 @@ _TURN = 2 * np.longdouble("3.14159265358979323846264338327950288")
 
 
 def _freely(random, parts, reading, size, digits):
-    """Columns without a zero from another start, and angles within one turn."""
+    """Give columns with an arbitrary zero another start, and put angles within one turn."""
     starts, wrapped = {}, []
     for key in (k for k in reading if k in FREE):
         name, factor = reading[key]
         largest = max(scale(p.maneuver, name) for p in parts)
         start = float(random.choice([-1, 1])) * 10.0 ** random.uniform(-1, 1.5)
-        # A start is far from zero if it is so beside the errors and the digits.
+        # A start is far from zero if it is much larger than the errors and the last digit.
         if random.random() < 0.4 and abs(start) > largest * max(1e3 * size, 10.0 ** (3 - digits)):
             starts[key] = start
         is_wrapped = key in WHEELS and random.random() < 0.4 and size < 1e-4
@@ -215,16 +215,17 @@ def _freely(random, parts, reading, size, digits):
 
 
 def _zero(random):
-    """The start, the rear hub's height, the seat's, a floor one metre below; or any other."""
+    """Draw a zero of the energy: the start, the hub, the seat, a floor 1 m below, or any other."""
     if random.random() < 0.5:
         return float(random.choice([-1, 1])) * 10.0 ** random.uniform(0, 4)
     return float(random.choice([-794.1195, -94 * 9.81 * 0.3, -94 * 9.81 * 0.9, 94 * 9.81]))
 
 
 def _shows_its_zero(keys, zero, size):
-    """Whether the motion is so good beside the zero that no error of it is as large and as even.
+    """Return whether the error of the motion is too small to look like a zero of the energy.
 
-    Of the mechanical energy alone a wrong start says the same, unless other columns are right.
+    The mechanical energy alone cannot distinguish a wrong start from a zero, unless other columns
+    are right.
     """
     has_others = _has_lateral_and_more(keys)
     if "potential_energy" not in keys:
@@ -233,12 +234,12 @@ def _shows_its_zero(keys, zero, size):
 
 
 def _has_lateral_and_more(keys):
-    """Whether columns of one meaning tell how good the motion is."""
+    """Return whether columns with one meaning show how accurate the motion is."""
     steer = {"steer_angle", "steer_rate"} & set(keys)
     return bool(steer) and len(steer | {"kinetic_energy"} & set(keys)) > 1
 
 
-# Definitions that are far apart: a mean of them is none of those known.
+# Definitions so far apart that their mean is none of the known ones.
 _APART = {
     "roll_rate": ("roll_rate", "roll_rate_tait_bryan_xyz_rate"),
     "forward_speed": ("forward_speed_hub_global_x", "forward_speed_com_norm"),
@@ -246,13 +247,13 @@ _APART = {
 
 
 def _mix(part, key, pair, weight):
-    """A weighted mean of two definitions in the place of one."""
+    """Replace a column with a weighted mean of two definitions."""
     both = correct(part.maneuver, dict(zip("ab", pair, strict=True)), part.time, part.time_lo)
     part.set(key, weight * both.hi["a"] + (1 - weight) * both.hi["b"])
 
 
 def _add_error(random, part, size):
-    """Smooth, zero at the start, with its derivative in the rates and its sum in the energy."""
+    """Add an error that is smooth, zero at the start, and consistent in rates and energies."""
     t = part.time
     w, phase, p = random.uniform(1, 5), random.uniform(0, 6), 2
     x = t / END
@@ -270,7 +271,7 @@ def _add_error(random, part, size):
             part.add(rate, s * slope)
     energy = {}
     for key in ("potential_energy", "kinetic_energy"):
-        # An error of the motion moves an energy as the motion does: it hardly varies.
+        # An error of the motion changes an energy little, as the motion does.
         s = size * np.ptp(references()[0][part.maneuver].rows[key]) * random.uniform(0.01, 1)
         energy[key] = s * x**p * np.sin(random.uniform(1, 5) * t)
         if key in part.hi:
@@ -288,7 +289,7 @@ def _add_error(random, part, size):
 
 
 def _convert(part, key, factor):
-    """Into another unit, correctly rounded, hi and lo."""
+    """Convert to another unit, correctly rounded, in hi and lo."""
     if abs(factor) == 1:
         part.hi[key], part.lo[key] = float(factor) * part.hi[key], float(factor) * part.lo[key]
         return
@@ -300,10 +301,11 @@ def _convert(part, key, factor):
 
 @dataclass(frozen=True)
 class Known:
-    """What is true of a column of a file, read as it was drawn.
+    """Known facts about a column of a file, in the drawn reading.
 
-    `hidden` is how far away a definition is that the file's own errors, or the digits written, hide
-    in every maneuver: taking it for the drawn one is no mistake, and adds at most so much.
+    `hidden` is the distance of a definition that the file's errors or digits make indistinguishable
+    in every maneuver. Reading the column with that definition is not a mistake, and adds at most
+    this error.
     """
 
     scd: float
@@ -312,12 +314,12 @@ class Known:
     hidden: float
 
 
-# Odds of 20 to 1 are told where the difference of two definitions is nearly three times the error.
+# Odds of 20 to 1 need a difference between definitions of nearly three times the error.
 _HIDDEN = 3.0
 
 
 def _half_a_digit(values, digits, is_rounded):
-    """Half of the last digit that a value of the largest size is written with."""
+    """Return half a unit of the last digit of the largest value."""
     size = np.max(abs(values))
     if is_rounded and size:
         return 10.0 ** (np.floor(np.log10(size)) - digits + 1) / 2
@@ -325,7 +327,7 @@ def _half_a_digit(values, digits, is_rounded):
 
 
 def known(honest, said):
-    """By maneuver and key, from the numbers as they were written."""
+    """Return the facts by maneuver and key, from the written numbers."""
     exact, typical, found = {}, {}, {}
     for p in said:
         late = p.time >= END
@@ -343,33 +345,35 @@ def known(honest, said):
                 e -= (_TURN * np.rint(e / _TURN)).astype(float)
             half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
             if p.lo[k].any():
-                # Zeros at the end of long numbers are not written: their digits are known to one.
+                # Trailing zeros of long numbers are not written, so their digits are known to
+                # within one.
                 half = max(half, 10 * _half_a_digit(p.hi[k], honest.digits, is_rounded=True))
             else:
                 half = max(half, np.spacing(np.max(abs(p.hi[k]))) / 2)
             if p.is_rounded and np.ptp(p.hi[k]) == 0:
-                # How many digits a constant has is told by the other columns, to one or so.
+                # The other columns show the digits of a constant only to within about one.
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:
-                # The zero is known no better than the first potential energy, whose errors are of
-                # rounding alone: in joules, with the zero, and in the unit of the file.
+                # The zero is known only as well as the first potential energy, which has rounding
+                # errors: in joules, with the zero, and in the unit of the file.
                 v = "potential_energy" if "potential_energy" in p.hi else k
                 half_of_v = _half_a_digit(p.hi[v], honest.digits, p.is_rounded) / abs(factor)
                 first = errors(p.hi[v], p.lo[v], exact[p.maneuver][v], factor, zero)[0]
                 e += np.copysign(max(half_of_v, abs(first)), e)
             if k in honest.starts or k in honest.wrapped:
-                # The start is known no better than the first row of any maneuver.
+                # The start is known only as well as the first row of any maneuver.
                 e += np.copysign(max(half, 1e-18), e)
             size, s = float(np.max(abs(e))), scale(p.maneuver, name)
             if k in honest.wrapped:
                 # Turns are added in binary64.
                 size = max(size, 2 * np.spacing(s))
             if abs(factor) != 1:
-                # Conversions here are good to 19 digits.
+                # The conversions in this module are accurate to 19 digits.
                 size = max(size, 10**-18.5 * s)
             typical[p.maneuver, k] = max(np.sqrt(np.mean(e**2)), half)
-            # A digit that was not written is not correct, however near the value is by chance.
+            # A digit that was not written does not count as correct, even if the value happens to
+            # be near.
             size = max(size, half)
             found[p.maneuver, k] = Known(_digits(size / s), size, s, 0.0)
     for k in said[0].hi:

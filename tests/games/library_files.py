@@ -1,7 +1,7 @@
-"""Files as programs write them with their libraries, drawn at random, and the plain text they mean.
+"""Randomly drawn files as programs write them with libraries, and the plain text they mean.
 
-A drawing is a motion, right or wrong, and how a program calls, orders, scales and keeps it.
-Nothing here knows how files are read.
+A drawing is a motion, right or wrong, with a program's names, order, units and layout. This module
+does not depend on how files are read.
 """
 
 from dataclasses import dataclass, field, replace
@@ -26,7 +26,7 @@ MOTIONS = {
 }
 WRONGS = ("rates", "speed", "exchanged", "sign", "noise", "neighbour")
 
-# What programs call the eight columns beside their own names.
+# Other names of programs for the eight columns.
 _SHORT = {
     "roll_angle": ("phi", "roll", "lean", "φ", "varphi"),
     "roll_rate": ("phid", "phidot", "dphi", "roll_dot", "lean_rate", "p"),
@@ -60,7 +60,7 @@ _NUMBERED = (
     "m{n}_{x}", "{x}_{n}", "maneuver_{n}_{x}", "{x}_m{n}", "{x}[{n}]", "{x}{n}", "maneuver_{n}.{x}",
     "man{n}.{x}", "M{n} {x}", "{x} (maneuver {n})",
 )  # fmt: skip
-# Spelling of a unit, as an ending of a name too, and how many of it one SI unit is.
+# Spelling of a unit, suffix of a name with the unit, and the factor from the SI unit.
 _UNITS = {
     "roll_angle": (("deg", "deg", 180 / np.pi), ("°", None, 180 / np.pi), ("rad", "rad", 1.0),
                    ("degrees", None, 180 / np.pi), ("mrad", "mrad", 1e3)),
@@ -84,7 +84,7 @@ _EPOCH = 1.7e9
 
 @dataclass
 class Column:
-    """A column of a table: names of groups and its own, its unit if that stands apart, values."""
+    """A column of a table: names of its groups, its name, its unit if separate, values."""
 
     path: tuple[str, ...]
     values: np.ndarray
@@ -94,7 +94,7 @@ class Column:
 
     @property
     def name(self):
-        """Its name in a table without groups."""
+        """Name of the column in a table without groups."""
         *groups, last = self.path
         if self.joint.startswith("/"):
             return "".join(f"/{x}" for x in self.path) if groups else last
@@ -103,7 +103,7 @@ class Column:
 
 @dataclass
 class Drawing:
-    """What a program wrote: its tables by maneuver, and the numbers that they mean."""
+    """The output of a program: its tables by maneuver, and the numbers that they mean."""
 
     number: int
     seed: int
@@ -123,13 +123,13 @@ class Drawing:
     digits: int = 17
 
     def written_as(self, key):
-        """Names under which a column stands, in a table or as the values of another column."""
+        """Return the names of a column, in a table or as values of another column."""
         every = [c for table in self.tables.values() for c in table]
         return {c.name for c in every if c.key == key} | self.names_in_rows.get(key, set())
 
     @property
     def table(self):
-        """The one table, if the maneuvers are not apart."""
+        """The only table, if the maneuvers share one; else None."""
         (table,) = self.tables.values()
         return table
 
@@ -147,9 +147,9 @@ def _motion(name):
 
 
 def draw(seed, number, layouts, units, digits, every=None):
-    """The drawing of this number, for a writer of these layouts and ways to keep units apart.
+    """Return the drawing of this number, for a writer of these layouts and unit styles.
 
-    It has one of so many rows of its motion.
+    It contains every `every`-th row of its motion.
     """
     random = np.random.default_rng([seed, number])
     pick = lambda of: of[int(random.integers(len(of)))]  # noqa: E731
@@ -185,7 +185,7 @@ def _rounded(values, digits):
 
 
 def _spoil(random, parts, wrong):
-    """Make a motion wrong; the kind, or nothing where the columns are not there."""
+    """Make a motion wrong; return the kind, or nothing if the columns are missing."""
     keys = list(next(iter(parts.values())))
     held = [k for k in RATES if k in keys]
     if wrong == "rates" and held:
@@ -291,7 +291,7 @@ def _lay_out(random, drawn, keys):
 
 
 def _stack(random, drawn, pick):
-    """Put the tables of all maneuvers below each other, with a column that tells which, or none."""
+    """Stack the tables of all maneuvers, with or without a column for the maneuver."""
     tables = [*drawn.tables.items()]
     joined = [
         replace(first, values=np.concatenate([table[j].values for _, table in tables]))
@@ -308,7 +308,7 @@ def _stack(random, drawn, pick):
 
 
 def _lengthen(random, drawn, pick):
-    """A row for each value, without what is no number."""
+    """Return a row for each value, without values that are not numbers."""
     rows = []
     for n, table in drawn.tables.items():
         (time,) = [c for c in table if c.path[-1] == drawn.time_name]
@@ -329,7 +329,7 @@ def _lengthen(random, drawn, pick):
 
 
 def _names(random, keys, pick):
-    """Names of the columns, the groups that each is in, what joins both, and words for it."""
+    """Draw names of the columns, their groups, the separator, and its description."""
     kind = pick(["style", "style", "short", "path", "path", "split", "joint", "data"])
     joint = pick(PREFIXES)
     steps = tuple(x for x in joint.replace("::", ".").replace("/", ".").replace("|", ".")
@@ -382,7 +382,7 @@ def _time_columns(random, drawn, pick, path, joint):
 
 
 def _extras(random, rows, joint, keys):
-    """Columns that are not the bicycle's, or of another part of it."""
+    """Return columns of another object, or of another part of the bicycle."""
     t = np.linspace(0, 1, rows)
     all_of_them = [
         (("wheel_rpm",), 120 + 10 * t), (("front", "wheel_speed"), 4 + t),
@@ -398,7 +398,7 @@ def _extras(random, rows, joint, keys):
         (("empty",), np.full(rows, np.nan)),
         (("tire", "slip_angle"), 0.01 * t), (("dt",), np.full(rows, 0.1)),
     ]  # fmt: skip
-    # A name that holds one of the eight is that, where nothing else is.
+    # A name that contains one of the eight means that column if nothing else does.
     held = {"roll_angle_setpoint": "roll_angle", "target_speed": "forward_speed"}
     all_of_them = [x for x in all_of_them if held.get(x[0][0], keys[0]) in keys]
     if random.random() < 0.4:
@@ -408,10 +408,10 @@ def _extras(random, rows, joint, keys):
 
 
 def twin(drawn):
-    """The plain text of the benchmark with the same numbers under the names of its own."""
+    """Return the benchmark's plain text with the same numbers under its own names."""
     numbers = list(drawn.parts)
     if not drawn.is_told and len(numbers) > 1:
-        # Below each other, and nothing tells them apart but the times.
+        # The maneuvers are stacked, and only the times separate them.
         lines = [" ".join(["time", *drawn.parts[numbers[0]]])]
         for p in drawn.parts.values():
             rows = zip(drawn.time, *p.values(), strict=True)

@@ -1,4 +1,4 @@
-"""The game of real libraries: a file is judged as the plain text it means, or refused by name.
+"""The game of real libraries: a file is judged like its plain text, or rejected by name.
 
 python tests/games/library_game.py --count 300             # with what is installed
 python tests/games/library_game.py --seed 2 --case 123     # one of them, and what became of it
@@ -24,16 +24,16 @@ from games.library_writers import WRITERS, packed
 from heyoka_bike import load_reference, score
 from heyoka_bike.errors import BicycleError
 
-# Shares of the whole size of a column that two ways of arithmetic, or 15 digits, may differ by.
+# Fractions of a column's size by which two ways of arithmetic, or 15 digits, may differ.
 _ARITHMETIC = 1e-12
-# Of other programs, which run them.
+# Suffixes of sources for other programs, which run them.
 _SOURCES = (".m", ".R")
 REQUIRED = "scd >= 6"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a file: a twin, refused, in part, or what is wrong with how it was judged."""
+    """The outcome of a file: a twin, rejected, in part, or a description of the wrong judgement."""
 
     kind: str
     drawing: str
@@ -49,7 +49,7 @@ def _drawn(seed, number, writer=None, every=None):
 
 
 def play(seed, number, folder=None, writer=None, every=None):
-    """The outcome of one file; None if what writes it is not installed."""
+    """Return the outcome of one file; None if its writer is not installed."""
     random, drawn = _drawn(seed, number, writer, every)
     of = WRITERS[drawn.writer]
     if of.missing:
@@ -66,7 +66,7 @@ def play(seed, number, folder=None, writer=None, every=None):
 
 
 def keep(folder, count, most=30_000):
-    """Files of 11 rows beside the plain texts that they mean, as unlike each other as may be."""
+    """Write files of 11 rows and their plain texts, as different from each other as possible."""
     seen = set()
     for number in range(10_000):
         _, drawn = _drawn(0, number, every=91)
@@ -91,7 +91,7 @@ def keep(folder, count, most=30_000):
 
 
 def outcome(drawn, file, plain):
-    """What becomes of a file beside its plain text, for a drawing that tells the names."""
+    """Return the outcome of a file compared with its plain text, for a drawing with names."""
     expected = score(plain, load_reference(), REQUIRED)
     try:
         found = score(file, load_reference(), REQUIRED)
@@ -109,12 +109,12 @@ def _columns(report):
 
 
 def _letters(name):
-    """What is left of a name in any format."""
+    """Return the letters of a name that all formats preserve."""
     return "".join(x for x in name if x.isascii() and x.isalnum())
 
 
 def _said(report):
-    """The verdict without the file's name."""
+    """Return the verdict without the file's name."""
     return report.verdict.partition(": ")[2]
 
 

@@ -1,4 +1,4 @@
-"""What writes the drawings of `library_files`: libraries of Python, Octave and R, with options.
+"""Writers of the drawings of `library_files`: libraries of Python, Octave and R, with options.
 
 Each writer takes a random generator, a drawing and a path without a suffix, and returns the file.
 """
@@ -22,7 +22,7 @@ ATTRIBUTES = (*NAMES, "attributes", "attributes")
 
 @dataclass(frozen=True)
 class Writer:
-    """A writer, the layouts and ways of units that it knows, and what it needs."""
+    """A writer, its layouts and unit styles, and the packages that it needs."""
 
     write: object
     layouts: tuple = TABLES
@@ -32,7 +32,7 @@ class Writer:
 
     @property
     def missing(self):
-        """Packages and programs that are not installed."""
+        """Return packages and programs that are not installed."""
         return [
             *(x for x in self.needs if find_spec(x) is None),
             *(x for x in self.programs if which(x) is None),
@@ -56,7 +56,7 @@ def _pick(random, of):
 
 
 def _plain(values):
-    """Values as Python's own."""
+    """Return values as Python objects."""
     if values.dtype.kind == "m":
         return (values / np.timedelta64(1, "s")).tolist()
     return values.tolist()
@@ -83,7 +83,7 @@ def _frame(random, drawn, table=None, *, levels=False):
 
 
 def _with_index(random, drawn, frame):
-    """The times as the index, perhaps, where these are one column."""
+    """Use the times as the index in some drawings, if they are one column."""
     is_one = frame.columns.nlevels == 1 and drawn.time_name in list(frame.columns)
     name = drawn.time_name if is_one else None
     return frame.set_index(name) if name is not None and random.random() < 0.3 else frame
@@ -214,7 +214,7 @@ def pyarrow_csv(random, drawn, path):
 
     file = path.with_suffix(".csv")
     options = arrow_csv.WriteOptions(delimiter=_pick(random, [",", ";", "\t"]))
-    # Of a time difference it keeps the nanoseconds, as a number without a unit.
+    # The format stores a time difference as nanoseconds, as a number without a unit.
     plain = [replace(c, values=np.array(_plain(c.values))) if c.values.dtype.kind == "m" else c
              for c in drawn.table]  # fmt: skip
     arrow_csv.write_csv(_arrow(replace(drawn, tables={None: plain})), file, options)
@@ -238,7 +238,7 @@ def numpy_savetxt(random, drawn, path):
 
 @_writer(layouts=("wide",), units=("none",))
 def rostopic_csv(random, drawn, path):
-    """As ``rostopic echo -p`` writes topics."""
+    """Write topics as ``rostopic echo -p`` does."""
     drawn.time_kind += " + %time"
     file = path.with_suffix(".csv")
     stamps = np.rint((drawn.time + 1.7e9) * 1e9).astype(np.int64)
@@ -280,7 +280,7 @@ def pandas_json(random, drawn, path):
 
 
 def _nested(columns, make=dict):
-    """Columns of one table in the groups of their paths."""
+    """Put the columns of one table into the groups of their paths."""
     found = make()
     columns = [replace(c, path=(*c.path[:-1], c.path[-1].replace(" / ", " in "))) for c in columns]
     for c in columns:
@@ -499,7 +499,7 @@ def pandas_excel(random, drawn, path):
     with pd.ExcelWriter(file, engine=_pick(random, ["openpyxl", "xlsxwriter"])) as w:
         for n, table in drawn.tables.items():
             name = "Sheet1" if n is None else f"maneuver_{n}"
-            # Of a time difference a sheet keeps the days, as a number without a unit.
+            # A sheet stores a time difference as days, as a number without a unit.
             plain = [replace(c, values=np.array(_plain(c.values))) if c.values.dtype.kind == "m"
                      else c for c in table]  # fmt: skip
             _frame(random, drawn, plain).to_excel(w, sheet_name=name, **options)
@@ -573,7 +573,7 @@ def h5py_groups(random, drawn, path):
     with h5py.File(file, "w") as f:
         for n, table in drawn.tables.items():
             top = "/".join(x for x in (outer, "" if n is None else f"maneuver_{n}") if x)
-            # A name with a slash makes groups.
+            # A name with a slash creates groups.
             put(f.require_group(top) if top else f, _nested(table))
     return file
 
@@ -644,7 +644,7 @@ def xarray_axis(random, drawn, path):
         each = [next(x for x in t if x.name == c.name).values for t in drawn.tables.values()]
         name = c.name.replace("/", "_")
         values[name] = (("maneuver", "time"), np.stack(each), {"units": c.unit} if c.unit else {})
-    # xarray makes dates and differences of what has a unit of time.
+    # xarray converts values with a unit of time to dates and time differences.
     data = xr.Dataset(values, coords={"time": drawn.time, "maneuver": numbers})
     drawn.time_kind = "s"
     if random.random() < 0.4:
@@ -705,7 +705,7 @@ def numpy_savez(random, drawn, path):
 
 
 def _identifiers(table):
-    """The columns of numbers by names as MATLAB and R make them of any, each once."""
+    """Return numeric columns with unique names, changed as MATLAB and R change invalid names."""
     found, letters = {}, {"φ": "phi", "δ": "delta", "°": "deg", "º": "deg"}
     for c in table:
         plain = "".join(letters.get(x, x) for x in c.name)
@@ -791,7 +791,7 @@ def _run(*command, folder):
 
 @_writer(layouts=("wide", "stacked", "groups"), programs=("octave-cli",))
 def octave(random, drawn, path):
-    """All of Octave's ways to save, of a structure or of variables."""
+    """Write by one of Octave's ways to save, a structure or variables."""
     tables = {n: _identifiers(t) for n, t in drawn.tables.items()}
     lines = []
     for n, columns in tables.items():
@@ -826,7 +826,7 @@ def octave(random, drawn, path):
 
 @_writer(programs=("Rscript",))
 def r_tables(random, drawn, path):
-    """``write.csv``, ``write.table``, ``readr`` and ``dput`` of a data frame."""
+    """Write a data frame by ``write.csv``, ``write.table``, ``readr`` or ``dput``."""
     source = path.with_name(f"{path.name}-source.csv")
     with source.open("w", newline="", encoding="utf-8") as f:
         w = csv.writer(f)
@@ -854,7 +854,7 @@ def r_tables(random, drawn, path):
 
 
 def packed(random, file):
-    """The file, or the same packed by gzip."""
+    """Return the file, or a copy compressed by gzip."""
     if random.random() < 0.1 and file.is_file() and file.suffix != ".gz":
         other = file.with_suffix(f"{file.suffix}.gz")
         other.write_bytes(gzip.compress(file.read_bytes(), 1))

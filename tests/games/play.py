@@ -1,9 +1,9 @@
 """Play the two games against the scorer: wrong files that must not pass, honest ones that must.
 
-python tests/games/play.py wrong            # 20,000 files, 0.11 s of processor time each
-python tests/games/play.py honest           # 5,000 files, 0.15 s each
-python tests/games/play.py wrong --first 5000 --count 5000 --processes 1   # a slice, one process
-python tests/games/play.py wrong --case 123 # one of them, and what was made of it
+python tests/games/play.py wrong            # 20,000 files, 0.11 s of processor time each python
+tests/games/play.py honest           # 5,000 files, 0.15 s each python tests/games/play.py wrong
+--first 5000 --count 5000 --processes 1   # a slice, one process python tests/games/play.py wrong
+--case 123 # one of them, with its outcome
 """
 
 import argparse
@@ -35,16 +35,16 @@ from heyoka_bike.scoring import score as scoring
 
 SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
-# Share of the files that are written and read.
+# Fraction of the files that are written and read.
 WRITTEN = {"wrong": 0.12, "honest": 0.4}
-# What two right ways of arithmetic may differ by: an error of one last digit is one or two of them
-# when a unit is converted in between.
+# Digits by which two correct ways of arithmetic may differ: unit conversions turn an error of one
+# unit in the last place into one or two.
 _ARITHMETIC = 0.1
-# Rows that are no farther apart cover the run [s].
+# Rows that are at most this far apart cover the run [s].
 MOST_APART = 0.25
-# What is the whole run.
+# Fraction of the run that counts as the whole run.
 _WHOLE = 0.99
-# Digits of what is not wrong.
+# Digits of values that are not wrong.
 _CLOSE = 3.0
 # Values between the published rows are compared with 31 digits.
 _MOST = 30.5
@@ -52,10 +52,10 @@ _MOST = 30.5
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a file: `lost` says what the scorer did that it must not, empty if nothing.
+    """The outcome of a file: `lost` describes the scorer's failures, and is empty without any.
 
-    `claims` are definitions that are claimed: decimal logarithms of the odds, and whether they are
-    against the truth.
+    `claims` are the definitions that the scorer claims: decimal logarithms of the odds, and whether
+    they contradict the truth.
     """
 
     number: int
@@ -66,7 +66,7 @@ class Outcome:
 
 
 def play_wrong(number, seed=SEED):
-    """One wrong file: lost if any requirement that it does not fulfil is met."""
+    """Play one wrong file; it is lost if a requirement that it does not fulfil is met."""
     wrong = wrong_file(seed, number)
     random = np.random.default_rng([seed, number, 1])
     form = "memory"
@@ -81,14 +81,14 @@ def play_wrong(number, seed=SEED):
             if not wrong.text and random.random() < WRITTEN["wrong"]:
                 form, results = _through_files(random, wrong.parts, Path(folder))
             report = score(results, references()[0])
-            # What says how much is enough would be enough for the others too.
+            # A requirement on the amount of data would set the required amount for the others too.
             fails = dict.fromkeys(wrong.fails)
             asked = [text for text in fails if not _is_amount(text)]
             found = [*scoring.check(asked, report)]
             for text in fails.keys() - asked:
                 found += scoring.check([text], report)
     except BicycleError as e:
-        # A requirement that is not understood would hide what it is about.
+        # A misread requirement would hide the fault it is meant to show.
         lost = (str(e),) if str(e).startswith("require") else ()
         return Outcome(number, wrong.kind, lost, is_refused=True)
     except Exception:
@@ -102,12 +102,12 @@ def play_wrong(number, seed=SEED):
 
 
 def _is_amount(text):
-    """Whether a requirement says how much of the benchmark is enough."""
+    """Return whether a requirement limits the amount of data from the benchmark."""
     return text.partition(" >= ")[0].rpartition(".")[2] in ("columns", "coverage")
 
 
 def _through_files(random, parts, folder):
-    """All of it in one file, or a file for each maneuver if their times differ."""
+    """Write everything to one file, or one file per maneuver if the times differ, and read it."""
     shared = all(np.array_equal(p.time, parts[0].time) for p in parts)
     groups = [parts] if shared else [[p] for p in parts]
     form = _form(random, parts)
@@ -126,13 +126,13 @@ def _form(random, parts, digits=17):
     elif not writing.is_plain(parts) or len({p.time.tobytes() for p in parts}) > 1:
         forms = [f for f in forms if f not in writing.NEEDS_ALL]
     if sum(len(p.time) * len(p.hi) for p in parts) > writing.MOST_AMONG_WORDS:
-        # Longer texts are read as rows of numbers only.
+        # Longer texts are read only as rows of numbers.
         forms = [f for f in forms if f not in writing.AMONG_WORDS]
     return str(random.choice(forms))
 
 
 def play_honest(number, seed=SEED):
-    """One honest file: lost if it is refused, a digit is, or what it fulfils is not met."""
+    """Play one honest file; it is lost if rejected, short of a digit, or judged too badly."""
     random, honest = honest_file(seed, number)
     kind, said = "memory", honest.parts
     try:
@@ -168,7 +168,7 @@ def play_honest(number, seed=SEED):
 
 
 def _claims(report, honest):
-    """Of each column, how sure its definition is said to be, and whether it is another one."""
+    """Return for each column the odds of its claimed definition, and whether it is wrong."""
     for key, places in report.by_column().items():
         c = places[0][1]
         told = [a.log10_odds for a in c.alternatives if a.log10_odds is not None]
@@ -179,14 +179,14 @@ def _claims(report, honest):
 
 
 def _allowed(true):
-    """The largest error that the file may be said to have, and the digits that it may not lose."""
+    """Return the largest error that may be reported, and the digits that must not be lost."""
     error = (true.max_abs_error + true.hidden) * 10**_ARITHMETIC
     digits = _MOST if error == 0.0 else -np.log10(error / true.scale)
     return error, min(digits, _MOST - _ARITHMETIC)
 
 
 def _fulfilled(parts, true, honest):
-    """Requirements that the file fulfils, by as little as two ways of arithmetic may differ."""
+    """Return requirements that the file barely fulfils, up to differences of arithmetic."""
     gap = max(np.diff(p.time, append=END).max() for p in parts) + 1e-9
     digits = min(_allowed(k)[1] for k in true.values())
     found = [f"gap <= {gap:.9f}"]
@@ -203,7 +203,7 @@ def _fulfilled(parts, true, honest):
     for n in {n for n, key in true if key == "mechanical_energy"}:
         energy = true[n, "mechanical_energy"]
         if honest.zero and (n, "potential_energy") not in true:
-            # A constant of any size would do.
+            # A constant of any size would fulfil it.
             continue
         if 200 * _allowed(energy)[0] < 1e-3 * energy.scale:
             found.append(f"{n}.performance < 1e-3")
@@ -225,7 +225,7 @@ GAMES = {"wrong": play_wrong, "honest": play_honest}
 
 
 def play(game, numbers, seed=SEED, *, processes=None, show=lambda outcome: None):
-    """Outcomes of the files of these numbers, each shown when it is known."""
+    """Return the outcomes of the files of these numbers, each shown when it is known."""
     one = partial(GAMES[game], seed=seed)
     outcomes = []
     with ExitStack() as stack:

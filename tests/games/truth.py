@@ -1,4 +1,4 @@
-"""How wrong a file is, in the reading of its columns that is kindest to it.
+"""The true error of a file, in the reading of its columns with the smallest error.
 
 A reading is a definition, a sign and a unit of a column, one for all maneuvers. Energies have any
 zero, and so have heading, places and wheel angles. What no reading fulfils, the file does not
@@ -12,7 +12,7 @@ import numpy as np
 from games.files import EIGHT, END, UNITS, names, references, scale, truth
 from heyoka_bike.numbers.double import two_sum
 
-# How many of the file's unit one SI unit is.
+# Number of the file's units in one SI unit.
 _DEGREES = 180 / np.longdouble("3.14159265358979323846264338327950288")
 _ONE = np.longdouble(1)
 _FACTORS = {
@@ -45,7 +45,7 @@ def units(key):
 
 
 def errors(hi, lo, exact, factor=_ONE, zero=0.0):
-    """Errors in SI units of a column written as `factor` times the exact values plus `zero`."""
+    """Return errors in SI units of a column written as `factor` times exact values plus `zero`."""
     if abs(factor) == 1:
         s = float(factor)
         hi, rest = two_sum(s * hi, np.full_like(hi, -zero))
@@ -56,14 +56,14 @@ def errors(hi, lo, exact, factor=_ONE, zero=0.0):
 
 
 def readings(key):
-    """Names of the reference's columns, signs and units that a column may be meant in."""
+    """Return the reference's columns, signs and units that a column may mean."""
     signs = (1, -1) if key in SIGNED or key not in EIGHT else (1,)
     for name, sign, (unit, factor) in product(names(key), signs, units(key).items()):
         yield (name, sign, unit), sign * factor
 
 
 class Truth:
-    """The kindest readings of some parts: bounds that no measure of them can be better than."""
+    """The best readings of some parts, as bounds that no measure of them can exceed."""
 
     def __init__(self, parts):
         self.parts = {p.maneuver: p for p in parts}
@@ -89,7 +89,7 @@ class Truth:
         return known
 
     def errors(self, key):
-        """For each reading, the errors in each maneuver and the column's scale there."""
+        """Return for each reading the errors and the column's scale in each maneuver."""
         if key not in self._errors:
             found = {}
             wanted = names(key)
@@ -105,7 +105,7 @@ class Truth:
         return self._errors[key]
 
     def bound(self, metric, maneuvers=None, keys=None):
-        """The best that any reading gives, of the worst column and maneuver."""
+        """Return the best value of any reading, for the worst column and maneuver."""
         least = metric in ("scd", "mescd", "time_to_tolerance")
         best, worst = (max, min) if least else (min, max)
         found = []
@@ -158,7 +158,7 @@ class Truth:
         return float(np.min(t[bad]))
 
     def performance(self, number):
-        """A bound of eq. (1), for energies whose zero is the floor."""
+        """Return a bound of eq. (1), for energies whose zero is the floor."""
         p = self.parts[number]
         e = p.hi["mechanical_energy"][self.inside(number)]
         start = references()[0][number].rows["mechanical_energy"][0]
@@ -167,7 +167,7 @@ class Truth:
         return 100 * (e.max() - e.min()) / max(near, abs(e[0]))
 
     def gaps(self, number):
-        """Lengths of the stretches of the run without a row that has all of its values."""
+        """Return the lengths of the gaps in the run between rows with all of their values."""
         p = self.parts[number]
         ok = self.inside(number)
         for v in p.hi.values():

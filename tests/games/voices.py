@@ -1,9 +1,9 @@
-"""Hold the voices that judge files beside `score`: the page, the leaderboard and the pytest plugin.
+"""Compare other programs that judge files with `score`: the page, the leaderboard, the plugin.
 
 python tests/games/voices.py honest --count 300 --first 0
 python tests/games/voices.py wrong --count 300
 
-The header is held beside it by `checker`: it gets columns and reads no files.
+The module `checker` compares the header, which gets columns and does not read files.
 """
 
 import argparse
@@ -34,7 +34,7 @@ NODE = shutil.which("node")
 FORMS = ("text", "csv", "semicolons")
 _AT_ONCE = 50
 
-# The scripts of the page as they are, without a document.
+# The unchanged scripts of the page, without a document.
 _JUDGE = """
 const fs = require("fs");
 const [, , folder] = process.argv;
@@ -59,7 +59,7 @@ for (const path of fs.readFileSync(0, "utf8").split("\\n").filter(Boolean)) {
 
 
 class PageJudge:
-    """What the page reads and judges, in Node: called with the paths of texts."""
+    """The page's reader and judge in Node, called with the paths of texts."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -69,7 +69,7 @@ class PageJudge:
         (folder / "judge.js").write_text(_JUDGE)
 
     def judge(self, paths):
-        """For each file, what is shown of it, or why it is refused."""
+        """Return for each file the shown result, or the reason for rejecting it."""
         done = subprocess.run(
             [NODE, str(self.folder / "judge.js"), str(self.folder)],
             input="\n".join(map(str, paths)), capture_output=True, text=True, timeout=600,
@@ -80,14 +80,14 @@ class PageJudge:
 
 @dataclass(frozen=True)
 class Text:
-    """A file that is text, and what it is called."""
+    """A file of text, and its name."""
 
     name: str
     path: Path
 
 
 def texts(game, numbers, folder):
-    """The files of a game as texts, in the forms that the page claims to read."""
+    """Yield the files of a game as texts, in the forms that the page claims to read."""
     for number in numbers:
         random = np.random.default_rng([SEED, number, 77])
         path = folder / f"{game}{number}"
@@ -96,7 +96,7 @@ def texts(game, numbers, folder):
             path = path.with_suffix(".txt")
             path.write_text(text, newline="")
         elif any(not np.array_equal(p.time, file.parts[0].time) for p in file.parts):
-            # Maneuvers with times of their own are no one table.
+            # Maneuvers with different times do not fit into one table.
             continue
         else:
             digits = min(getattr(file, "digits", 17) or 17, 17)
@@ -107,7 +107,7 @@ def texts(game, numbers, folder):
 
 
 def by_score(path):
-    """What `score` says of a file; None if it refuses it."""
+    """Return the judgement of `score` for a file; None if `score` rejects it."""
     try:
         return score(path)
     except BicycleError:
@@ -115,7 +115,7 @@ def by_score(path):
 
 
 def disagreements(report, said):
-    """What the page says otherwise than `score`; nothing where it refuses."""
+    """Return the differences of the page from `score`; none if the page rejects the file."""
     if "refused" in said:
         return
     if report is None:
@@ -131,7 +131,7 @@ def disagreements(report, said):
 
 
 def compare(judge, files, show=print):
-    """Counts of files: compared, refused by the page, and apart."""
+    """Count files: compared, rejected by the page, and different."""
     counts, files = Counter(), list(files)
     for i in range(0, len(files), _AT_ONCE):
         some = files[i : i + _AT_ONCE]

@@ -1,4 +1,4 @@
-"""Parts of a game written as the files that programs write, and what these files then say."""
+"""Write parts of a game as files of various programs, and return what these files contain."""
 
 import gzip
 from decimal import Decimal
@@ -12,13 +12,13 @@ from heyoka_bike import read_results
 
 TEXTS = ("text", "csv", "semicolons", "text.gz", "long", "below", "timetable")
 ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")
-# Numbers with words in their rows, in a text of 2 MiB.
+# Numbers among words in their rows, in a text of at most 2 MiB.
 AMONG_WORDS = ("long", "below", "timetable")
 MOST_AMONG_WORDS = 2**21 // 80
-# Exponents such as 1.5*^-3, dates as times, and rows with their names in front.
+# Exponents such as 1.5*^-3, dates as times, and rows with names in front.
 KINDS = ("Mathematica", "clock", "upright")
 NEEDS_ALL = ("array", "npy", "cells")
-# As those who simulate vehicles call them; values tell what u, p and theta are.
+# Names used in vehicle simulation; the values show the meaning of u, p and theta.
 VEHICLES = {
     "roll_angle": ("phi", "theta"), "roll_rate": ("p", "rolld"), "forward_speed": ("u", "vx"),
     "steer_angle": ("delta", "steer"), "steer_rate": ("deltad", "steerd"),
@@ -27,7 +27,7 @@ VEHICLES = {
 
 
 def headings(random, parts):
-    """Names of columns, numbered where there is more than one maneuver, in any order."""
+    """Return names of columns in any order, numbered if there are several maneuvers."""
     style = random.integers(4 if len(parts) == 1 else 3)
     if style == 3:
         return vehicle_headings(random, parts[0])
@@ -39,28 +39,29 @@ def headings(random, parts):
 
 
 def vehicle_headings(random, part):
-    """Short names, in any order; theta is the roll angle where there is no pitch."""
+    """Return short names in any order; theta is the roll angle if there is no pitch."""
     found = []
     for key in part.hi:
         names = VEHICLES.get(key, (key,))
         names = names[:1] if "pitch" in part.hi else names
         name = str(random.choice(names))
-        # Beside V alone a T may be a torque or a temperature, and is refused.
+        # With only V, a T may be a torque or a temperature, and is rejected.
         is_told = "mechanical_energy" in part.hi
         found.append((part, key, names[-1] if name == "T" and not is_told else name))
     return [found[i] for i in random.permutation(len(found))]
 
 
 def is_plain(parts):
-    """Whether the parts are the benchmark's columns in its order, of one or all maneuvers."""
+    """Return whether the parts are the benchmark's columns in order, of one or all maneuvers."""
     numbers = [p.maneuver for p in parts]
     return all(tuple(p.hi) == EIGHT for p in parts) and (len(parts) == 1 or numbers == [1, 2, 3])
 
 
 def write(random, parts, path, form, digits=17):
-    """Write parts that share their times; returns what to read, and the parts that it says.
+    """Write parts that share their times; return what to read, and the parts as written.
 
-    Text of 17 digits or fewer is of binary64; of more digits, of hi + lo. Binary files hold the hi.
+    Text of at most 17 digits represents binary64; longer text represents hi + lo. Binary files
+    contain hi.
     """
     folder = path.parent
     if form in TEXTS:
@@ -117,7 +118,7 @@ def _text(random, parts, file, form, digits):
         columns[0] = [f"{t} sec" for t in time]
     if form == "semicolons":
         columns = [[t.replace(".", ",") for t in c] for c in columns]
-    # Drawn apart, so that other files stay as they were.
+    # Drawn separately, so that other files do not change.
     apart = random.spawn(1)[0]
     kind = str(apart.choice(KINDS)) if apart.random() < 0.2 and form != "timetable" else ""
     if kind == "Mathematica":
@@ -143,7 +144,7 @@ def _text(random, parts, file, form, digits):
 
 
 def _by_rows(parts, said, file, form, time, digits):
-    """A row for each value, or the maneuvers below each other with a line that names each."""
+    """Write a row for each value, or stacked maneuvers with a line that names each."""
     lines = ["maneuver,time,variable,value"] if form == "long" else []
     for p in parts:
         texts = {}
@@ -162,5 +163,5 @@ def _by_rows(parts, said, file, form, time, digits):
 
 
 def read(source, parts):
-    """What the package reads; the number of the maneuver is told where the file has one only."""
+    """Read the file; pass the number of the maneuver if the file has only one."""
     return read_results(source, maneuver=parts[0].maneuver if len(parts) == 1 else None)

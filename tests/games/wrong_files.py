@@ -1,8 +1,8 @@
 """The game of wrong files: each is wrong by construction, with requirements it cannot meet.
 
-A file is the published values with one thing done to them. How wrong that made it is found by
-`truth`, in the kindest reading; or it is known from what was done, where it is no matter of
-size: rows that are not there, no number, signs that no choice of axes gives.
+A file has the published values with one change. `truth` computes the resulting error, in the
+reading with the smallest error. For faults without a size (missing rows, values that are not
+numbers, signs that no choice of axes explains) the change determines the failed requirements.
 """
 
 from dataclasses import dataclass, field
@@ -23,8 +23,9 @@ RATES = ("roll_rate", "steer_rate")
 class Wrong:
     """A wrong file.
 
-    `fails` are requirements it cannot meet; `keys` and `maneuvers` what was changed; `is_sized`
-    whether how wrong it is follows from its numbers; `text` the file, if it is text that is wrong.
+    `fails` are requirements that the file cannot meet; `keys` and `maneuvers` say where it was
+    changed; `is_sized` is true if its numbers show the size of the error; `text` is the file, if
+    the fault is in its text.
     """
 
     kind: str
@@ -38,7 +39,7 @@ class Wrong:
 
     @property
     def is_not_right(self):
-        """Whether a requirement that every right file meets is among those that it cannot meet."""
+        """Return whether the failed requirements include one that every right file meets."""
         return any(
             text == "coverage >= 0.99"
             or (" >= " in text and text.split(" >= ")[0].endswith("scd") and _number(text) <= 6)
@@ -55,7 +56,7 @@ def _size(random, low=-13, high=2):
 
 
 def _start(random, *, keys=None, grid=None):
-    """Correct parts to do something to: all maneuvers or some, the eight or a few of them."""
+    """Return correct parts to change: all or some maneuvers, the eight columns or a few."""
     count = random.choice([1, 2, 3], p=[0.15, 0.15, 0.7])
     maneuvers = sorted(random.choice(MANEUVERS, count, replace=False).tolist())
     if keys is None:
@@ -87,7 +88,7 @@ def _one_of(random, parts, keys=None):
 
 
 def _moved(random, shape):
-    """Something of a known size added to one column: most of the ways of being wrong."""
+    """Add something of a known size to one column; most faults are of this kind."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     change = shape(random, p.time, len(p.time))
@@ -159,7 +160,7 @@ def every_column_moved(random):
 
 
 def stretch_between_rows(random):
-    """Wrong for less than the distance of two rows of the reference."""
+    """Wrong only between two rows of the reference."""
 
     def grid(random):
         t = np.union1d(np.arange(1001) / 100, random.uniform(0, END) + np.linspace(-9e-3, 9e-3, 19))
@@ -175,7 +176,7 @@ def stretch_between_rows(random):
 
 
 def rows_shifted(random):
-    """Values of some columns some rows early or late."""
+    """Values of some columns are shifted by some rows."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     k = int(random.choice([-1, 1])) * int(random.integers(1, 40))
@@ -232,7 +233,7 @@ def permuted(random):
 
 
 def repeated_with_another_value(random):
-    """A time twice, right and wrong, in either order."""
+    """A time occurs twice, with a right and a wrong value, in either order."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     rows = np.sort(np.concatenate([np.arange(len(p.time)), random.integers(len(p.time), size=3)]))
@@ -253,7 +254,7 @@ def columns_exchanged(random):
 
 
 def maneuvers_mixed(random):
-    """A column, all columns, or half of the time, of another maneuver."""
+    """A column, all columns, or half of the times come from another maneuver."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     other = int(random.choice([n for n in MANEUVERS if n != p.maneuver]))
@@ -266,7 +267,7 @@ def maneuvers_mixed(random):
 
 
 def definitions_mixed(random):
-    """One definition first and another later, or another in another maneuver."""
+    """The definition changes midway, or differs in one maneuver."""
     key = str(random.choice(["roll_angle", "roll_rate", "forward_speed"]))
     parts = _start(random, keys=list(EIGHT))
     a, b = (str(k) for k in random.choice(names(key), 2, replace=False))
@@ -283,7 +284,7 @@ def definitions_mixed(random):
 
 
 def units_mixed(random):
-    """Another unit, or the other sign, midway or in one maneuver of several."""
+    """The unit or the sign changes midway, or differs in one of several maneuvers."""
     keys = [k for k in EIGHT if len(units(k)) > 1]
     parts = _start(random, keys=keys)
     p, key = _one_of(random, parts, keys)
@@ -303,7 +304,7 @@ def units_mixed(random):
 
 
 def wrong_unit(random):
-    """A factor that is no unit: of a calculation in single steps, of a wrong power of ten."""
+    """A factor that is not a unit: from single precision, or a wrong power of ten."""
     parts = _start(random)
     key = _one_of(random, parts)[1]
     factor = float(random.choice([2, 0.5, 10, 0.1, 100, np.pi, 2 * np.pi, 60, 9.81, 1.01, 0.99]))
@@ -313,7 +314,7 @@ def wrong_unit(random):
 
 
 def constant(random):
-    """Never filled: zero, the first value, or the mean throughout or from somewhere on."""
+    """Never filled in: zero, the first value, or the mean, throughout or from some time on."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     i = 0 if random.random() < 0.5 else random.integers(len(p.time) - 2)
@@ -325,7 +326,7 @@ def constant(random):
 
 
 def few_digits(random):
-    """Values rounded, and taken for exact."""
+    """Rounded values that are presented as exact."""
     parts = _start(random)
     digits = int(random.integers(1, 14))
     for p in parts:
@@ -336,7 +337,7 @@ def few_digits(random):
 
 
 def wrong_last_digits(random):
-    """32 digits of which only the first are right."""
+    """32 digits of which only the first ones are right."""
     parts = [correct(n, {k: k for k in EIGHT}, is_long=True) for n in MANEUVERS]
     p, key = _one_of(random, parts)
     junk = random.standard_normal(len(p.time)) * _size(random, -30, -10)
@@ -345,7 +346,7 @@ def wrong_last_digits(random):
 
 
 def energy_sum_broken(random):
-    """Another zero of one energy only, by a fiftieth of the largest of them or more."""
+    """One energy has another zero, by at least a fiftieth of the largest energy."""
     parts = _start(random, keys=list(EIGHT))
     key = str(random.choice(["potential_energy", "mechanical_energy"]))
     for p in parts:
@@ -355,7 +356,7 @@ def energy_sum_broken(random):
 
 
 def zeros_differ(random):
-    """Another zero of the energies in each maneuver, or from some time on."""
+    """The zero of the energies differs between maneuvers, or changes at some time."""
     parts = [correct(n, {k: k for k in EIGHT}) for n in MANEUVERS]
     i = 0 if random.random() < 0.5 else random.integers(1, 1000)
     zeros = random.permutation([-794.1195, 922.14, 300.0])
@@ -367,7 +368,7 @@ def zeros_differ(random):
 
 
 def huge(random):
-    """Beyond all measure, in one row or many."""
+    """Huge values in one row or many."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     rows = random.integers(len(p.time), size=random.choice([1, 5, 500]))
@@ -386,7 +387,7 @@ def times_in_another_unit(random):
 
 
 def one_spike_in_many_rows(random):
-    """More rows than are looked at to tell what the columns are."""
+    """More rows than are sampled to interpret the columns."""
     count = int(random.choice([8000, 15000, 30000]))
     t = np.arange(count + 1) * (END / count)
     key = str(random.choice(EIGHT))
@@ -396,11 +397,11 @@ def one_spike_in_many_rows(random):
     return [part], [key], [part.maneuver]
 
 
-# Text that misleads.
+# Misleading text.
 
 
 def _table(random, maneuvers=MANEUVERS):
-    """Columns of text under their headings: the time, then all of the maneuvers'."""
+    """Return columns of text under their headings: the time, then the maneuvers' columns."""
     parts = [correct(n, {k: k for k in EIGHT}) for n in maneuvers]
     columns = [("time", [f"{i / 100:g}" for i in range(1001)])]
     columns += [
@@ -424,7 +425,7 @@ _ANY = ["scd >= 6", "scd >= 1", "max_rel_error < 0.01"]
 
 
 def heading_twice(random):
-    """Two columns of one name, one of them wrong."""
+    """Two columns have the same name, and one of them is wrong."""
     parts, columns = _table(random)
     name, values = columns[random.integers(1, 25)]
     wrong = [repr(float(v) + 1 + abs(float(v))) for v in values]
@@ -433,7 +434,7 @@ def heading_twice(random):
 
 
 def headings_exchanged(random):
-    """The name of another column, of its own or of another maneuver."""
+    """A column has the name of another column, of the same or another maneuver."""
     parts, columns = _table(random)
     i, j = random.choice(np.arange(1, 25), 2, replace=False)
     (a, first), (b, second) = columns[i], columns[j]
@@ -443,7 +444,7 @@ def headings_exchanged(random):
 
 
 def columns_in_another_place(random):
-    """Without headings, two columns in each other's place."""
+    """Two columns are exchanged, and there are no headings."""
     parts, columns = _table(random)
     i, j = random.choice(np.arange(0, 25), 2, replace=False)
     columns[i], columns[j] = columns[j], columns[i]
@@ -461,7 +462,7 @@ def rows_commented_out(random):
 
 
 def a_table_after_the_table(random):
-    """More rows of the same times, wrong by a little or altogether."""
+    """More rows of the same times, wrong by a little or completely."""
     parts, columns = _table(random)
     i = random.integers(1, 25)
     name, values = columns[i]
@@ -477,7 +478,7 @@ def a_table_after_the_table(random):
 
 
 def a_field_that_is_none(random):
-    """Empty, a word, or left out, in some rows."""
+    """A field is empty, a word, or missing in some rows."""
     parts, columns = _table(random)
     i = random.integers(1, 25)
     name, values = columns[i]
@@ -491,24 +492,24 @@ def a_field_that_is_none(random):
 
 
 def cut_off(random):
-    """Broken off within a line, in the last nine seconds but not in the last half of one."""
+    """Cut off within a line, in the last nine seconds but before the last half second."""
     parts, columns = _table(random)
     text = "\n".join(_lines(columns))
     text = text[: int(len(text) * random.uniform(0.1, 0.94))]
     return _of_text(parts, [text], ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
 
 
-# Digits that hide.
+# Digits that hide errors.
 
 
 def _wrong_motion(random, number, time, keys=EIGHT, most=0.1):
-    """A motion that is too slow by a part of up to so much, and by a tenth of that at least."""
+    """Return a motion that is too slow by a fraction between a tenth of `most` and `most`."""
     early = time * (1 - random.uniform(most / 10, most))
     return correct(number, {k: k for k in keys}, early, np.zeros_like(early)).hi
 
 
 def times_of_one_decimal(random):
-    """Uneven times of one decimal, written exactly: no excuse for a wrong motion."""
+    """Exact uneven times with one decimal, which do not excuse a wrong motion."""
     tenths = np.concatenate([[0], np.cumsum(random.choice([1, 2], 100, p=[0.3, 0.7]))])
     tenths = np.append(tenths[tenths < 100], 100)
     n = int(random.choice(MANEUVERS))
@@ -520,7 +521,7 @@ def times_of_one_decimal(random):
 
 
 def digits_of_every_second_row(random):
-    """Right to one decimal in some rows of many, wrong to all digits in the others."""
+    """Right to one decimal in some of many rows, wrong in all digits in the others."""
     n = int(random.choice(MANEUVERS))
     time = np.arange(4001) / 400
     part = correct(n, {k: k for k in EIGHT}, time, np.zeros_like(time))
@@ -538,7 +539,7 @@ def digits_of_every_second_row(random):
 
 
 def rows_where_rounding_is_right(random):
-    """Rows of a wrong motion where it rounds to the same whole numbers as the right one."""
+    """Rows of a wrong motion where it rounds to the same integers as the right one."""
     n = int(random.choice(MANEUVERS))
     part = correct(n, {"roll_angle": "roll_angle"})
     moved = _wrong_motion(random, n, part.time, ["roll_angle"], most=0.02)
@@ -553,7 +554,7 @@ def rows_where_rounding_is_right(random):
 
 
 def rows_at_whole_numbers(random):
-    """One column at the times when it is a whole number of its unit: one digit, and no error."""
+    """A column at the times when it is an integer: one digit, and no error."""
     n = int(random.choice(MANEUVERS))
     m = references()[0][n]
     unit = float(random.choice([1.0, 0.5, 0.1, 0.01])) * np.pi / 180
@@ -575,9 +576,9 @@ def rows_at_whole_numbers(random):
 
 
 def _second_of(random, columns):
-    """Which column has a second one: its place, its key, and its heading.
+    """Return which column has a duplicate: its index, its key, and its heading.
 
-    The headings of all columns have the number of the maneuver, or none.
+    The headings of all columns contain the number of the maneuver, or none does.
     """
     if random.random() < 0.5:
         columns[:] = [(name.partition("_")[2] or name, values) for name, values in columns]
@@ -587,7 +588,7 @@ def _second_of(random, columns):
 
 
 def another_column_beside(random):
-    """A second column of the same quantity, wrong, under a name of its own."""
+    """A second, wrong column of the same quantity with a name of its own."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     i, name, heading = _second_of(random, columns)
     wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
@@ -598,7 +599,7 @@ def another_column_beside(random):
 
 
 def a_long_name_beside(random):
-    """A second column of the same quantity, wrong, whose name is longer than any that is cut."""
+    """A second, wrong column of the same quantity with a very long name."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     i, name, heading = _second_of(random, columns)
     wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
@@ -611,7 +612,7 @@ def a_long_name_beside(random):
 
 
 def a_name_not_understood(random):
-    """The one column of a quantity is wrong, under a name that only holds the known one."""
+    """The only column of a quantity is wrong, and its name merely contains the known one."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     columns = [(name.partition("_")[2] or name, values) for name, values in columns]
     for i in random.choice(np.arange(1, 9), random.integers(1, 4), replace=False):
@@ -624,7 +625,7 @@ def a_name_not_understood(random):
 
 
 def under_a_path_in_a_unit(random):
-    """One column is wrong, and all have a path before their names and a unit behind them."""
+    """One column is wrong, and all names have a path in front and a unit behind."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     keys = [name.partition("_")[2] for name, _ in columns[1:]]
     path, i = str(random.choice(_PATHS_READ)), random.integers(8)
@@ -632,7 +633,7 @@ def under_a_path_in_a_unit(random):
     for key, (_, values) in zip(keys, columns[1:], strict=True):
         ways = _UNITS_READ[COMPARED[key][0].unit]
         unit, factor = ways[random.integers(len(ways))]
-        # A constant more or less is another zero of an energy.
+        # A constant change of an energy would be another zero, so the factor varies.
         off_by = np.linspace(1.3, 1.5, 1001) if key == keys[i] else np.ones(1001)
         held = factor * off_by * np.array(values, float)
         named.append((f'"{path}{key}{unit}"', [repr(x) for x in held.tolist()]))
@@ -642,7 +643,7 @@ def under_a_path_in_a_unit(random):
 
 
 def a_maneuver_that_is_none(random):
-    """The columns of one quantity are wrong, and named for maneuvers that do not exist."""
+    """The columns of one quantity are wrong, and named for nonexistent maneuvers."""
     parts, columns = _table(random)
     key = str(random.choice(EIGHT))
     own = [i for i, (name, _) in enumerate(columns) if name.endswith(key)]
@@ -681,7 +682,7 @@ _UNITS_NOT_KNOWN = (
 )
 
 
-# What is before a name, and units behind it, that are understood.
+# Prefixes that are recognised before names; units may follow names.
 _PATHS_READ = ("field.", "bike.", "/bike/state/", "bicycle/", "model.bike.", "")
 _UNITS_READ = {
     "rad": [(" [rad]", 1.0), (" [deg]", 180 / np.pi), (" [\u00ba]", 180 / np.pi), ("", 1.0)],
@@ -699,7 +700,7 @@ def _word(random):
 
 
 def _around(random, name):
-    """A known name with something before it, behind it, or both."""
+    """Return a known name with additions before it, after it, or both."""
     words = random.choice([name, name.title().replace("_", ""), name.replace("_", " ")])
     before = random.choice(_PATHS) if random.random() < 0.7 else f"{_word(random)}."
     behind = random.choice(_UNITS_NOT_KNOWN) if random.random() < 0.7 else f"_{_word(random)}"
@@ -707,7 +708,7 @@ def _around(random, name):
 
 
 def energy_that_is_bought(random):
-    """Eq. (1) of an energy that is not that of the motion: a constant, a far zero, few digits."""
+    """Eq. (1) of an energy that is not that of the motion: constant, far zero, few digits."""
     n = int(random.choice(MANEUVERS))
     part = correct(n, {k: k for k in EIGHT})
     moved = _wrong_motion(random, n, part.time)
@@ -729,7 +730,7 @@ def energy_that_is_bought(random):
 
 
 def energy_from_far_away(random):
-    """Eq. (1) of an energy that moves, divided by a first value that is far too large."""
+    """Eq. (1) of a varying energy, divided by a first value that is far too large."""
     n = int(random.choice(MANEUVERS))
     part = correct(n, {k: k for k in EIGHT})
     moves = 10 ** random.uniform(0.5, 2) * np.sin(random.uniform(1, 5) * part.time)
@@ -742,7 +743,7 @@ def energy_from_far_away(random):
 
 
 def energy_of_coarse_parts(random):
-    """Eq. (1) of a constant beside parts of so few digits that it might be their sum."""
+    """Eq. (1) of a constant, with parts so coarse that it might be their sum."""
     n = int(random.choice(MANEUVERS))
     part = correct(n, {k: k for k in EIGHT})
     moved = _wrong_motion(random, n, part.time)
@@ -758,7 +759,7 @@ def energy_of_coarse_parts(random):
 
 
 def zero_of_one_energy(random):
-    """A small constant on one of the energies, and none or another on the other."""
+    """A small constant is added to one of the energies, and none or another to the other."""
     parts = _start(random, keys=list(EIGHT))
     first, second = random.permutation(["potential_energy", "mechanical_energy"])
     zero = float(random.choice([-1, 1])) * 10 ** random.uniform(0.5, 2)
@@ -771,7 +772,7 @@ def zero_of_one_energy(random):
 
 
 def zero_that_moves(random):
-    """Another zero of both energies that is another one in the second half or the next maneuver."""
+    """The zero of both energies changes in the second half or the next maneuver."""
     parts = [correct(n, {k: k for k in EIGHT}) for n in MANEUVERS]
     zero = float(random.choice([-1, 1])) * 10 ** random.uniform(0.5, 3)
     other = zero * (1 + random.choice([-1, 1]) * 10 ** random.uniform(-2, 0.5))
@@ -786,7 +787,7 @@ def zero_that_moves(random):
 
 
 def energy_of_any_zero(random):
-    """A mechanical energy without the potential one: a constant that is far from the true one."""
+    """A mechanical energy without the potential one: a constant far from the true one."""
     keys = [k for k in EIGHT if k != "potential_energy"]
     if random.random() < 0.5:
         keys.remove("kinetic_energy")
@@ -801,7 +802,7 @@ def energy_of_any_zero(random):
 
 
 def speed_of_no_point(random):
-    """A mean of two definitions is none: not right, however near to one of them."""
+    """A mean of two definitions is not right, however near it is to one of them."""
     parts = _start(random, keys=list(EIGHT))
     key = str(random.choice(["roll_angle", "roll_rate", "forward_speed"]))
     a, b = (str(k) for k in random.choice(names(key), 2, replace=False))
@@ -812,11 +813,11 @@ def speed_of_no_point(random):
     return parts, [key], [p.maneuver for p in parts]
 
 
-# What is wrong without being a matter of size.
+# Faults without a size.
 
 
 def rows_dropped(random):
-    """A hole, an early end, a late start, or a handful of rows."""
+    """Missing rows: a gap, an early end, a late start, or only a handful of rows."""
     parts = _start(random)
     p = parts[random.integers(len(parts))]
     t = p.time
@@ -838,11 +839,11 @@ def rows_dropped(random):
     return parts, list(p.hi), [p.maneuver], {"is_sized": False}
 
 
-# Right as far as they go: what is not there may be wrong.
+# The existing values are right, but the missing ones may be wrong.
 
 
 def columns_missing(random):
-    """Some of the eight columns, or nothing but a constant energy, which proves no motion."""
+    """Some of the eight columns, or only a constant energy, which proves no motion."""
     keys = [str(k) for k in random.choice(EIGHT, random.integers(1, 8), replace=False)]
     parts = _start(random, keys=["mechanical_energy"] if random.random() < 0.2 else keys)
     return _right_in_part(random, parts, f"columns >= {len(parts[0].hi) + 1}")
@@ -861,7 +862,7 @@ def few_rows(random):
 
 
 def rows_where_motions_cross(random):
-    """Rows as far apart as the zeros of the error of a wrong motion, where it is right."""
+    """Rows only at the zeros of a wrong motion's error."""
     apart = random.uniform(0.26, 0.6)
     t = np.round(np.arange(random.uniform(0, 0.1), END, apart), 3)
     parts = _start(random, keys=list(EIGHT), grid=lambda _: (t, np.zeros_like(t)))
@@ -877,7 +878,7 @@ def _right_in_part(random, parts, amount):
 
 
 def an_odd_name(random):
-    """Columns are wrong under names that are misspelt, steps of a path, or derivatives."""
+    """Columns are wrong under names that are misspelt, path segments, or derivatives."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     columns = [(name.partition("_")[2] or name, values) for name, values in columns]
     for i in random.choice(np.arange(1, 9), random.integers(1, 4), replace=False):
@@ -918,7 +919,7 @@ def _odd(random, name):
 
 
 def no_numbers(random):
-    """NaN, infinity, or beyond anything, in one row or in many."""
+    """NaN, infinity, or huge values, in one row or in many."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     n = len(p.time)
@@ -935,7 +936,7 @@ def no_numbers(random):
 
 
 def rate_against_angle(random):
-    """One of a pair turned round, in every maneuver."""
+    """One of a pair has the opposite sign, in every maneuver."""
     parts = _start(random, keys=list(EIGHT))
     which = random.integers(2)
     key = str(random.choice([ANGLES[which], RATES[which]]))
@@ -971,7 +972,7 @@ def motion_moved(random):
 
 
 def motion_midway(random):
-    """Turned round, in another unit, of another maneuver or constant from somewhere on."""
+    """Flipped, in another unit, from another maneuver or constant from some time on."""
     chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 6), replace=False)]
     if random.random() < 0.3:
         chosen = quaternion(str(random.choice(["rear", "front"])))
@@ -982,7 +983,7 @@ def motion_midway(random):
     new = [-p.hi[key], 1000 * p.hi[key], other, np.full_like(other, p.hi[key][0])]
     changed = chosen if len(chosen) == 4 and chosen[0].endswith("q0") else [key]
     if len(changed) > 1 and random.random() < 0.5:
-        for one in changed:  # -q for q midway: the turn is the same, the numbers jump.
+        for one in changed:  # -q instead of q midway: the same rotation, but the numbers jump.
             p.set(one, -p.hi[one][rows], rows)
     else:
         p.set(key, new[random.integers(4)][rows], rows)
@@ -1013,7 +1014,7 @@ def motion_between_rows(random):
 
 
 def improper_matrix(random):
-    """Signs of a rotation matrix that belong to no rotation: a row, a column, or one entry."""
+    """Signs of a rotation matrix that no rotation has: of a row, a column, or one entry."""
     end = str(random.choice(["rear", "front"]))
     chosen = matrix(end)
     parts = motion_parts(random, chosen)
@@ -1028,7 +1029,7 @@ def improper_matrix(random):
 
 
 def quaternion_of_no_turn(random):
-    """An odd number of signs: neither q nor its inverse, in any axes."""
+    """An odd number of flipped signs: neither q nor its inverse, in any axes."""
     end = str(random.choice(["rear", "front"]))
     chosen = quaternion(end)
     parts = motion_parts(random, chosen)
@@ -1051,7 +1052,7 @@ def quaternion_of_another_length(random):
     return parts, chosen, [p.maneuver]
 
 
-# Pairs of columns of which one cannot be turned round alone: the same axis, the same bodies.
+# Pairs of columns that can only be flipped together: the same axis, the same bodies.
 TIED = (
     ("rear_normal_force", "front_normal_force"), ("rear_lateral_force", "front_lateral_force"),
     ("rear_longitudinal_force", "front_longitudinal_force"), ("yaw", "yaw_rate"),
@@ -1076,7 +1077,7 @@ def signs_against_each_other(random):
 
 
 def sign_that_is_none(random):
-    """Of a friction demand or of a kinetic energy there is no other sign."""
+    """A friction demand or a kinetic energy with the opposite sign, which is impossible."""
     key = str(random.choice(UNTURNED))
     parts = motion_parts(random, [key] if key in MOTION else [], eight=0.0 if key in MOTION else 1)
     for p in parts:
@@ -1108,7 +1109,7 @@ KINDS = {
 
 
 def wrong_file(seed, number):
-    """The wrong file of this number, the same for ever; it has at least one requirement."""
+    """Return the wrong file of this number, which never changes and fails a requirement."""
     random = np.random.default_rng([seed, number])
     kinds = list(KINDS)
     kind = kinds[number % len(kinds)]
@@ -1126,7 +1127,7 @@ def wrong_file(seed, number):
 
 
 def _gaps_not_met(random, wrong, known):
-    """Requirements of rows: only a gap longer than any piece of the reference counts."""
+    """Return unmet requirements on rows: gaps longer than any piece of the reference."""
     fails = []
     for n in known.parts:
         gaps = known.gaps(n)
@@ -1143,7 +1144,7 @@ _METRICS = ("scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time
 
 
 def _sizes_not_met(random, wrong, known):
-    """Requirements that no reading of the file fulfils, about all of it or what was changed."""
+    """Return requirements that no reading fulfils, on the whole file or the changed part."""
     fails = []
     is_long = any(v.any() for p in wrong.parts for v in p.lo.values())
     scopes = [(None, None)]
@@ -1168,7 +1169,8 @@ def _sizes_not_met(random, wrong, known):
 
 def _stricter(random, at, metric, bound, is_long):
     if metric in ("scd", "mescd"):
-        # Beyond, how times were read decides; only values of more digits are wrong for sure.
+        # Above this limit the reading of times matters; only values with more digits are surely
+        # wrong.
         if bound > (29.9 if is_long else 15.4):
             return []
         digits = [x for x in (6, 12) if x > bound + 0.02]

@@ -1,1 +1,1 @@
-"""Files, bicycles, states, sets and reports that are made, with errors that are known."""
+"""Generated files, bicycles, states, datasets and reports, with known errors."""

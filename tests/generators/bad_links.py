@@ -1,4 +1,4 @@
-"""Links and files of the page of ``export --page`` that are damaged or forged, from one seed."""
+"""Seeded damaged or forged links and files for the page of ``export --page``."""
 
 import base64
 import gzip
@@ -11,7 +11,7 @@ CELL = {
     "time_of_max": 0.0, "rms_error": 0.0, "column": 0, "sign": 1, "factor": 1, "offset": 0,
     "grade": 1, "never_filled": 0, "errors": [None] * 40,
 }  # fmt: skip
-"""A cell of a link as the page writes it."""
+"""A cell of a link in the form that the page writes."""
 
 WORDS = (
     "__proto__", "constructor", "toString", "valueOf", "hasOwnProperty", "prototype", "length",
@@ -34,7 +34,7 @@ VALUES = (
 
 
 def deflated(data):
-    """Bytes as a link has them: raw deflate."""
+    """Return bytes compressed by raw deflate, as in a link."""
     compress = zlib.compressobj(9, zlib.DEFLATED, -15)
     return compress.compress(data) + compress.flush()
 
@@ -48,7 +48,7 @@ def packed(kind, text):
 
 
 def mutated(value, random):
-    """JSON with one place that is another: a value, a name that is gone, new or twice, an order."""
+    """Change JSON in one place: a value, a missing, new or duplicate name, or an order."""
     if isinstance(value, dict) and value and random.random() < 0.85:
         key = random.choice([*value])
         way = random.randrange(6)
@@ -72,7 +72,7 @@ def mutated(value, random):
 
 
 def result(random):
-    """What a link says that was found: mostly of the right form."""
+    """Return the result in a link, mostly of the right form."""
     places = random.sample([(m, k) for m in (1, 2, 3) for k in range(8)], random.randint(1, 24))
     cells = [
         CELL | {
@@ -86,7 +86,7 @@ def result(random):
 
 
 def damaged(link, random):
-    """A link with other letters, or fewer."""
+    """Return a link with changed or missing letters."""
     kind, _, text = link.partition("=")
     i = random.randrange(len(text)) if text else 0
     return random.choice((
@@ -98,7 +98,7 @@ def damaged(link, random):
 
 
 def nested(random):
-    """JSON that is nested deeply, which a recursive reader does not survive."""
+    """Return deeply nested JSON, which crashes a recursive reader."""
     deep = random.choice((100, 10_000, 300_000))
     inner = random.choice(("1", "null", '"x"'))
     opened, closed = random.choice((("[", "]"), ('{"cells":', "}"), ('{"__proto__":', "}")))
@@ -107,7 +107,7 @@ def nested(random):
 
 
 def text_of(rows, random):
-    """A result file, bent: what a reader splits at, numbers and names of all kinds."""
+    """Return a distorted result file: separators, numbers and names of all kinds."""
     lines = [" ".join(f"{x:.12g}" for x in row) for row in rows]
     width = len(rows[0])
     i = random.randrange(len(lines))
@@ -159,7 +159,7 @@ def text_of(rows, random):
 
 
 def bad_link(rows, random):
-    """One of the ways in which a link is wrong; some are right all the same."""
+    """Return a link that is wrong in some way; a few are valid all the same."""
     way = random.randrange(10)
     name = random.choice(("x.csv", *LETTERS, *WORDS))
     if way < 3:
@@ -194,7 +194,7 @@ def bad_links(rows, count, seed):
 
 
 def bad_files(rows, count, seed):
-    """Names and bytes of files to drop: bent texts, and such that are none."""
+    """Yield names and bytes of files to drop: distorted texts, and files that are not text."""
     random = Random(seed)
     found = []
     for _ in range(count):

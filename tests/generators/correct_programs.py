@@ -1,11 +1,11 @@
-"""Result files of correct programs, by other methods of integration, steps and tolerances."""
+"""Result files of correct programs with other integration methods, steps and tolerances."""
 
 import warnings
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-# Spectral radius at infinity of the generalised-alpha method, as multibody programs have it.
+# Spectral radius at infinity of the generalised-alpha method, a usual value in multibody programs.
 RHO = 0.8
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
@@ -17,13 +17,13 @@ def implicit_midpoint(equations):
 
 
 def generalised_alpha(equations):
-    """For first-order systems, with the rate as a variable of its own."""
+    """Integrate by generalised alpha for first-order systems, with the rate as a variable."""
     a_m, a_f = 0.5 * (3 - RHO) / (1 + RHO), 1 / (1 + RHO)
     gamma = 0.5 + a_m - a_f
 
     def step(y, h, memory):
         rate = memory.get("rate", equations.slope(y))
-        # The rate within the step belongs to the state within it, which it determines.
+        # The rate within the step belongs to the state within it, which determines the rate.
         known = y + a_f * h * (1 - gamma / a_m) * rate
         inner = equations.solve(known, a_f * h * gamma / a_m, y)
         memory["rate"] = (equations.slope(inner) - (1 - a_m) * rate) / a_m
@@ -49,12 +49,12 @@ def fixed_step(equations, method, h):
 
 
 def adaptive(equations, solver, tolerance):
-    """By a method of `solve_ivp`, rows by its interpolation."""
+    """Integrate by a method of `solve_ivp`, with interpolated rows."""
     states = []
     for i, n in enumerate(equations.reference):
         time = equations.reference[n].time
         with warnings.catch_warnings():
-            # LSODA says so when it repeats a step.
+            # LSODA warns when it repeats a step.
             warnings.simplefilter("ignore")
             run = solve_ivp(
                 lambda t, y: equations.slope(y), (0.0, time[-1]), equations.start[:, i], solver,

@@ -1,8 +1,7 @@
-"""Result tables that nobody means: few rows, times that stand still, numbers of any size.
+"""Degenerate result tables: few rows, times that stand still, numbers of any size.
 
-A table begins as the exact motion, or as one that is wrong, of one maneuver or of all. Then it
-meets up to three accidents of programs, spreadsheets and converters. A table depends on its seed
-alone.
+A table starts as the exact or a wrong motion, of one or all maneuvers. Then it suffers up to three
+accidents of programs, spreadsheets and converters. A table depends only on its seed.
 """
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 
 SIZES = (1, 2, 3, 3, 4, 5, 5, 6, 8, 11, 11, 12, 21, 41)
-"""Rows of a table. Limits of the judge on how few rows tell something lie between these."""
+"""Numbers of rows of a table. The scorer's limits on numbers of rows lie between these."""
 
 ODD = (
     0.0, -0.0, 1.0, -1.0, np.pi, np.nan, np.inf, -np.inf, 1e308, -1e308, 1e300, 1e200, 1e154, 1e150,
@@ -20,10 +19,10 @@ _UNITS = ("deg", "rad", "rad/s", "deg/s", "km/h", "m/s", "kJ", "J", "ms", "s", "
 
 
 def table(reference, pick):
-    """Rows by columns: time, then eight columns of each maneuver."""
+    """Return rows by columns: time, then eight columns of each maneuver."""
     numbers = pick.choice(([1], [2], [3], [1, 2, 3]))
     size = pick.choice(SIZES)
-    # Rows at equal distances over the run, over its beginning, or anywhere.
+    # Evenly spaced rows over the run, over its beginning, or anywhere.
     last = pick.choice((1000, 1000, 1000, 500, 100, 3 * size))
     rows = np.unique(np.linspace(0, min(last, 1000), size).astype(int))
     if pick.random() < 0.15:
@@ -49,7 +48,7 @@ def table(reference, pick):
 
 
 def _times(x, pick):
-    """The times are coarse, repeated, of another unit or clock, or out of order."""
+    """Make the times coarse, repeated, of another unit or clock, or out of order."""
     t = x[:, 0]
     how = pick.randrange(16)
     if how == 0:
@@ -95,7 +94,7 @@ def _times(x, pick):
 
 
 def _values(x, pick):
-    """Some values are missing, constant, coarse, noisy, or of no size that a bicycle has."""
+    """Make some values missing, constant, coarse, noisy, or of an impossible size."""
     n, width = x.shape
     block = pick.randrange((width - 1) // 8)
     whole = slice(1 + 8 * block, 9 + 8 * block)
@@ -135,7 +134,7 @@ def _values(x, pick):
 
 
 def text(reference, pick):
-    """A table after its accidents, as a file, and how many maneuvers it has."""
+    """Return a table after its accidents, as a file, and its number of maneuvers."""
     x = table(reference, pick)
     for _ in range(pick.choice((0, 1, 1, 2, 2, 3))):
         with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Parameters of bicycles that are drawn otherwise: other proportions, or no value of some kind."""
+"""Parameters of randomly drawn bicycles: other proportions, or missing masses and lengths."""
 
 OTHER_PARAMETERS = [
     {"c": "-0.05"}, {"lam": "0"}, {"lam": "-pi/20"}, {"lam": "2*pi/5"}, {"w": "10"},

@@ -1,4 +1,4 @@
-"""Bicycles and starts that are drawn: values that are zero, exact, huge or tiny, in any company."""
+"""Randomly drawn bicycles and initial states: values zero, exact, huge or tiny, combined."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ VALUES = {
     "roll_rate": ("0", "0.5", "-2", "1e-25", "40"),
     "steer_rate": ("0", "-1/8", "3", "1e-40", "60"),
 }
-"""What a start is drawn of. Each entry is zero in about half of the starts."""
+"""Values of the initial states. Each entry is zero in about half of the states."""
 
 _SCALED = (
     "w", "c", "g", "rR", "mR", "xB", "zB", "mB", "IByy", "mH", "IHyy", "rF", "mF", "IFyy", "IRyy",
@@ -25,7 +25,7 @@ _SCALED = (
 
 
 def bicycles(bicycle: Bicycle, count: int, seed: int = 1) -> Iterator[Bicycle]:
-    """Bicycles with parameters 0.8 to 1.25 times those of one, as short decimals."""
+    """Yield bicycles with parameters 0.8 to 1.25 times the given ones, as short decimals."""
     draw = random.Random(seed)
     for number in range(count):
         factors = {name: Fraction(draw.randint(80, 125), 100) for name in _SCALED}
@@ -34,7 +34,7 @@ def bicycles(bicycle: Bicycle, count: int, seed: int = 1) -> Iterator[Bicycle]:
 
 
 def starts(maneuver: Maneuver, count: int, seed: int = 1) -> Iterator[Maneuver]:
-    """Maneuvers of two rows a millisecond apart."""
+    """Yield maneuvers of two rows, a millisecond apart."""
     draw = random.Random(seed)
     for number in range(count):
         given = {

@@ -34,7 +34,7 @@ TABLEAUX = {
 
 
 class Equations:
-    """Compiled right-hand side, outputs and starts of a reference's bicycle."""
+    """Compiled right-hand side, outputs and initial states of a reference's bicycle."""
 
     def __init__(self, reference, is_regular=False):
         self.reference = reference
@@ -51,7 +51,8 @@ class Equations:
         starts = []
         for n in reference:
             speed, rate = (float(Fraction(reference[n].inputs[x])) for x in ("speed", "roll_rate"))
-            # Upright, straight, no yaw rate: the roll rate in the axes of the steer axis.
+            # Upright and straight with zero yaw rate: the roll rate, along the axes of the steer
+            # axis.
             spin = speed / float(values["rR"])
             rates = [rate, 0] if is_regular else [rate * np.cos(tilt), rate * np.sin(tilt)]
             starts.append([0, 0, 0, *rates, spin, 0])
@@ -64,7 +65,7 @@ class Equations:
         return self._outputs(np.ascontiguousarray(y))
 
     def results(self, states):
-        """Results from states of shape (7, maneuvers, rows)."""
+        """Return results from states of shape (7, maneuvers, rows)."""
         parts = []
         for i, n in enumerate(self.reference):
             m = self.reference[n]
@@ -74,7 +75,7 @@ class Equations:
         return Results("fixed steps", "text", tuple(parts), 16)
 
     def run(self, step, h, memory=None):
-        """Results of a step function (state, h, memory) with the same h throughout."""
+        """Return results of a step function (state, h, memory) with constant h."""
         y, rows, inner = self.start, [self.start], round(SPACING / h)
         memory = {} if memory is None else memory
         for _ in range(1000):
@@ -96,7 +97,7 @@ class Equations:
         return step
 
     def solve(self, known, weight, guess):
-        """The z with z = known + weight f(z)."""
+        """Return the z with z = known + weight f(z)."""
         z = guess
         for _ in range(60):
             z, before = known + weight * self.slope(z), z
@@ -105,7 +106,7 @@ class Equations:
         return z
 
     def implicit(self, theta):
-        """Trapezoidal rule with 1/2, implicit Euler with 1."""
+        """Return a step of the trapezoidal rule (theta = 1/2) or of implicit Euler (theta = 1)."""
         return lambda y, h, _: self.solve(y + (1 - theta) * h * self.slope(y), theta * h, y)
 
     def bdf2(self, y, h, memory):

@@ -1,4 +1,4 @@
-"""Result files of correct programs of the linearised equations: published matrices, by SciPy."""
+"""Result files of correct programs for the linearised equations: published matrices, SciPy."""
 
 import json
 import warnings
@@ -24,7 +24,7 @@ G = 9.81
 
 
 def run(reference, number, solver, tolerance):
-    """Speed, and roll, steer and their rates at the reference's rows."""
+    """Return speed, and roll, steer and their rates at the reference's rows."""
     v, rate = (float(Fraction(reference[number].inputs[k])) for k in ("speed", "roll_rate"))
     inverse, time = np.linalg.inv(M), reference[number].time
 
@@ -32,7 +32,7 @@ def run(reference, number, solver, tolerance):
         return [*y[2:], *(-inverse @ (v * C1 @ y[2:] + (G * K0 + v * v * K2) @ y[:2]))]
 
     with warnings.catch_warnings():
-        # LSODA says so when it repeats a step.
+        # LSODA warns when it repeats a step.
         warnings.simplefilter("ignore")
         found = solve_ivp(slope, (0.0, time[-1]), [0.0, 0.0, rate, 0.0], solver, t_eval=time,
                           rtol=tolerance, atol=1e-3 * tolerance)  # fmt: skip
@@ -40,7 +40,7 @@ def run(reference, number, solver, tolerance):
 
 
 def columns(reference, number, solver, tolerance, energies):
-    """What such a program writes of a maneuver."""
+    """Return the columns that such a program writes for a maneuver."""
     v, y = run(reference, number, solver, tolerance)
     found = dict(zip(LATERAL, y, strict=True)) | {"forward_speed": np.full(y.shape[1], v)}
     p = {s: float(Fraction(x)) for s, x in reference.parameters.items() if "pi" not in x}
@@ -64,7 +64,7 @@ def columns(reference, number, solver, tolerance, energies):
 
 
 def linear_run(reference, solver="DOP853", tolerance=1e-11, energies="second order"):
-    """Results of all maneuvers."""
+    """Return results of all maneuvers."""
     parts = []
     for n in reference:
         values = columns(reference, n, solver, tolerance, energies)
@@ -75,7 +75,7 @@ def linear_run(reference, solver="DOP853", tolerance=1e-11, energies="second ord
 
 
 def linear_runs(reference):
-    """Every solver at every tolerance, with energies computed in turn; then each of these."""
+    """Yield every solver at every tolerance, cycling through the kinds of energies."""
     for i, (solver, tolerance) in enumerate(product(SOLVERS, TOLERANCES)):
         energies = ENERGIES[i % len(ENERGIES)]
         name = f"linear, {solver} {tolerance}, energies {energies}"

@@ -1,4 +1,4 @@
-"""Results made from the reference, with known definitions, errors and slips."""
+"""Results made from the reference, with known definitions, errors and faults."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 
 
 def exact_columns(maneuver, names=BENCHMARK_COLUMNS):
-    """The published rows, one column for each name, keyed by the benchmark's key."""
+    """Return the published rows, one column for each name, by the benchmark's key."""
     by_key = {}
     for name in names:
         key = next(k for k in BENCHMARK_COLUMNS if name == k or name.startswith(f"{k}_"))
@@ -29,7 +29,7 @@ def rows(reference, number, values, *, lo=None, quantum=None, keep=slice(None)):
 
 
 def made(reference, change=lambda key, values, number: values, names=BENCHMARK_COLUMNS, **more):
-    """Results of all maneuvers: the reference's rows, each column changed."""
+    """Return results of all maneuvers: the reference's rows, each column changed."""
     parts = []
     for number in reference:
         columns = exact_columns(reference[number], names)
@@ -39,7 +39,7 @@ def made(reference, change=lambda key, values, number: values, names=BENCHMARK_C
 
 
 def smooth_error(reference, number, size):
-    """An error of the given largest value that grows as integrators' errors do."""
+    """Return an error of this maximum that grows like an integrator's error."""
     t = reference[number].time
     shape = t / t[-1] * np.sin(3.0 * t + number)
     return size * shape / np.max(np.abs(shape))
@@ -55,5 +55,5 @@ def codes(report):
 
 
 def is_right_in_part(report):
-    """Whether every column that is there is right, and none of another name was left out."""
+    """Return whether every existing column is right, and no column of another name was skipped."""
     return {*report.grades} == {Grade.RIGHT} and not report.not_compared

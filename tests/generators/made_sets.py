@@ -1,4 +1,4 @@
-"""Small reference sets made by `generate`, older kinds of them, and a manifest for damaged ones."""
+"""Small reference datasets from `generate`, in older formats too, and manifests for damage."""
 
 import json
 
@@ -11,7 +11,7 @@ from heyoka_bike.reference.proof.certificate import STATEMENT_1_5_0
 
 
 def make(where, *maneuvers):
-    """A set of the benchmark bicycle; each maneuver is (duration, spacing)."""
+    """Make a dataset of the benchmark bicycle; each maneuver is (duration, spacing)."""
     text = 'name = "short"\n' + "".join(
         f'[[maneuver]]\nname = "short {i}"\nspeed = "4.6"\nroll_rate = "0.5"\n'
         f'duration = "{duration}"\nspacing = "{spacing}"\n'
@@ -24,14 +24,14 @@ def make(where, *maneuvers):
 
 
 def manifest(folder, **changes):
-    """Write entries of the manifest, in the form that it has."""
+    """Write entries of the manifest, in its canonical form."""
     path = folder / MANIFEST
     document = json.loads(path.read_text()) | changes
     path.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 
 
 def accept(folder):
-    """Bring sizes and hashes in the manifest in line with the files that are there."""
+    """Update sizes and hashes in the manifest to match the files."""
     document = json.loads((folder / MANIFEST).read_text())
     document["files"] = [x for x in document["files"] if (folder / x["file"]).exists()]
     for entry in document["files"]:
@@ -41,7 +41,7 @@ def accept(folder):
 
 
 def accept_numbers(folder, f):
-    """Bring content_sha256 in line with the numbers of an open HDF5 file."""
+    """Update content_sha256 to match the numbers of an open HDF5 file."""
     content = content_sha256(f)
     f.attrs["content_sha256"] = content
     manifest(folder, content_sha256=content)
@@ -62,9 +62,9 @@ _ROWS_ONLY = ("omega", "moment", "axle_force", "joint_force", "hub", "frame_r", 
 
 
 def older(folder, version):
-    """Take from a set of one's own what it would not have if that version had made it.
+    """Remove from a custom dataset everything that this version did not have.
 
-    See CHANGELOG-dataset.md. Where a text of the certificate was another, it is so here.
+    See CHANGELOG-dataset.md. Texts of the certificate are replaced with those of the version.
     """
     files = ("uncontrolled-bicycle.h5", "motion.h5", "sensitivities.h5", "candidate.h5")
     for name in files:
@@ -114,7 +114,7 @@ def _older_certificate(path, version):
 
 
 def _without_description(f):
-    """Attributes of ACDD-1.3, and those of axes."""
+    """Remove attributes of ACDD-1.3, and those of axes."""
     for name in ("summary", "keywords", "source", "references", "history"):
         del f.attrs[name]
     f.attrs["Conventions"] = "CF-1.8"

@@ -1,4 +1,4 @@
-"""Result files of programs that make known mistakes, integrated by SciPy, with known errors."""
+"""Result files of programs with known mistakes, integrated by SciPy, with known errors."""
 
 from functools import cache
 
@@ -25,7 +25,7 @@ from heyoka_bike.system.resources import benchmark_bicycle
 
 NAMES = [c.name for c in COLUMNS]
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-# What differs by less than so many errors cannot be expected to be told apart.
+# Two programs that differ by less than this many errors cannot be distinguished.
 SEEN = 3.0
 
 
@@ -43,7 +43,7 @@ def correct(reference):
 
 @cache
 def compiled():
-    """Right-hand side and columns, of a state and the constants of a bicycle."""
+    """Return compiled right-hand side and columns, functions of state and constants."""
     made = []
 
     def parameter(_):
@@ -65,7 +65,7 @@ def compiled():
 
 
 def numbers(bicycle):
-    """Constants of the equations, in the order in which they are compiled, and the length."""
+    """Return the constants of the equations in compiled order, and the unit of length."""
     found = []
     k = constants(bicycle, Multiprecision(25))
     k.convert(lambda x: found.append(float(x)))
@@ -73,15 +73,15 @@ def numbers(bicycle):
 
 
 def right_side(bicycle):
-    """y -> dy/dt, and the length that is the unit of the speed in it."""
+    """Return y -> dy/dt, and the unit of length in its speed."""
     right, _ = compiled()
     pars, length = numbers(bicycle)
-    used = pars[: right.nparams]  # not the units of length and mass
+    used = pars[: right.nparams]  # without the units of length and mass
     return lambda y: right(np.ascontiguousarray(y), pars=used), length
 
 
 def written(bicycle, states):
-    """Columns of states, shape (7, n), and the parts of the kinetic energy."""
+    """Return columns of states, shape (7, n), and the terms of the kinetic energy."""
     right, outputs = compiled()
     pars, _ = numbers(bicycle)
     states = np.ascontiguousarray(states)
@@ -111,9 +111,9 @@ def written(bicycle, states):
 
 
 def of_centres(p, columns, pitch_rate):
-    """Places and velocities of the bodies' centres of mass in heading axes, z down.
+    """Return positions and velocities of the bodies' centres of mass in heading axes, z down.
 
-    Places are from the rear contact point, which moves along the heading.
+    Positions are relative to the rear contact point, which moves along the heading.
     """
     roll, pitch, steer = columns["roll_angle"], columns["pitch"], columns["steer_angle"]
     rates = columns["roll_rate"], pitch_rate, columns["steer_rate"]
@@ -134,18 +134,18 @@ def of_centres(p, columns, pitch_rate):
 
 
 def centres(p, roll, pitch, steer):
-    """Centres of mass from the rear contact point, by Euler's angles and Rodrigues' rotation."""
+    """Return centres of mass from the rear contact point, by Euler and Rodrigues rotations."""
     zero, axis = 0.0 * roll, np.array([np.sin(p["lam"]), 0.0, np.cos(p["lam"])])
 
     def turned(x):
-        """From the frame's axes to the heading's."""
+        """Convert from the frame's axes to the heading's."""
         x, y, z = x
         x, z = np.cos(pitch) * x + np.sin(pitch) * z, np.cos(pitch) * z - np.sin(pitch) * x
         return np.array([x, np.cos(roll) * y - np.sin(roll) * z,
                          np.sin(roll) * y + np.cos(roll) * z])  # fmt: skip
 
     def on_fork(x, z):
-        """From the point of the steer axis that is on the ground where all is upright."""
+        """Convert from the point of the steer axis on the ground in the upright position."""
         d = np.array([x - p["w"] - p["c"], 0.0, z])
         c, s = np.cos(steer), np.sin(steer)
         out = np.outer(d, c) + np.outer(np.cross(axis, d), s) + np.outer(axis, (1 - c) * (axis @ d))
@@ -162,7 +162,7 @@ def centres(p, roll, pitch, steer):
 
 
 def rotation_energies(p, columns, pitch_rate):
-    """Of frame, fork and the wheels' diameters, from Euler angles and the steer axis, by body."""
+    """Return rotation energies by body, from Euler angles and the steer axis."""
     roll, pitch = columns["roll_angle"], columns["pitch"]
     s, c = np.sin(pitch), np.cos(pitch)
     yaw_rate, roll_rate = columns["yaw_rate"], columns["roll_rate"]
@@ -171,7 +171,7 @@ def rotation_energies(p, columns, pitch_rate):
     axis = np.array([np.sin(p["lam"]), 0.0, np.cos(p["lam"])])
     along = axis @ frame
     steer = columns["steer_angle"]
-    # Rodrigues, backward: the frame's rate as the turned fork sees it.
+    # Inverse Rodrigues rotation: the frame's rate in axes of the steered fork.
     fork = (
         np.cos(steer) * frame
         - np.sin(steer) * np.cross(axis, frame, axisb=0, axisc=0)
@@ -194,9 +194,9 @@ def begin(bicycle, start, length):
 
 
 def motion(bicycle, start, time):
-    """Columns by DOP853; as far as the motion goes."""
+    """Return columns by DOP853, up to where the motion ends."""
     right, length = right_side(bicycle)
-    # A late clock repeats its first time.
+    # A delayed clock repeats its first time.
     times, back = np.unique(time, return_inverse=True)
     first = begin(bicycle, start, length)
     with np.errstate(all="ignore"):
@@ -211,7 +211,7 @@ def motion(bicycle, start, time):
 
 
 def linear_motion(bicycle, start, time, terms):
-    """Columns of the linearised equations, whose matrices are taken from the nonlinear model."""
+    """Return columns of linearised equations, with matrices from the nonlinear model."""
     matrices, p = linearise(bicycle, 20), {s: float(x) for s, x in bicycle.values.items()}
     m, c1, k0, k2 = (np.array(getattr(matrices, x), float) for x in ("M", "C1", "K0", "K2"))
     v, first = start[5], np.array([start[0], start[2], start[3], start[4]])
@@ -241,7 +241,7 @@ def linear_motion(bicycle, start, time, terms):
 
 
 def columns_of(reference, mistakes):
-    """What a program with these mistakes writes, by maneuver."""
+    """Return the columns of a program with these mistakes, by maneuver."""
     program = apply(correct(reference), mistakes)
     made = {}
     for number in reference:
@@ -260,9 +260,9 @@ def columns_of(reference, mistakes):
 
 
 def results(reference, columns, level=0.0):
-    """Columns as a result file, with a smooth error of a level of the scales.
+    """Return columns as a result file, with a smooth error relative to the scales.
 
-    A column's scale is the reference's, or its own if another quantity is in its place.
+    A column's scale is that of the reference, or its own if it contains another quantity.
     """
     parts = []
     for number, found in columns.items():
@@ -283,12 +283,12 @@ def _scale(maneuver, key, values):
 
 
 def results_of(reference, mistakes, level=0.0):
-    """What a program with these mistakes writes, with a smooth error of a level of the scales."""
+    """Return the results of a program with these mistakes and a smooth error."""
     return results(reference, columns_of(reference, mistakes), level)
 
 
 def distance(one, other, scales):
-    """Largest difference of two files, in scales; a motion and its mirror image are one."""
+    """Return the largest difference of two files, in scales; a mirrored motion counts as equal."""
     found = []
     for sign in (1, -1):
         largest = 0.0
@@ -296,7 +296,7 @@ def distance(one, other, scales):
             for key, v in file.items():
                 mirrored = (sign if key in LATERAL else 1) * other[n][key]
                 apart = np.abs(v - mirrored) / scales[n, key]
-                # Where both have gone.
+                # Rows where both motions have ended do not count.
                 largest = max(largest, float(np.fmax.reduce(apart, initial=0.0)))
         found.append(largest)
     return min(found)

@@ -1,7 +1,8 @@
 """States with both wheels on the floor, and derivatives along the motion, at high precision.
 
-Used by the tests of the equations. A state of the regular form is a list of roll, pitch, steer,
-roll rate, steer rate and spin; that of the few-product form has w1 and w3 in place of the rates.
+The tests of the equations use this module. A state of the regular form is a list of roll, pitch,
+steer, roll rate, steer rate and spin; a state of the few-product form has w1 and w3 instead of the
+rates.
 """
 
 import random
@@ -21,24 +22,24 @@ motion, and 1e-85 from rounding at 120 digits."""
 
 
 def model(digits=DIGITS, **changes):
-    """Constants of the benchmark bicycle, with parameters changed, and their arithmetic."""
+    """Return constants of the benchmark bicycle, some parameters changed, and arithmetic."""
     a = Multiprecision(digits)
     return constants(read_bicycle(benchmark_bicycle()).replace(**changes), a), a
 
 
 def pitch_on_the_floor(k, a, roll, steer):
-    """Pitch at which the front wheel touches the floor too."""
+    """Return the pitch at which the front wheel touches the floor too."""
     mp = a.context
     return mp.findroot(
         lambda pitch: front_contact_height(k, a, roll, pitch, steer),
         (mp.zero, mp.mpf("0.001")),
-        tol=mp.mpf(10) ** (10 - 2 * mp.dps),  # of the square of the height
+        tol=mp.mpf(10) ** (10 - 2 * mp.dps),  # tolerance of the squared height
         maxsteps=60,
     )
 
 
 def random_state(k, a, seed, lean=0.6, turn=0.8):
-    """A state of the regular form, its angles 0.4 to 1 times `lean` and `turn` [rad]."""
+    """Return a state of the regular form; angles are 0.4 to 1 times `lean` and `turn` [rad]."""
     mp, rng = a.context, random.Random(seed)
 
     def number(low, high):
@@ -52,7 +53,7 @@ def random_state(k, a, seed, lean=0.6, turn=0.8):
 
 
 def few_product_state(k, a, state):
-    """The same state in the variables of the few-product form."""
+    """Return the same state in the variables of the few-product form."""
     roll, pitch, steer, roll_rate, steer_rate, spin = state
     o = posture(k, a, roll, pitch, steer)
     w1, w3 = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
@@ -60,7 +61,7 @@ def few_product_state(k, a, state):
 
 
 def along(a, rates, state, values):
-    """Time derivatives of the list ``values(state)`` when the state moves with `rates`."""
+    """Return time derivatives of the list ``values(state)`` when the state moves with `rates`."""
     h = a.context.mpf(10) ** -STEP
     after, before = (
         values([x + side * h * rate for x, rate in zip(state, rates, strict=True)])

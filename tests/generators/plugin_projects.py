@@ -1,7 +1,7 @@
-"""A project of a user of the pytest plugin, with results whose errors are known."""
+"""A project of a user of the pytest plugin, with results of known errors."""
 
-# The first file of a project. The error of each column is a half wave whose top is 10^-digits of
-# its scale, at a row in the middle of the run: so many digits are correct.
+# The conftest of the project. The error of each column is a half wave with a maximum of 10^-digits
+# of its scale, at a row in the middle of the run, so `digits` digits are correct.
 CONFTEST = """
 import numpy as np
 import pytest
@@ -26,13 +26,13 @@ def table(by_name):
         return np.column_stack([found[1]["time"], *columns])
     return make
 """
-# Nothing is kept, and no plugin of other packages is there, which together take most of a run.
+# Without cache and other plugins, which together take most of a run's time.
 BARE = (
     "-p", "no:cacheprovider",
     *(word for name in ("hypothesispytest", "timeout", "xdist", "xdist.looponfail", "zarr")
       for word in ("-p", f"no:{name}")),
 )  # fmt: skip
-# Of known errors nobody needs to be told the cause, and that takes long.
+# The cause of known errors is known, and diagnosing them takes long.
 QUICK = (*BARE, "--bicycle-diagnose=never")
 
 
@@ -44,7 +44,7 @@ def project(pytester, tests, ini=""):
 
 
 def outcomes(result):
-    """Whether each test passed, by its name; `result` of a run with -rA."""
+    """Return the outcome of each test by name; `result` is that of a run with -rA."""
     found = {}
     for line in result.outlines:
         word, _, rest = line.partition(" ")

@@ -1,4 +1,4 @@
-"""Seeded random pairs of mistakes, each visible beyond the other."""
+"""Seeded random pairs of mistakes, each visible in the presence of the other."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ SEED = 20
 
 
 def random_pairs(reference, count):
-    """Codes of two mistakes, and the columns of a program that makes both."""
+    """Yield codes of two mistakes, and the columns of a program that makes both."""
     scales = {(n, k): reference[n].scale(k) for n in reference for k in BENCHMARK_COLUMNS}
     correct = columns_of(reference, [])
     random = np.random.default_rng(SEED)
@@ -21,7 +21,7 @@ def random_pairs(reference, count):
         try:
             made = columns_of(reference, pair)
         except ZeroDivisionError:
-            # One half of the bicycle without any mass.
+            # One half of the bicycle has no mass.
             continue
         others = [correct, *(columns_of(reference, [m]) for m in pair)]
         if min(distance(made, other, scales) for other in others) < SEEN * LEVEL:

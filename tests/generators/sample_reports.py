@@ -1,4 +1,4 @@
-"""Reports made by hand from the reference, for the tests of the output formats."""
+"""Reports constructed from the reference, for the tests of the output formats."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from heyoka_bike.scoring.verdict import meets_limit
 
 NOTHING = Measures(None, None, None, None, None, None, None)
 HOSTILE = "a<script>alert(1)</script><b onclick=alert(1)>&\"'\x1b[31m\x00\udcff￾\n.txt"
-"""A file name that every format has to take as text."""
+"""A file name that every format must treat as text."""
 
 _DEFINITION = {"roll_angle": "tait_bryan_xyz", "forward_speed": "wheel_spin"}
 _MANEUVERS = (1, 2, 3)
@@ -45,35 +45,35 @@ _FLOOR = 5e-13
 
 
 def sample(size: float = 1e-5, path: str = "runs/other-h0.001.txt") -> Report:
-    """A file of three maneuvers whose errors grow to a part of the scale, with all to say."""
+    """Return a report on three maneuvers with growing errors and all kinds of findings."""
     reference = _reference()
     return _report(reference, path, tuple(_maneuver(reference, n, size) for n in _MANEUVERS))
 
 
 def perfect() -> Report:
-    """A file without any error."""
+    """Return a report on a file without errors."""
     return sample(0.0)
 
 
 def rough() -> Report:
-    """A file that is wrong by more than its values, and fails what is required."""
+    """Return a report with faults other than wrong values, which fails its requirements."""
     report = sample(3.0)
     failed = Requirement("scd >= 6", False, -0.5, WorstValue(-0.5, 1, "roll_angle"))
     return replace(report, requirements=(*report.requirements, failed))
 
 
 def one_row() -> Report:
-    """A file of a single row."""
+    """Return a report on a file with a single row."""
     return _cut(sample(), slice(500, 501))
 
 
 def half() -> Report:
-    """A file of the first half of the run only."""
+    """Return a report on the first half of the run only."""
     return _cut(sample(), slice(0, 501))
 
 
 def without_columns() -> Report:
-    """A maneuver of which no column can be compared, and one without columns."""
+    """Return a report on a maneuver without comparable columns, and one without columns."""
     report = sample()
     first, second, third = report.maneuvers
     columns = tuple(_uncompared(c) for c in first.columns)
@@ -89,19 +89,19 @@ def without_columns() -> Report:
 
 
 def nothing() -> Report:
-    """A report where everything that can be unknown is."""
+    """Return a report in which everything that can be unknown is unknown."""
     report = without_columns()
     file = replace(report.file, significant_digits=None)
     return replace(report, file=file, maneuvers=report.maneuvers[:2], seen=())
 
 
 def no_maneuvers() -> Report:
-    """A report without any maneuver."""
+    """Return a report without maneuvers."""
     return replace(sample(), maneuvers=(), seen=(), requirements=())
 
 
 def hostile() -> Report:
-    """Markup and control characters in every text that may come from a file or a user."""
+    """Return a report with markup and control characters in every text from files or users."""
     report = sample(path=HOSTILE)
     requirement = Requirement(HOSTILE, False, None, LeftOut((LostColumn(HOSTILE),)))
     odd = UnitContradicted(HOSTILE, HOSTILE, HOSTILE)
@@ -112,7 +112,7 @@ def hostile() -> Report:
 
 
 def many_rows(rows: int) -> Report:
-    """A file of many rows: a trace with a single row that is far off."""
+    """Return a report on a file of many rows: a trace with a single outlier."""
     report = sample()
     return replace(
         report,
@@ -124,7 +124,7 @@ def many_rows(rows: int) -> Report:
 
 
 def series(cpu: bool = True, steps: bool = True) -> Series:
-    """Four runs of a method of order 4; the energies reach their floor."""
+    """Return four runs of a method of order 4, whose energies reach their floor."""
     sizes = (0.01, 0.005, 0.0025, 0.00125)
     runs = tuple(
         Run(
@@ -154,7 +154,7 @@ def series(cpu: bool = True, steps: bool = True) -> Series:
 
 
 def programs() -> Series:
-    """Three programs side by side: a right one, one of a hostile name, a wrong one."""
+    """Return three programs: a right one, one with a hostile name, and a wrong one."""
     runs = tuple(
         Run(sample(size, f"runs/{i}.txt"), None, None, name)
         for i, (size, name) in enumerate(((1e-9, "Fine"), (1e-5, HOSTILE), (3.0, "Rough")))
@@ -302,7 +302,7 @@ def _stretched(c: ColumnScore, rows: int) -> ColumnScore:
     value, reference, error = (
         np.interp(t, c.trace.time, v) for v in (c.trace.value, c.trace.reference, c.trace.error)
     )
-    # Rounding, and one bad row that must not get lost.
+    # Rounding, and one bad row that must remain visible.
     error = error + 1e-7 * np.sin(1e6 * t)
     error[rows // 3] = 5.0
     value[rows // 3] = reference[rows // 3] + 5.0

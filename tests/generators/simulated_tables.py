@@ -1,4 +1,4 @@
-"""Columns of all maneuvers by the simulator of the diagnosis, as arrays that are scored."""
+"""Columns of all maneuvers from the diagnosis's simulator, as arrays for scoring."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ TIME = np.arange(1001) / 100
 
 
 def right_program(bicycle, reference):
-    """The correct program, which starts each maneuver as it is given."""
+    """Return the correct program, which starts each maneuver with the given state."""
     starts = {
         n: Start(*(float(reference[n].rows[k][0]) for k in ("forward_speed", "roll_rate")))
         for n in reference
@@ -17,7 +17,7 @@ def right_program(bicycle, reference):
 
 
 def simulated(simulator, program, keys, **amounts):
-    """Columns ``<key>_<n>`` of a program, with coefficients of forces beside its own."""
+    """Return columns ``<key>_<n>`` of a program, with added coefficients of forces."""
     table = {"time": TIME}
     for n, start in program.motion.starts.items():
         first, meant = initial_state(program.motion.bicycle, start), program.clock(TIME, 0.01)

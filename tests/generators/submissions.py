@@ -1,4 +1,4 @@
-"""Submissions that are published, copied to where a test may change them."""
+"""Published submissions, copied to a folder that a test may change."""
 
 import shutil
 
@@ -10,7 +10,7 @@ SCIPY, EXUDYN = "scipy-dop853.toml", "exudyn-trapezoidal.toml"
 
 
 def copied(folder, names=(SCIPY, EXUDYN)):
-    """A new folder with these submissions and their files, SciPy's the better one of two."""
+    """Copy these submissions and their files to a new folder; SciPy's is the better one."""
     folder.mkdir()
     for name in names:
         shutil.copy(RESULTS / name, folder)

@@ -1,4 +1,4 @@
-"""A motion is made of pieces that join, from 0 to the end that is told, and to no time after it."""
+"""The pieces of a motion join, from 0 to the requested end, and not beyond it."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -17,7 +17,7 @@ def made(request, bicycle, maneuvers):
 
 
 def test_the_last_piece_ends_at_the_first_grid_time_from_the_end_on(made):
-    """That is a multiple of 2^-20 s, so that a break is a number of any precision."""
+    """The end is a multiple of 2^-20 s, so that a break is a number of any precision."""
     motion, _, duration = made
     assert motion.breaks[0] == 0
     assert motion.breaks[-1] == Fraction(-((-duration * 2**20) // 1), 2**20)

@@ -1,4 +1,4 @@
-"""What is compiled once is not compiled again in a new process, nor is a cache ever needed."""
+"""Compiled code is not compiled again in a new process, and no cache is required."""
 
 import os
 import subprocess
@@ -32,7 +32,7 @@ def run(folder):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     found, before, after, limit = done.stdout.split()
-    # heyoka's own limit is 20 GiB, in somebody's home.
+    # heyoka's own limit is 20 GiB, in the user's home.
     assert int(limit) == (2**30 if folder.is_dir() else 0)
     return found, int(before), int(after)
 

@@ -1,4 +1,4 @@
-"""The same numbers whatever the compiler behind heyoka does."""
+"""The numbers do not depend on the settings of the compiler behind heyoka."""
 
 import h5py
 import heyoka as hy
@@ -18,13 +18,13 @@ duration = "0.04"
 spacing = "0.01"
 """
 
-# Other levels of optimisation than heyoka's 3, or 0 with MPFR, and registers as wide as the
-# processor likes. Unrolled code at 70 digits takes minutes to compile and is left out.
+# Other levels of optimisation than heyoka's 3 (0 with MPFR), and registers as wide as the processor
+# allows. Unrolled code at 70 digits takes minutes to compile and is left out.
 VARIANTS = [{"opt_level": 0}, {"opt_level": 3, "force_avx512": True, "slp_vectorize": True}]
 
 
 def made(folder):
-    """Hashes of the numbers of a generated set: the certified ones, and the sensitivities."""
+    """Return hashes of a generated dataset's numbers: the certified ones, and the sensitivities."""
     (folder / "m.toml").write_text(MANEUVER)
     arguments = ["generate", "--maneuvers", str(folder / "m.toml"), "--out", str(folder / "set")]
     assert main(arguments) == 0
@@ -34,7 +34,7 @@ def made(folder):
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory):
-    """By the defaults."""
+    """The hashes with the default settings."""
     return made(tmp_path_factory.mktemp("plain"))
 
 
@@ -47,7 +47,7 @@ def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
         return plain(*arguments, **{**given, **options})
 
     monkeypatch.setattr(hy, "taylor_adaptive", changed)
-    # In this process, where heyoka is the changed one.
+    # Run in this process, where heyoka has the changed settings.
     assert made(tmp_path) == expected
-    # Whether it gets to its end, in binary64, and the motion.
+    # One build for finding the end in binary64, and one for the motion.
     assert len(used) == 2

@@ -1,4 +1,4 @@
-"""A run of any precision p keeps energy to 16 x 2^-p and the front wheel on the floor."""
+"""A run of any precision p conserves energy to 16 x 2^-p and keeps the front wheel on the floor."""
 
 import pytest
 
@@ -13,16 +13,17 @@ PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_drift(bicycle, maneuvers, candidate, precision, number):
     if precision == 70:
-        # That of the published set, which is made at 70 digits.
+        # The published run, which is made at 70 digits.
         run = candidate[number - 1]
         assert run.precision == "70 digits"
     else:
         run = integrate(bicycle, maneuvers[number - 1], precision)
     drift = evaluator(run, run.bits + 64).drift()
-    # Rounding of the state to p bits is the floor: its energy is off by up to about 2 x 2^-p. The
-    # state is carried exactly from step to step, so the number of steps does not multiply it.
+    # Rounding the state to p bits is the limit: the energy has an error of up to about 2 x 2^-p.
+    # The state is carried exactly from step to step, so the number of steps does not multiply the
+    # error.
     assert drift.energy <= 16
-    # Pitch, roll and steer below 1 rad, 1.02 m of wheel base.
+    # Pitch, roll and steer are below 1 rad, and the wheel base is 1.02 m.
     assert drift.contact <= 16 * 2.0**-run.bits
     assert drift.performance < 100 * 32 * 2.0**-run.bits
 
@@ -38,7 +39,7 @@ def test_both_forms_give_the_same_motion(bicycle, maneuvers, candidate):
             t = maneuvers[1].time(row)
             a, b = at[0].columns(t), at[1].columns(t)
             for name in a:
-                # 40 digits and 4 bits; J less than 2000, conditioning below 3.
+                # 40 digits and 4 bits; J is less than 2000, and the conditioning below 3.
                 assert abs(a[name] - b[name]) < 1e-36, (name, row)
 
 

@@ -1,4 +1,4 @@
-"""Events: against polynomials whose zeros are known, and heyoka's own event detection."""
+"""Events agree with the known zeros of polynomials, and with heyoka's own event detection."""
 
 import random
 from dataclasses import replace
@@ -31,10 +31,10 @@ GRID = 120
 
 
 def made(bicycle, maneuver, roots, breaks=(0, 1, 2), shift=0):
-    """A trajectory whose roll is the product of t - root, plus a shift; its rate is that of roll.
+    """Return a trajectory whose roll is the product of t - root, plus a shift.
 
-    All else is zero: of the equations of motion it obeys the first, which is all that the roll
-    angle asks for.
+    The roll rate is the derivative of the roll, and all else is zero. So the trajectory satisfies
+    the first equation of motion, which suffices for events of the roll angle.
     """
     pieces = []
     for a, b in pairwise(breaks):
@@ -62,7 +62,7 @@ def on_grid(p):
 
 
 def proof_of(run, *bounds):
-    """A certificate of what is made: with a bound, or one for each piece."""
+    """Return a certificate of the trajectory, with one bound, or one for each piece."""
     by_piece = bounds if len(bounds) > 1 else bounds * run.steps
     return Certificate(run.states, tuple((b,) * 7 for b in by_piece), (by_piece[-1],) * 7)
 
@@ -77,7 +77,7 @@ def test_zeros_of_polynomials_are_enclosed_to_the_last_bits(bicycle, maneuvers):
     found = zeros(made(bicycle, maneuvers[0], roots), KINDS[UPRIGHT], UPRIGHT)
     assert len(found) == 4
     for event, root in zip(found, sorted(roots), strict=True):
-        # What the integers of the polynomial leave of the root: 2^-GRID over the slope.
+        # The integer coefficients limit the accuracy of the root: 2^-GRID over the slope.
         with flint.ctx.workprec(300):
             off = abs(event.time.mid() - flint.arb(flint.fmpq(root.numerator, root.denominator)))
         assert off < 2.0**-GRID * 1e6
@@ -101,8 +101,8 @@ def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
     assert event.rises is None
     assert not event.is_single
     assert holds(event.time, Fraction(1, 2))
-    # Where the function, t (t - 1/2)^2, is below the bound, and what bisection adds; or below the
-    # last bits of the balls.
+    # Width of the region where t (t - 1/2)^2 is below the bound, with the error of bisection; or
+    # where it is below the last bits of the balls.
     assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
 
 
@@ -115,7 +115,7 @@ def test_a_zero_at_the_end_may_be_beyond_it(bicycle, maneuvers):
 
 
 def test_a_bound_that_reaches_zero_counts_however_far_the_polynomial_is(bicycle, maneuvers):
-    """Binary64 alone would say that there is nothing."""
+    """Binary64 alone would find no event."""
     half = Fraction(1, 2)
     run = made(bicycle, maneuvers[0], [half, half], breaks=(0, 1), shift=Fraction(1, 4))
     assert zeros(run, KINDS[UPRIGHT], UPRIGHT) == []
@@ -152,10 +152,10 @@ def test_a_certificate_widens_the_enclosure_by_its_bound_over_the_slope(bicycle,
 
 
 def test_a_piece_is_looked_at_inside_its_own_interval_only(bicycle, maneuvers):
-    """The first piece would cross zero just after its end, where its bound says nothing.
+    """The first piece would cross zero just after its end, where its bound does not apply.
 
-    Its polynomial at the break is positive by 2^-60; the second begins there, rising. The exact
-    motion that both bounds allow never is zero.
+    At the break its polynomial is 2^-60, and the second piece starts there and rises. The exact
+    motion within both bounds is never zero.
     """
     tiny = Fraction(1, 2**60)
     falling = made(bicycle, maneuvers[0], [1 + tiny], breaks=(0, 1))
@@ -165,7 +165,7 @@ def test_a_piece_is_looked_at_inside_its_own_interval_only(bicycle, maneuvers):
     run = replace(falling, breaks=tuple(map(Fraction, (0, 1, 2))), pieces=(down, up))
     proof = proof_of(run, tiny / 2)
     assert zeros(run, KINDS[UPRIGHT], UPRIGHT, proof) == []
-    # With bounds that reach zero there is no telling.
+    # Bounds that reach zero leave this undecided.
     (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, 2 * tiny))
     assert event.rises is None
     assert holds(event.time, Fraction(1))
@@ -196,7 +196,7 @@ def test_crossings_close_together_are_all_found(bicycle, maneuvers, apart, is_ce
 
 
 def grazing(run, certificate, apart):
-    """Roll minus a threshold so near its first maximum that it is crossed twice within `apart`."""
+    """Return roll minus a threshold just below its first maximum, crossed twice within `apart`."""
     lean = next(events(run, (GREATEST_LEAN,), certificate))
     at = evaluator(run, run.bits + 64, certificate)
     with at.balls.precision():
@@ -208,7 +208,7 @@ def grazing(run, certificate, apart):
 @pytest.mark.proof
 def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(candidate):
     run = candidate[0]
-    # The published bound is 8e-66; `enclose` has it in a proof of minutes.
+    # The published bound is 8e-66; `enclose` would take minutes to prove it.
     proof = proof_of(run, Fraction(1, 10**50))
     for certificate, apart in product((None, proof), (1e-6, 1e-20)):
         found = zeros(run, grazing(run, certificate, apart), "threshold", certificate)
@@ -217,13 +217,13 @@ def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(candidate):
         assert first.is_single
         assert second.is_single
         assert float(second.time - first.time) == pytest.approx(apart, rel=1e-3)
-    # So near to the maximum that the bound hides whether it is reached.
+    # So near to the maximum that the bound does not decide whether it is reached.
     event = zeros(run, grazing(run, proof, 1e-26), "threshold", proof)[0]
     assert event.rises is None
 
 
 def counted(p, low, high):
-    """Roots between two rationals of a polynomial without double ones, by Sturm's theorem."""
+    """Count the roots of a polynomial without double roots in an interval, by Sturm's theorem."""
     chain = [p, p.derivative()]
     while chain[-1].degree() > 0:
         chain.append(-(chain[-2] % chain[-1]))
@@ -243,7 +243,7 @@ def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
     roots.append(roots[0] + Fraction(1, 10 ** rng.randrange(5, 12)))
     if seed % 3 == 0:
         roots.append(Fraction(rng.randrange(1, 3)))
-    # Lifts what nearly meets apart or together, more or less as far as the gap between them.
+    # The shift separates or joins close roots, by about the size of the gap between them.
     shift = Fraction(rng.randrange(-100, 100), 10 ** rng.randrange(8, 24))
     run = made(bicycle, maneuvers[0], roots, breaks=(0, 1, 2, 3), shift=shift)
     p = polynomial(1)
@@ -263,7 +263,7 @@ def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
 
 
 def test_a_motion_crosses_any_threshold_as_often_as_its_samples_do(bicycle, maneuvers):
-    """Random thresholds for the roll angle of maneuver 1, half of them just within an extreme."""
+    """Random thresholds for the roll angle of maneuver 1, half of them just inside an extreme."""
     run = integrate(bicycle, maneuvers[0], is_regular=True)
     proof = proof_of(run, Fraction(1, 10**11))
     at = evaluator(run, run.bits + 64)
@@ -273,7 +273,7 @@ def test_a_motion_crosses_any_threshold_as_often_as_its_samples_do(bicycle, mane
         rolls = np.array([float(run.state(t)[0].mid()) for t in times])
     rng = random.Random(17)
     thresholds = [rng.uniform(min(leans), max(leans)) for _ in range(6)]
-    # Two crossings around the extreme are then 5 ms apart, or more.
+    # Two crossings around the extreme are then at least 5 ms apart.
     thresholds += [lean * (1 - 10 ** rng.uniform(-4, -2)) for lean in rng.sample(leans, 6)]
     for c in thresholds:
         above = rolls > c
@@ -283,7 +283,7 @@ def test_a_motion_crosses_any_threshold_as_often_as_its_samples_do(bicycle, mane
 
 
 def test_a_lean_is_greatest_or_least_by_what_the_roll_angle_does(bicycle, maneuvers):
-    """A roll angle that swings above zero: t^3 / 3 - t^2 + 3 t / 4 + 1 / 10."""
+    """The roll angle oscillates above zero: t^3 / 3 - t^2 + 3 t / 4 + 1 / 10."""
     coefficients = [Fraction(x) for x in ("1/10", "3/4", "-1", "1/3")]
     roll = polynomial(*coefficients)
     run = made(bicycle, maneuvers[0], [], breaks=(0, 2))
@@ -319,7 +319,7 @@ def test_upright_and_greatest_lean_are_where_heyoka_detects_them(bicycle, maneuv
         found = [float(e.time) for e in events(run, (kind,))]
         expected = [t for t in expected if t > 1e-6]
         assert len(found) > 8
-        # Two integrations in binary64, each good to 1e-13.
+        # Two integrations in binary64, each accurate to 1e-13.
         assert np.allclose(found, expected, rtol=0, atol=1e-11)
 
 
@@ -334,7 +334,7 @@ def test_times_agree_at_two_precisions_to_the_digits_of_the_lesser(bicycle, mane
 
 @pytest.mark.proof
 def test_the_rear_wheel_of_maneuver_3_leaves_the_floor_first(bicycle, maneuvers):
-    """The full digits, certified, are in docs/after-ten-seconds.md."""
+    """docs/after-ten-seconds.md has all certified digits."""
     followed = follow(bicycle, maneuvers[2])
     assert followed.event.what == REAR_LIFT
     assert not followed.event.rises
@@ -354,7 +354,7 @@ def test_a_wheel_that_is_pulled_down_at_the_start_is_bad_input(bicycle, maneuver
     fast = replace(maneuvers[0], roll_rate=Exact(Fraction(10)))
     with pytest.raises(InputError, match=r"normal force of -.* N on the .* wheel at the start"):
         follow(bicycle, fast)
-    # Other events do not ask.
+    # Searches for other events do not check the normal forces at the start.
     assert first_event(bicycle, fast, until=UPRIGHT, longest=Fraction(1, 10)) is None
 
 

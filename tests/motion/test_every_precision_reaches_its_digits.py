@@ -1,4 +1,4 @@
-"""Golden digits: each precision reaches the published solution to its own last digits."""
+"""Each precision reproduces the published solution to its own last digits."""
 
 import flint
 import pytest
@@ -13,10 +13,11 @@ from heyoka_bike.motion.trajectory import evaluator
     "precision", ["binary64", "longdouble", pytest.param("binary128", marks=pytest.mark.proof)]
 )
 def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
-    """Each step rounds once, to 2^-p of the state, and the motion magnifies no error above 2.7.
+    """Each step rounds once, to 2^-p of the state, and the motion magnifies errors at most by 2.7.
 
     (The derivative of the state at 10 s with respect to the speed at the start; along the way the
-    sensitivities of the scaled columns are no larger.) So 3 x 2^-p for each step, of the scale.
+    sensitivities of the scaled columns are no larger.) So the limit is 3 x 2^-p of the scale for
+    each step.
     """
     maneuver, published = maneuvers[number - 1], reference[number]
     run = integrate(bicycle, maneuver, precision)
@@ -30,7 +31,7 @@ def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
                 error = abs(found[key] - flint.arb(float(hi)) - flint.arb(float(lo)))
                 worst = max(worst, float(error.upper()) / published.scale(key))
     assert worst < 3 * run.steps * 2.0**-run.bits
-    # ... and not by accident of a higher precision.
+    # The error is also large enough to exclude an accidentally higher precision.
     assert worst > 2.0**-run.bits / 4
 
 
@@ -43,7 +44,7 @@ def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
     ],
 )
 def test_the_published_run_is_repeated_bit_by_bit(bicycle, maneuvers, candidate, number):
-    """At 70 digits everything is MPFR's correctly rounded arithmetic: no machine differs."""
+    """At 70 digits all arithmetic is MPFR's, correctly rounded, so all machines agree."""
     published = candidate[number - 1]
     run = integrate(bicycle, maneuvers[number - 1], 70)
     assert run.breaks == published.breaks

@@ -1,4 +1,4 @@
-"""Integrating forward and back returns to the start, up to what the reversed flow must cost.
+"""Integrating forward and back returns to the start, up to the error growth of the reversed flow.
 
 Backward, the castering mode (an eigenvalue of about -13 per s forward) grows: over a span T it
 multiplies errors by exp(13.3 T). The span is chosen so that this costs at most half of binary128's
@@ -37,8 +37,8 @@ def test_binary128_returns_to_its_start(bicycle, maneuvers):
     assert np.abs((moved - before).astype(np.float64)).max() > 0.05
     epsilon, largest = 2.0**-113, 20.0
     expected = epsilon * largest * exp(CASTERING * SPAN)
-    # A few roundings over about 40 steps; well short of half the digits (1e-17).
+    # A few roundings over about 40 steps; far below half the digits (1e-17).
     assert back < 1e3 * expected
     assert back < 1e-17
-    # The loss is real: without it the return would be at roundoff.
+    # The loss is real: without it the return would have an error of roundoff.
     assert back > 10 * epsilon

@@ -29,7 +29,7 @@ def test_initial_energies(bicycle, maneuvers, number):
 
 
 def test_maneuver_2_settles_to_straight_running(bicycle, maneuvers):
-    """All energy above V0 ends in the forward motion, whose energy is proportional to v^2."""
+    """All energy above V0 ends up in the forward motion, whose energy is proportional to v^2."""
     exact = exact_columns(bicycle, maneuvers[1])
     straight = replace(maneuvers[1], roll_rate=maneuvers[1].roll)
     per_v2 = exact_columns(bicycle, straight)["kinetic_energy"] / Fraction(46, 10) ** 2
@@ -40,7 +40,7 @@ def test_maneuver_2_settles_to_straight_running(bicycle, maneuvers):
     v = mp.sqrt(mp.mpf(ratio.numerator) / ratio.denominator)
     published = ANCHORS["maneuver_2_final_speed"]["value"]
     assert abs(v - mp.mpf(published)) < mp.mpf(10) ** -(len(published) - 2)
-    # ... and the motion does go there: the slowest mode decays as exp(-0.378 t).
+    # The motion reaches this speed: the slowest mode decays as exp(-0.378 t).
     slow = max(x.real for x in linearise(bicycle, 15).eigenvalues(mp.mpf("4.6")))
     assert -0.38 < slow < -0.37
     run = integrate(bicycle, replace(maneuvers[1], duration=Fraction(60)))
@@ -81,8 +81,8 @@ def test_definitions_are_as_far_apart_as_measured(reference, definition):
 
 @pytest.mark.parametrize("number", ONE_MANEUVER)
 def test_the_motion_depends_mildly_on_its_start(bicycle, maneuvers, candidate, number):
-    """Forward in time |d state(10) / d v0| is at most about 2.7: tens of digits can be had."""
-    step = Fraction(1, 10**12)  # far above what binary128 rounds
+    """Forward in time |d state(10) / d v0| is at most 2.7, so tens of digits are attainable."""
+    step = Fraction(1, 10**12)  # far above the roundoff of binary128
     m, published = maneuvers[number - 1], candidate[number - 1]
     faster = replace(m, speed=replace(m.speed, rational=m.speed.rational + step))
     a, b = (evaluator(x, 200) for x in (published, integrate(bicycle, faster, "binary128")))
@@ -97,7 +97,7 @@ def test_the_motion_depends_mildly_on_its_start(bicycle, maneuvers, candidate, n
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_derived_definitions_are_what_they_say(reference, number):
-    """Contact speed and angle rates against differences of positions and angles."""
+    """Compare contact speed and angle rates with differences of positions and angles."""
     h = 1e-4
     maneuver = reference[number]
     t = np.linspace(0.01, 9.99, 2001)
@@ -116,7 +116,7 @@ def test_derived_definitions_are_what_they_say(reference, number):
         ("yaw", "yaw_rate"),
     ):
         assert np.abs(rate(lambda v, a=angle: v[a]) - now[name]).max() < tolerance, name
-    # The contact point is one wheel radius down the wheel plane from the hub.
+    # The contact point is one wheel radius from the hub, down the wheel plane.
     heading = np.array([np.cos(now["yaw"]), np.sin(now["yaw"])])
     left = np.array([-heading[1], heading[0]])
     hub = now["forward_speed"] * heading + 0.3 * now["roll_rate"] * np.cos(now["roll_angle"]) * left

@@ -1,4 +1,4 @@
-"""The law of the order and the outcome of a step are those of heyoka itself."""
+"""The adapter's formula for the order and its step outcomes agree with heyoka itself."""
 
 import heyoka
 import pytest

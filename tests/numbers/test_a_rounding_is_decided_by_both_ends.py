@@ -1,4 +1,4 @@
-"""A number that is only enclosed is rounded where both ends of the enclosure round alike."""
+"""An enclosed number is rounded if both ends of the enclosure round to the same number."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Dual and traced numbers have the values of numbers, and their derivatives are so, identically."""
+"""Dual and traced numbers have the right values, and their derivatives are right identically."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers keep every digit they are written with, from the text to the chosen precision."""
+"""Numbers preserve every written digit, from the text to the chosen precision."""
 
 import math
 import random
@@ -63,7 +63,7 @@ def _grow(inner):
 
 
 class _Linear:
-    """What an expression means: rational and pi parts, or None if it is not linear in pi."""
+    """The value of an expression: rational and pi parts, or None if it is not linear in pi."""
 
     def __init__(self, rational, pi=0):
         self.parts = (Fraction(rational), Fraction(pi))
@@ -90,7 +90,7 @@ class _Linear:
 
 
 def _meaning(text):
-    """The same text as Python evaluates it, each decimal made a `_Linear` from its string."""
+    """Evaluate the same text in Python, with each decimal converted to `_Linear`."""
     code = re.sub(r"[0-9.]+(E[-+]?[0-9]+)?", lambda m: f"L('{m[0]}')", text)
     return eval(code, {"__builtins__": {}, "L": _Linear, "pi": _Linear(0, 1)})
 
@@ -165,7 +165,7 @@ def test_brackets_signs_and_terms_as_many_as_fit_are_fine():
 
 
 def test_python_may_be_told_to_convert_few_digits():
-    """640 is the least that PYTHONINTMAXSTRDIGITS can ask for."""
+    """640 is the minimum of PYTHONINTMAXSTRDIGITS."""
     before = sys.get_int_max_str_digits()
     try:
         sys.set_int_max_str_digits(640)
@@ -210,7 +210,7 @@ def test_nothing_but_integers_and_fractions_becomes_exact(value):
 
 
 def test_integers_become_fractions():
-    """Two integers divided would be a float."""
+    """The quotient of two integers would be a float."""
     x = Exact(1, 2)
     assert type(x.rational) is Fraction
     assert type(x.pi_multiple) is Fraction
@@ -226,7 +226,7 @@ def test_number_is_the_exact_value_rounded_once_or_twice(rational, pi_multiple):
 
 
 def _with_numbers(path, numbers, tmp_path):
-    """The bicycle file with the value of each symbol replaced."""
+    """Return the bicycle file with the value of each symbol replaced."""
     lines = []
     for line in path.read_text("utf-8").split("\n"):
         symbol = line.partition("=")[0].strip()
@@ -239,7 +239,7 @@ def _with_numbers(path, numbers, tmp_path):
 @pytest.mark.parametrize("quote", ['"', ""], ids=["quoted", "bare"])
 @pytest.mark.parametrize("seed", range(3))
 def test_no_parameter_passes_through_a_float(quote, seed, tmp_path):
-    """Forty random digits survive, also as bare TOML floats."""
+    """Forty random digits are preserved, also in bare TOML floats."""
     rng = random.Random(seed)
     texts = {}
     for symbol in PARAMETERS:
@@ -261,5 +261,5 @@ def test_no_maneuver_passes_through_a_float(maneuvers):
             assert type(x.rational) is Fraction
         assert type(maneuver.duration) is Fraction
         assert type(maneuver.spacing) is Fraction
-        # As binary64, 0.05 is a fraction over 2^57.
+        # As binary64, 0.05 would be a fraction with the denominator 2^57.
         assert maneuver.roll_rate.rational.denominator <= 20

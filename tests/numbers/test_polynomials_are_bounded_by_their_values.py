@@ -1,4 +1,4 @@
-"""Values at Chebyshev nodes bound a polynomial in between, and no smaller factor would do."""
+"""Values at Chebyshev nodes bound a polynomial in between, with the smallest possible factor."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_a_polynomial_between_nodes_is_bounded(degree: int, count: int) -> None:
 
 
 def test_the_factor_is_the_smallest() -> None:
-    """Of T_n at the zeros of T_2n all values are sqrt(1/2)."""
+    """All values of T_n at the zeros of T_2n are sqrt(1/2) in magnitude."""
     p = flint.arb_poly([-1, 0, 2])
     assert largest(p, chebyshev_nodes(4)) * float(in_between(2, 4)) == pytest.approx(1, rel=1e-12)
     assert largest(p, BETWEEN) == 1

@@ -1,4 +1,4 @@
-"""Random points of a random prime field tell identities from what is none, as often as counted."""
+"""Random points of a random prime field distinguish identities, with the computed odds."""
 
 from __future__ import annotations
 
@@ -71,12 +71,12 @@ def test_sizes_are_at_least_those_of_the_numerator(formula, degree, bits):
 
 
 def test_zeros_are_met_and_no_more_often_than_counted():
-    """With primes of eight bits, at which a wrong equation often passes."""
+    """With primes of eight bits, a wrong equation often passes."""
     runs, passed = 3000, 0
     for _ in range(runs):
         field = RandomField(8)
         x, y = field.unknown(), field.unknown()
         wrong = (x - y) * (x - 2 * y) * (x - 3 * y + 1)
         passed += wrong.is_zero
-    # Three lines in a plane of p^2 points, p about 190: some 47 of 3000.
+    # Three lines in a plane of p^2 points, p about 190: about 47 of 3000.
     assert 10 < passed < field.missed(wrong) * runs

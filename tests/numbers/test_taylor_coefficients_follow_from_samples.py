@@ -1,4 +1,4 @@
-"""Values at roots of unity give Taylor coefficients, within a bound that needs both its parts."""
+"""Values at roots of unity give Taylor coefficients, within a bound of two necessary terms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BITS, LENGTH, RADIUS = 100, 20, 3
 
 
 def formula(a: Any, x: Any) -> Any:
-    """With every operation, analytic for abs(x) <= 3: its nearest singularities are at -4 and 4."""
+    """A formula with every operation, analytic for abs(x) <= 3; singular at -4 and 4."""
     y = a.sqrt(x + 4) * a.number(3)
     return a.sum([a.sin(x) / y, a.cos(x), -a.atan2(x, y + 8), 2 - x * x])
 
@@ -26,7 +26,8 @@ def test_coefficients_are_those_of_series() -> None:
         expected = series.coefficients(formula(series, series.series([0, 1])))
         state = points.polynomials([[flint.arb(0), flint.arb(1)]])
         (found,) = points.coefficients([formula(points, state[0])])
-        # At most 20 for abs(s) = 3, and 2^-64 of that beyond a series' own rest is folded.
+        # At most 20 for abs(s) = 3; the folded terms are 2^-64 of that, relative to the series' own
+        # rest.
         folded = 20 * analytic.folded(RADIUS, LENGTH + 41) + 1e-28
         assert folded < 1e-25
         for x, y in zip(found, expected, strict=True):
@@ -57,9 +58,9 @@ def test_a_matrix_of_functions_has_zeros_where_it_is_zero() -> None:
 
 
 def distances() -> list[tuple[float, float]]:
-    """Of the polynomial found from powers of s, on the unit circle, with what bounds it.
+    """Return distances of the polynomial from powers of s on the unit circle, with their bounds.
 
-    Of as few points as possible.
+    The number of points is as small as possible.
     """
     points = Samples(BITS, 6, RADIUS, folded_bits=0)
     angles = [flint.fmpq(j, 12) for j in range(13)]

@@ -1,4 +1,4 @@
-"""The median that spares an import is NumPy's, to the last bit."""
+"""The median without NumPy's masked arrays equals NumPy's to the last bit."""
 
 import numpy as np
 import pytest

@@ -1,1 +1,1 @@
-"""What the package is compared with; README.md says what each shares with it."""
+"""Independent models to compare the package with; README.md lists what each shares with it."""

@@ -8,12 +8,12 @@ from typing import Any
 from oracles.random_field import RandomField
 
 Kind = Callable[[RandomField, Sequence[Any]], tuple[Any, Sequence[Any], Callable[[Any], list[Any]]]]
-"""From a field and values: the arithmetic, numbers of these values that it takes derivatives by,
-and what gives the derivatives of a result."""
+"""A function from a field and values to the arithmetic, to numbers with these values for
+differentiation, and to a function for the derivatives of a result."""
 
 
 def all_hold(kind: Kind) -> bool:
-    """Whether one formula for each operation has its value and its slopes by x, y and an angle."""
+    """Check the value and the slopes (by x, y and an angle) of a formula for each operation."""
     field = RandomField(128)
     root, y, c = (field.unknown() for _ in range(3))
     field.roots.append(root)

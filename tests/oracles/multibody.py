@@ -20,20 +20,20 @@ from typing import Protocol
 from oracles.vectors import Arithmetic, Matrix, Number, Vector, axes, zero
 
 Parts = Mapping[str, tuple[Vector, Vector]]
-"""By body, the coefficients of its velocity and of its angular velocity in a sum."""
+"""Coefficients of each body's velocity and angular velocity in a sum."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body as it stands.
+    """A rigid body in its current position.
 
     Attributes
     ----------
     mass
     inertia
-        About the centre of mass, in the body's axes.
+        Inertia about the centre of mass, in the body's axes.
     attitude
-        From the body's axes to the inertial ones.
+        Rotation from the body's axes to the inertial ones.
     centre
         Position of the centre of mass.
     weight
@@ -47,7 +47,7 @@ class Body:
     weight: Vector
 
     def momentum(self, omega: Vector) -> Vector:
-        """Angular momentum about the centre of mass."""
+        """Return the angular momentum about the centre of mass."""
         return self.attitude(self.inertia(self.attitude.transposed(omega)))
 
 
@@ -148,7 +148,7 @@ class Rolling:
 
 
 def to_rim(number: Arithmetic, axle: Vector, radius: Number) -> Vector:
-    """From a wheel's hub to the lowest point of its rim."""
+    """Return the vector from a wheel's hub to the lowest point of its rim."""
     down = axes(number)[2]
     in_plane = down - down.dot(axle) * axle
     arm: Vector = (radius / number.sqrt(in_plane.dot(in_plane))) * in_plane
@@ -161,7 +161,7 @@ def solve_velocities(
     constraints: Sequence[Constraint],
     given: Sequence[tuple[Parts, Number]],
 ) -> dict[str, Twist]:
-    """The velocities that the constraints allow and that have the sums given."""
+    """Return the velocities that satisfy the constraints and have the given sums."""
     conditions = [(parts, number.exact(0)) for c in constraints for parts in c.rows()]
     conditions += given
     matrix = [_dense(number, bodies, parts) for parts, _ in conditions]
@@ -174,7 +174,7 @@ def solve_accelerations(
     constraints: Sequence[Constraint],
     velocities: Twists,
 ) -> tuple[dict[str, Twist], dict[str, list[Number]]]:
-    """Accelerations by body, and reactions by constraint."""
+    """Return accelerations by body, and reactions by constraint."""
     nought = number.exact(0)
     jacobian = [_dense(number, tuple(bodies), parts) for c in constraints for parts in c.rows()]
     own, total = 6 * len(bodies), 6 * len(bodies) + len(jacobian)
@@ -201,7 +201,7 @@ def solve_accelerations(
 
 
 def gyroscopic_torque(omega: Vector, momentum: Vector) -> Vector:
-    """Rate of change of the angular momentum at constant angular velocity."""
+    """Return the rate of change of the angular momentum at constant angular velocity."""
     return omega.cross(momentum)
 
 

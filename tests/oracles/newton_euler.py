@@ -1,7 +1,7 @@
 """The Carvallo-Whipple bicycle by Newton's and Euler's equations, in redundant coordinates.
 
-An oracle for any other formulation of the same bicycle. Nothing is eliminated by hand: the four
-bodies have 24 accelerations, the hubs and the steer bearing are revolute joints (5 conditions
+This is an oracle for any other formulation of the same bicycle, without elimination by hand: the
+four bodies have 24 accelerations, the hubs and the steer bearing are revolute joints (5 conditions
 each), each wheel rolls without slip (3 conditions), and the accelerations and the 21 reactions
 solve one linear system. The velocities are solved likewise, from the same conditions and from the
 three rates that are given.
@@ -128,7 +128,7 @@ class Motion:
 
     @property
     def power_residual(self) -> Number:
-        """Rate of change of the total energy [W]: zero but for rounding."""
+        """Rate of change of the total energy [W], which is zero except for rounding."""
         return self.kinetic_power - self.gravity_power
 
 
@@ -139,7 +139,7 @@ def solve_pitch(
     digits: int = 60,
     arithmetic: type[Balls] | type[Multiprecision] = Balls,
 ) -> Number:
-    """Pitch [rad] with both wheels on the floor, followed from the upright straight position.
+    """Return the pitch [rad] with both wheels on the floor, followed from upright and straight.
 
     The result is good to `digits` digits, and is not an enclosure.
 
@@ -185,7 +185,7 @@ def move(
     digits: int = 60,
     arithmetic: type[Balls] | type[Multiprecision] = Balls,
 ) -> Motion:
-    """Velocities, accelerations and forces of the bicycle in one state.
+    """Compute velocities, accelerations and forces of the bicycle in one state.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def move(
 
 @dataclass(frozen=True)
 class _Pose:
-    """Where everything is, in the inertial frame; `pivot` is the point of the steer bearing."""
+    """Positions and attitudes in the inertial frame; `pivot` is the point of the steer bearing."""
 
     roll: Number
     pitch: Number
@@ -288,7 +288,7 @@ def _pose(
         roll=roll,
         pitch=pitch,
         steer=steer,
-        # A wheel is the same however it is turned about its axle.
+        # The angle of a wheel about its axle does not matter.
         attitudes={"R": rear, "B": rear, "H": front, "F": front},
         centres={
             "R": hub,
@@ -326,7 +326,7 @@ def _bodies(number: Arithmetic, p: Mapping[str, Number], pose: _Pose) -> dict[st
 
 
 def _constraints(number: Arithmetic, pose: _Pose) -> list[Constraint]:
-    """The 21 conditions."""
+    """Return the 21 conditions."""
     x, _, z = axes(number)
     rear, front, at, none = pose.attitudes["B"], pose.attitudes["H"], pose.centres, zero(number)
     across_steer = (pose.rear_axle, pose.rear_axle.cross(pose.steer_axis))
@@ -351,15 +351,15 @@ def _newton(
     steer: Number,
     digits: int,
 ) -> Number | None:
-    """Newton's iteration for the pitch at which the front wheel touches the floor."""
+    """Find the pitch at which the front wheel touches the floor, by Newton's iteration."""
     end, far = number.exact(Fraction(1, 10**digits)), number.exact(Fraction(1, 4))
     down = axes(number)[2]
     for _ in range(30):
         pose = _pose(number, p, roll, pitch, steer)
         hub, n = pose.centres["F"], pose.front_axle
         height = (hub + to_rim(number, n, pose.front_radius)).dot(down)
-        # All but the rear wheel turns about the rear axle, and the lowest point of the front rim is
-        # radius sqrt(1 - tilt^2) below its hub.
+        # Everything except the rear wheel turns about the rear axle, and the lowest point of the
+        # front rim is radius sqrt(1 - tilt^2) below its hub.
         turned = pose.rear_axle.cross(hub - pose.centres["R"]).dot(down)
         tilt, tilted = n.dot(down), pose.rear_axle.cross(n).dot(down)
         slope = turned - pose.front_radius * tilt * tilted / number.sqrt(1 - tilt * tilt)
@@ -373,7 +373,7 @@ def _newton(
 
 
 def _yaw_and_pitch(number: Arithmetic, pose: _Pose, angular: Vector) -> tuple[Number, Number]:
-    """The parts along the vertical and the rear axle of a vector's projection on their plane."""
+    """Return a vector's components along the vertical and the rear axle, from its projection."""
     down = axes(number)[2]
     upright = pose.heading.cross(pose.rear_axle)
     yaw = angular.dot(upright) / down.dot(upright)
@@ -411,8 +411,8 @@ def _motion(
     yaw_acc, pitch_acc = _yaw_and_pitch(number, pose, turning)
 
     def relative(twists: Twists, inner: str, outer: str, axis: Vector) -> Number:
-        # Also for accelerations: the relative angular velocity is along the axis, so what the
-        # axis does adds nothing along it.
+        # Also valid for accelerations: the relative angular velocity is along the axis, so the
+        # motion of the axis adds nothing along it.
         return (twists[outer].angular - twists[inner].angular).dot(axis)
 
     kinetic, potential = number.exact(0), number.exact(0)

@@ -12,8 +12,8 @@ from heyoka_bike.numbers.arithmetic import Number
 class PowerSeries(AtPoints):
     """Taylor series of a fixed length with ball coefficients.
 
-    flint reads coefficients beyond a series' own precision as zero and keeps the greatest length
-    in a global; `coefficients` refuses a series that is shorter than it should be.
+    flint reads coefficients beyond a series' own precision as zero and stores the greatest length
+    in a global variable; `coefficients` rejects a series that is too short.
     """
 
     def __init__(self, bits: int, length: int) -> None:
@@ -32,14 +32,14 @@ class PowerSeries(AtPoints):
                 flint.ctx.cap = before
 
     def series(self, coefficients: Iterable[Number]) -> flint.arb_series:
-        """A polynomial as a series (it must not be longer than the series are)."""
+        """Return a polynomial as a series (it must not be longer than the series are)."""
         terms = list(coefficients)
         if len(terms) > self.length:
             raise ValueError(f"{len(terms)} coefficients do not fit a series of {self.length}")
         return flint.arb_series(terms, self.length)
 
     def coefficients(self, x: Number) -> list[flint.arb]:
-        """All coefficients, `length` of them."""
+        """Return all coefficients, `length` of them."""
         s = x if isinstance(x, flint.arb_series) else self.series([x])
         if s.prec != self.length:
             raise RuntimeError(f"a series of length {s.prec} where {self.length} is needed")

@@ -1,19 +1,19 @@
-"""Numbers that decide whether an equation is an identity: random points, with degrees counted.
+"""Random points with counted degrees, which decide whether an equation is an identity.
 
-A rational function that is not zero is zero at few points. `RandomField` gives every unknown a
-random value in a prime field, evaluates any formula there exactly, and counts beside it the degree
-and the coefficients of the polynomials of which the result is the quotient. If a result is zero
+A rational function that is not identically zero vanishes at few points. `RandomField` gives every
+unknown a random value in a prime field and evaluates any formula there exactly. It also counts the
+degree and the coefficients of the polynomials whose quotient is the result. If a result is zero
 although its formula is not identically zero, then
 
 - all coefficients of its numerator are divisible by the prime, which was drawn from all primes of
   `bits` bits: a coefficient below 2^h has at most h / (bits - 1) such divisors, and there are more
   than 3/5 x / log x primes between x and 2 x (Rosser and Schoenfeld 1962,
   doi:10.1215/ijm/1255631807, corollary 3); or
-- the point is a zero of a polynomial of degree d that is not zero, of which there is at most one
-  part d / p of all (J. T. Schwartz 1980, doi:10.1145/322217.322225, lemma 1).
+- the point is a zero of a polynomial of degree d that is not identically zero; at most the fraction
+  d / p of all points are zeros (J. T. Schwartz 1980, doi:10.1145/322217.322225, lemma 1).
 
-`missed` adds the two up. Angles are rational too: an angle is an unknown tangent of its fourth
-part. One square root may be adjoined: numbers are then u + v root, and zero only if u and v are. A
+`missed` adds the two up. Angles are rational too: the unknown is the tangent of a quarter of the
+angle. One square root may be adjoined: numbers are then u + v root, and zero only if u and v are. A
 formula is then an identity with either sign of the root.
 """
 
@@ -30,19 +30,19 @@ from typing import Any
 import flint
 
 Divisors = dict[int, int]
-"""Powers of the polynomials in `RandomField.divisors`, by their place there."""
+"""Powers of the polynomials in `RandomField.divisors`, by their index."""
 
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Of a polynomial with integer coefficients.
+    """The size of a polynomial with integer coefficients.
 
     Attributes
     ----------
     degree
-        At least the total degree.
+        Upper bound of the total degree.
     bits
-        At least the binary logarithm of the sum of the coefficients' magnitudes.
+        Upper bound of the binary logarithm of the sum of the coefficients' magnitudes.
     """
 
     degree: int
@@ -55,7 +55,7 @@ class Size:
         return Size(self.degree * n, self.bits * n)
 
     def __or__(self, other: Size) -> Size:
-        """That of a sum."""
+        """Return the size of a sum."""
         return Size(max(self.degree, other.degree), max(self.bits, other.bits) + 1)
 
 
@@ -64,7 +64,7 @@ ONE = Size(0, 0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Element:
-    """A formula's value at the point, and how large its numerator and its divisors are.
+    """A formula's value at the point, and the sizes of its numerator and its divisors.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Element:
         with its own.
     below
     pure
-        Whether the formula is without the root.
+        True if the formula does not contain the root.
     """
 
     field: RandomField
@@ -161,7 +161,7 @@ class Angle:
 
 @dataclass(frozen=True, slots=True)
 class Direction:
-    """atan2 of two numbers, which is not evaluated."""
+    """The unevaluated atan2 of two numbers."""
 
     y: Any
     x: Any
@@ -169,7 +169,7 @@ class Direction:
 
 @dataclass(frozen=True, slots=True)
 class Root:
-    """The square root of a number, if it is not among those known; it may have either sign."""
+    """The square root of a number, if it is not a known one; it may have either sign."""
 
     square: Element
 
@@ -186,13 +186,13 @@ class Root:
 
 
 class UnknownRootError(ArithmeticError):
-    """In a correct formula the root would be a known one."""
+    """Raised for an unknown root; in a correct formula the root would be a known one."""
 
 
 class RandomField:
-    """A prime drawn anew, a point drawn anew, and the arithmetic there.
+    """The arithmetic at a random point, modulo a random prime.
 
-    It is an `Arithmetic` of the package and one of the oracles.
+    It can be used as an `Arithmetic` of the package and as one of the oracles.
     """
 
     def __init__(self, bits: int = 512) -> None:
@@ -202,15 +202,16 @@ class RandomField:
         self.divisors: list[Size] = []
         self.roots: list[Element] = []
         self.assumed: list[Element] = []
-        """Zero here; must be identically so for a known root to have been the right one."""
+        """Elements that are zero here, and must be identically zero for the assumed roots to be
+        right."""
         self._of_divisor: dict[int, tuple[Element, int]] = {}
         self._integers: dict[int, Element] = {}
         self._adjoined: int | None = None
 
-    # What the formulas ask for.
+    # Operations that formulas need.
 
     def element(self, x: Any) -> Element | None:
-        """The number as an element, None if it is none."""
+        """Return the number as an element; None if it is not a number of the field."""
         if isinstance(x, Element):
             return x
         if isinstance(x, int):
@@ -223,7 +224,7 @@ class RandomField:
         return None
 
     def number(self, x: Any) -> Any:
-        """The number; an `Exact` without pi, or what stands for one, may hold any other."""
+        """Convert a number; an `Exact` without pi, or its substitute, may contain others."""
         x = getattr(x, "rational", x)
         return x if isinstance(x, Angle) else self.element(x)
 
@@ -245,7 +246,7 @@ class RandomField:
         return sum(terms)
 
     def sqrt(self, x: Element) -> Any:
-        """The known root, whose square this must be, or one by name."""
+        """Return the known root with this square, or a root by name."""
         for root in self.roots:
             if (difference := x - root * root).is_zero:
                 self.assumed.append(difference)
@@ -253,7 +254,7 @@ class RandomField:
         return Root(x)
 
     def solve(self, matrix: list[list[Element]], rhs: list[Element]) -> list[Element]:
-        """Solution of linear equations by elimination; its size is that of Cramer's rule."""
+        """Solve linear equations by elimination; sizes are those of Cramer's rule."""
         rows = [[*row, y] for row, y in zip(matrix, rhs, strict=True)]
         pure, size = all(x.pure for row in rows for x in row), ONE
         for row in rows:
@@ -271,14 +272,14 @@ class RandomField:
             for value in self._eliminate([[x.value for x in row] for row in rows])
         ]
 
-    # What makes a point.
+    # Operations that define a point.
 
     def unknown(self) -> Element:
-        """An unknown, at a random value."""
+        """Return an unknown with a random value."""
         return Element(self, (secrets.randbelow(self.prime), 0), Size(1, 0), {}, True)
 
     def angle(self) -> Angle:
-        """An unknown angle, by the tangent of its fourth part."""
+        """Return an unknown angle, from the tangent of a quarter of it."""
         t = self.unknown()
         norm = 1 + t * t
         half = Angle(2 * t / norm, (1 - t * t) / norm)
@@ -286,12 +287,12 @@ class RandomField:
         return Angle(whole.sin, whole.cos, half)
 
     def zero_angle(self) -> Angle:
-        """The angle that is zero."""
+        """Return the angle zero."""
         nought, one = self.number(0), self.number(1)
         return Angle(nought, one, Angle(nought, one))
 
     def adjoin_root(self, x: Element) -> Element:
-        """The square root of a number without it, as a number of its own."""
+        """Adjoin the square root of a number without the root, as a number of its own."""
         if self._adjoined is not None or not x.pure:
             raise ValueError("only one root can be adjoined")
         below = {i: -(-power // 2) for i, power in x.below.items()}
@@ -300,10 +301,10 @@ class RandomField:
         size = Size(-(-square.degree // 2), -(-square.bits // 2))
         return Element(self, (0, 1), size, below, False)
 
-    # How the sizes are found.
+    # Computation of the sizes.
 
     def over(self, x: Element, below: Divisors) -> Size:
-        """Size of the numerator when the divisors are extended to these."""
+        """Return the size of the numerator after the divisors are extended to these."""
         size = x.top
         for i, power in below.items():
             size *= self.divisors[i] ** (power - x.below.get(i, 0))
@@ -316,7 +317,7 @@ class RandomField:
         return (a * c + b * d * (self._adjoined or 0)) % p, (a * d + b * c) % p
 
     def inverse(self, x: Element) -> Element:
-        """1 / x, extended by the conjugate if there is a root."""
+        """Return 1 / x, extended by the conjugate if there is a root."""
         if id(x) not in self._of_divisor:
             self._of_divisor[id(x)] = (x, self._divisor(x.top if x.pure else x.top**2))
         place = self._of_divisor[id(x)][1]
@@ -326,7 +327,7 @@ class RandomField:
         return Element(self, self._inverse(x.value), top, {place: 1}, x.pure)
 
     def missed(self, x: Element) -> Fraction:
-        """Probability, at most, that the formula gave zero although it is not identically zero."""
+        """Bound the probability that the formula is not identically zero but zero here."""
         least, log2 = 1 << (self.bits - 1), self.bits - 1
         # 3/5 x / log x is more than half of x / log2 x.
         primes = Fraction(least, 2 * log2)
@@ -365,7 +366,7 @@ class RandomField:
 
 
 def differences(found: Any, expected: Any) -> Sequence[Element]:
-    """What is zero if two numbers, angles, directions or roots are the same."""
+    """Return elements that are zero if two numbers, angles, directions or roots are equal."""
     if isinstance(expected, Direction):
         return [*differences(found.y, expected.y), *differences(found.x, expected.x)]
     if isinstance(expected, Angle):

@@ -1,8 +1,8 @@
-"""An integrator of another make than the one behind the published motion, without heyoka.
+"""An integrator that is independent of the one behind the published motion, without heyoka.
 
 It takes the equations in their regular form, expands the motion in its own Taylor series in ball
-arithmetic, and chooses its own steps. With the published run it has in common the constants and
-kinematics of the bicycle, the initial state, and the format of the result, so that
+arithmetic, and chooses its own steps. It shares with the published run the constants and kinematics
+of the bicycle, the initial state, and the format of the result, so that
 `heyoka_bike.reference.proof.enclose.enclose` can bound its error too.
 
 The series of one step follows from Newton's method for x' = f(x). A few coefficients are found one
@@ -33,22 +33,22 @@ from heyoka_bike.numbers.dual import Dual, Duals
 from oracles.power_series import PowerSeries
 
 Coefficients = list[list[flint.arb]]
-"""Taylor coefficients in the time, by state variable and power."""
+"""Taylor coefficients in time, by state variable and power."""
 
 ORDER = 50
-_GUARD_BITS = 16  # of the grid beyond the precision
-_WORKING_BITS = 32  # of the balls beyond the grid
-_FIRST = 12  # coefficients found one by one, and length of the Jacobian
-_TOLERANCE_BITS = 4  # of the last terms below the precision
+_GUARD_BITS = 16  # bits of the grid beyond the precision
+_WORKING_BITS = 32  # bits of the balls beyond the grid
+_FIRST = 12  # number of coefficients found one by one, and length of the Jacobian
+_TOLERANCE_BITS = 4  # bits of the last terms below the precision
 _RASTER = 2**10  # steps are multiples of 1 s / _RASTER
-_LAST_TERMS = 3  # terms whose size limits the step
+_LAST_TERMS = 3  # number of terms whose size limits the step
 _VARIABLES = 6  # without the yaw
 
 
 def integrate(
     bicycle: Bicycle, maneuver: Maneuver, bits: int = 160, order: int = ORDER
 ) -> Trajectory:
-    """Integrate a maneuver from 0 to its duration; no error is bounded here."""
+    """Integrate a maneuver from 0 to its duration, without a bound on the error."""
     grid = bits + _GUARD_BITS
     expansion = _Expansion(bicycle, grid + _WORKING_BITS, order)
     balls = Balls(expansion.bits)
@@ -86,7 +86,7 @@ def integrate(
 class _Expansion:
     """Taylor coefficients of the motion from a state.
 
-    The radii of the balls are dropped: they would only grow from coefficient to coefficient.
+    The radii of the balls are dropped, because they would grow from coefficient to coefficient.
     """
 
     def __init__(self, bicycle: Bicycle, bits: int, order: int) -> None:
@@ -96,7 +96,7 @@ class _Expansion:
             self.k: Constants = constants(bicycle, balls).convert(lambda x: x.mid())
 
     def coefficients(self, state: Sequence[flint.arb]) -> Coefficients:
-        """Coefficients of all seven variables to the order, the yaw included."""
+        """Return coefficients of all seven variables, including the yaw, up to the order."""
         *start, yaw = state
         known = [[x] for x in start]
         for n in range(1, _FIRST):
@@ -106,7 +106,7 @@ class _Expansion:
         while len(known[0]) <= self.order:
             self._extend(known, jacobian)
 
-        # Nothing depends on the yaw: it is an integral.
+        # The yaw is an integral on which nothing depends.
         a = PowerSeries(self.bits, self.order)
         with a.precision():
             o, u = unfold(self.k, a, [a.series(row[:-1]) for row in known], is_regular=True)
@@ -115,10 +115,10 @@ class _Expansion:
         return [[c.mid() for c in row] for row in known]
 
     def _extend(self, known: Coefficients, jacobian: Sequence[flint.arb_mat]) -> None:
-        """One Newton step: append as many coefficients as the Jacobian's length allows."""
+        """Append as many coefficients by a Newton step as the Jacobian's length allows."""
         n = len(known[0])
         length = min(n + len(jacobian) + 1, self.order + 1)
-        # p' has no terms from s^(n-1) on, so f(p) - p' has those of f(p).
+        # p' has no terms from s^(n-1) on, so f(p) - p' has those of f(p) there.
         defect = self._rates(known, length - 1)
         added: list[flint.arb_mat] = []
         for power in range(n, length):
@@ -130,14 +130,14 @@ class _Expansion:
             row += [e[i, 0] for e in added]
 
     def _rates(self, known: Coefficients, length: int) -> Coefficients:
-        """Coefficients of f(p) to a length, p continued by zeros."""
+        """Return coefficients of f(p) up to a length, with p continued by zeros."""
         a = PowerSeries(self.bits, length)
         with a.precision():
             values = regular(self.k, a, [a.series(row[:length]) for row in known])
             return [[c.mid() for c in a.coefficients(x)] for x in values]
 
     def _jacobian(self, known: Coefficients) -> list[flint.arb_mat]:
-        """Coefficients of the Jacobian of f along p."""
+        """Return coefficients of the Jacobian of f along p."""
         length = len(known[0])
         a = PowerSeries(self.bits, length)
         with a.precision():
@@ -155,7 +155,7 @@ def _slopes(value: Any) -> Sequence[Any]:
 
 
 def _step(coefficients: Coefficients, tolerance: float, rest: Fraction) -> Fraction:
-    """The largest step whose last terms are below the tolerance [rad and rad/s], on the raster."""
+    """Return the largest step on the raster with last terms below the tolerance [rad, rad/s]."""
     order = len(coefficients[0]) - 1
     longest = float(rest)
     for power in range(order - _LAST_TERMS + 1, order + 1):
@@ -169,6 +169,6 @@ def _step(coefficients: Coefficients, tolerance: float, rest: Fraction) -> Fract
 
 
 def _to_grid(x: flint.arb, grid: int) -> int:
-    """The integer multiple of 2^-grid that is nearest to the middle of a ball."""
+    """Return the integer multiple of 2^-grid that is nearest to the middle of a ball."""
     mantissa, exponent = x.mid().man_exp()
     return round(Fraction(int(mantissa)) * Fraction(2) ** (int(exponent) + grid))

@@ -1,7 +1,7 @@
 """Vectors and rotations in numbers of a chosen precision, for the oracles.
 
-Two arithmetics of different make are offered: balls of python-flint, which enclose the exact
-result, and floating-point numbers of mpmath.
+There are two independent arithmetics: balls of python-flint, which enclose the exact result, and
+floating-point numbers of mpmath.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import mpmath
 from heyoka_bike.numbers.exact import Exact
 
 Number = Any
-"""An `arb` or an `mpf`, as the arithmetic has it."""
+"""A number of the arithmetic: an `arb` or an `mpf`."""
 Given = Exact | Fraction | int
-"""An exact number; there are no floats here."""
+"""An exact number, never a float."""
 
 _GUARD = 25
 _BITS_PER_DIGIT = Fraction(10, 3)
@@ -71,7 +71,7 @@ class Balls:
 
 
 class Multiprecision:
-    """Floating-point arithmetic of mpmath; slower, and another implementation."""
+    """Floating-point arithmetic of mpmath; slower, and an independent implementation."""
 
     def __init__(self, digits: int) -> None:
         self.mp = mpmath.mp.clone()
@@ -129,7 +129,7 @@ class Vector(tuple[Number, Number, Number]):
 
 @dataclass(frozen=True)
 class Matrix:
-    """A 3 by 3 matrix by its rows; called on a vector it gives the product."""
+    """A 3 by 3 matrix by its rows; calling it with a vector returns the product."""
 
     rows: tuple[Vector, Vector, Vector]
 
@@ -137,7 +137,7 @@ class Matrix:
         return Vector(row.dot(v) for row in self.rows)
 
     def transposed(self, v: Vector) -> Vector:
-        """The product of the transpose and a vector."""
+        """Return the product of the transpose and a vector."""
         a, b, c = self.rows
         total: Vector = v[0] * a + v[1] * b + v[2] * c
         return total
@@ -148,15 +148,15 @@ def zero(number: Arithmetic) -> Vector:
 
 
 def axes(number: Arithmetic) -> tuple[Vector, Vector, Vector]:
-    """Unit vectors along x, y and z."""
+    """Return unit vectors along x, y and z."""
     i, o = number.exact(1), number.exact(0)
     return Vector((i, o, o)), Vector((o, i, o)), Vector((o, o, i))
 
 
 def rotation(number: Arithmetic, axis: Vector, angle: Number) -> Matrix:
-    """Rotation about a unit vector, by Rodrigues' formula."""
+    """Return the rotation about a unit vector, by Rodrigues' formula."""
     s, c = number.sin(angle), number.cos(angle)
-    # Row i is what the opposite rotation makes of the axis i.
+    # Row i is the image of the axis i under the opposite rotation.
     x, y, z = (c * e - s * axis.cross(e) + ((1 - c) * axis.dot(e)) * axis for e in axes(number))
     return Matrix((x, y, z))
 

@@ -1,4 +1,4 @@
-"""Engines load the models that are exported, and have the bicycle before it moves."""
+"""Engines load the exported models, and represent the bicycle before it moves."""
 
 import re
 from functools import partial
@@ -20,7 +20,7 @@ from support.model_files import posed
 pytestmark = [pytest.mark.peers, pytest.mark.timeout(600)]
 
 STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
-# Largest differences, over 1 + the value or over the matrix: DART's, and all others'.
+# Largest differences, relative to 1 + the value or to the matrix, for DART and for all others.
 BOUNDS = {"dart": 1e-11}
 BOUND = 2e-13
 # What a system of 15 equations between masses of 2 to 94 kg leaves of rounding.
@@ -48,7 +48,7 @@ def states(tmp_path):
 
 
 def checked(name, file, states, folder):
-    """What `check` says of the table that a program writes."""
+    """Return the output of `check` for the table that a program writes."""
     table = folder / "table.csv"
     table.write_text(printed(name, "check", file, states), encoding="ascii")
     return check(table)
@@ -91,7 +91,7 @@ def turned_over(bicycle):
 
 
 def wheel_twice(bicycle):
-    """The rear frame has its wheel in it, and the wheel is there besides."""
+    """The rear frame includes its wheel, which also exists separately."""
     p = {symbol: value.rational for symbol, value in bicycle.values.items() if symbol != "lam"}
     mass = p["mB"] + p["mR"]
     x, z = p["mB"] * p["xB"] / mass, (p["mB"] * p["zB"] - p["mR"] * p["rR"]) / mass
@@ -109,7 +109,7 @@ def wheel_twice(bicycle):
 
 
 def axis_forward(bicycle):
-    """The steer axis leans the other way."""
+    """The steer axis leans forward."""
     return bicycle.replace(lam=-bicycle["lam"])
 
 
@@ -125,7 +125,7 @@ def test_a_mistake_is_found_at_its_level(name, mistake, level, exported, states,
     assert found.failed.level.name == level
 
 
-# What engines change without a word, or refuse: docs/how-to/engines.md says the same.
+# Silent changes and rejections by engines, as listed in docs/how-to/engines.md.
 
 
 def test_mujoco_welds_the_base_of_a_urdf_to_the_ground(exported, bicycle):

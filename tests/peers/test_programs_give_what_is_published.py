@@ -1,4 +1,4 @@
-"""Each program of the field that is here gives the error that data/results holds of it."""
+"""Each installed program of the field reproduces its error in data/results."""
 
 import gzip
 import json
@@ -19,7 +19,7 @@ RUNS = {
 # round otherwise, which moves steps and iterations that are chosen by comparing errors with a
 # tolerance, and so the error by a part of itself. Twice the error is another method or setting.
 FACTOR = 2.0
-SECONDS = 600  # of deriving or compiling, and of the run; the cheaper ones take below 20
+SECONDS = 600  # for deriving or compiling, and for the run; the cheaper ones take below 20
 
 
 @pytest.fixture(autouse=True)
@@ -29,7 +29,7 @@ def _modules_are_found():
 
 
 def cheaper(name):
-    """The run of the two that are published that takes less time, and its kind; None if none is."""
+    """Return the faster one of a program's two published runs, and its kind; None if none."""
     known = [
         (kind, line) for kind, line in field.published(RUNS.get(name, ())).items()
         if field.is_submitted(field.result_file(name, kind), line)
@@ -38,13 +38,13 @@ def cheaper(name):
 
 
 def judged(name, kind, reference):
-    """What is said of a published file."""
+    """Return the judgement of a published file."""
     text = gzip.decompress(field.result_file(name, kind).read_bytes()).decode()
     return H1.judge(text, reference)
 
 
 def further_apart(found, published):
-    """Columns whose errors differ by more than the factor."""
+    """Return columns whose errors differ by more than the factor."""
     return [
         key for key, right in published["scd"].items()
         if abs(found["scd"][key] - right) > np.log10(FACTOR)

@@ -1,4 +1,4 @@
-"""`heyoka-bike generate --until`: durations, falls, and what is kept of motions that end early."""
+"""`heyoka-bike generate --until`: durations, falls, and published parts of short motions."""
 
 import json
 from dataclasses import replace
@@ -25,7 +25,7 @@ def exact(text):
 
 @pytest.fixture
 def toppling():
-    """Slow, leaning and falling: a wheel leaves the floor within half a second."""
+    """A slow, leaning and falling start: a wheel leaves the floor within half a second."""
     return Maneuver("toppling", exact("1/2"), exact("2"), Fraction(10), Fraction(1, 50),
                     roll=exact("1/2"))  # fmt: skip
 
@@ -132,7 +132,7 @@ def test_a_set_until_the_fall_is_whole_and_proved(bicycle, toppling, tmp_path, c
     document = json.loads((out / "certificate.json").read_text())
     assert document["inputs"]["maneuvers"][0]["duration"] == str(maneuver.duration)
     assert main(["verify", str(out)]) == 0
-    # The same again is up to date.
+    # Repeating the command changes nothing.
     assert main([*arguments, "--until", "fall"]) == 0
     assert "nothing written" in capsys.readouterr().out
 
@@ -144,7 +144,7 @@ def test_the_end_of_a_fall_is_an_event(bicycle, toppling):
 
 @pytest.mark.proof
 def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
-    """As maneuver 3 just before: there only a small polydisc shows the equations analytic."""
+    """The motion of maneuver 3 just before its fall needs a small polydisc for analyticity."""
     falling = Maneuver("falling", exact("11.161"), exact("-0.508"), Fraction(1, 250),
                        Fraction(1, 250), roll=exact("1.22736"), steer=exact("0.1731"),
                        steer_rate=exact("2.08"))  # fmt: skip
@@ -155,7 +155,7 @@ def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
     errors = [abs(float(x - y)) for x, y in zip(*ends, strict=True)]
     assert max(errors) > 1e-16
     assert all(e <= b for e, b in zip(errors, bounds, strict=True))
-    # The bound is worth something: it is within a few thousand times the error.
+    # The bound is useful: it is within a few thousand times the error.
     assert max(bounds) < 1e-11
     monkeypatch.setattr(circle, "SMALLER", (1,))
     monkeypatch.setattr(circle, "SMALLER_STILL", ())

@@ -1,4 +1,4 @@
-"""Older sets load and score by the definitions that they have, and so does a newer package."""
+"""Older datasets load and score with the definitions they have, also in newer packages."""
 
 import shutil
 import subprocess
@@ -24,7 +24,7 @@ VERSIONS = ("1.2.0", "1.3.0", "1.4.0", "1.5.0", "2.0.0")
 
 @pytest.fixture
 def kind(small_set, tmp_path):
-    """A copy of the small set as a version would have made it."""
+    """A copy of the small dataset in the form of a version."""
 
     def make(version):
         folder = shutil.copytree(small_set, tmp_path / version)
@@ -49,9 +49,9 @@ def test_sets_of_every_kind_load_and_score(kind, version, capsys):
     known = [c for of in definitions.values() for c in of]
     follow = [c for c in known if c in FOLLOWING]
     assert len(reference[1].columns) == len(known) - len(follow) == count
-    # From 1.3.0 on a set has what they follow from.
+    # From 1.3.0 on a dataset has the columns that these definitions follow from.
     assert follow if version < "1.3.0" else len(follow) == len(FOLLOWING)
-    # Others than the default are found, of those that the set has.
+    # Other definitions than the default are recognised, if the dataset has them.
     names = ["roll_angle_zyx", "roll_rate_body_x", "forward_speed_com_norm", *BENCHMARK_COLUMNS[3:]]
     report = score(rows_of(reference, names), reference, maneuver=1)
     for c in report[1].columns:
@@ -82,7 +82,7 @@ def test_a_column_that_an_older_set_has_at_its_rows_only(kind):
     with pytest.raises(InputError, match="rear_hub_x: this set has it at the rows only"):
         m.evaluate("0.01", "rear_hub_x")
     assert set(m.evaluate("0.01")) == m.at_any_time
-    # The friction demand follows from forces that have pieces.
+    # The friction demand follows from forces, which have dense pieces.
     assert {"rear_friction", "com_x"} <= m.at_any_time
     whole = reference.with_motion()
     results = rows_of(whole, (*BENCHMARK_COLUMNS, "rear_hub_x", "com_x"))
@@ -158,7 +158,7 @@ def test_an_older_set_is_verified_as_far_as_it_goes_and_the_rest_is_said(kind, v
     for check in ("columns", "rounding", "row_bounds", "dense_rows"):
         assert counted[check, HDF5] == 11 * count
     assert counted["motion_state", "motion.h5"] == 11 * 78
-    # 23 of its columns had dense output, later all but the two friction demands.
+    # In old versions 23 columns had dense output, later all but the two friction demands.
     assert counted["dense_rows", "motion.h5"] == 11 * (23 if version < "1.3.0" else 76)
 
 
@@ -213,7 +213,7 @@ sys.exit(main(sys.argv[1:]))
 
 
 def newer(*arguments):
-    """A command of a package that knows more definitions than the set has."""
+    """Run a command of a package that knows more definitions than the dataset has."""
     return subprocess.run(
         [sys.executable, "-c", _NEWER, *map(str, arguments)],
         capture_output=True, text=True, timeout=300,
@@ -228,7 +228,7 @@ def test_a_package_of_more_definitions_scores_against_todays_set(tmp_path):
     done = newer("score", path, "--require", "roll_angle.scd > 6")
     assert (done.returncode, done.stderr) == (0, "")
     assert "hubs_mean" not in done.stdout
-    # A column that is new as a whole is left out, and said to be.
+    # A new column is left out, and reported.
     text = ",".join(["time", "roll_angle", "steer_angle", "height"])
     named = np.transpose([reference.times, *(reference[2][k] for k in BENCHMARK_COLUMNS[0:7:3])])
     np.savetxt(tmp_path / "n.csv", named, fmt="%.17g", delimiter=",", header=text, comments="")
@@ -243,7 +243,7 @@ def test_a_package_of_more_definitions_verifies_a_set_without_them(kind):
 
 
 def test_an_older_set_is_certified_by_its_own_version(kind, capsys):
-    """What is proved of the derivatives depends on all columns together."""
+    """The proof of the derivatives depends on all columns together."""
     assert main(["certify", str(kind("1.3.0"))]) == 3
     (line,) = capsys.readouterr().err.splitlines()
     assert "certificate.json: its 'statement' is not what is proved; an older set is" in line

@@ -1,4 +1,4 @@
-"""What was loaded is given again while the files are the same, and nobody can change it."""
+"""A loaded dataset is reused while its files are unchanged, and nobody can modify it."""
 
 import shutil
 

@@ -1,7 +1,7 @@
 """A motion with a small mechanical trail is proved, in either form of the equations.
 
-The few-product form divides by the trail, and its masses by the square of it: over states a few
-thousandths of a radian apart these cannot be told from nothing, for however short a time.
+The few-product form divides by the trail, and its masses by the square of the trail. Over states a
+few thousandths of a radian apart these divisors may be zero, however short the time.
 """
 
 import pytest
@@ -16,7 +16,7 @@ from heyoka_bike.reference.proof.enclose import enclose
 pytestmark = pytest.mark.proof
 
 NUMBER = 73
-"""Of a drawn start at a trail of 0.02003 front wheel radii."""
+"""Number of a drawn start with a trail of 0.02003 front wheel radii."""
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_the_few_product_form_is_proved_in_a_smaller_polydisc(drawn, monkeypatch
 
 
 def test_a_set_is_made_in_the_regular_form(drawn, monkeypatch):
-    """Which is proved in less time; the candidate tells its form."""
+    """The regular form is proved in less time; the candidate shows its form."""
 
     def is_regular():
         return making._integrated(*drawn, making.MIN_DIGITS, lambda stage, t: None).is_regular

@@ -1,7 +1,7 @@
-"""A program of its own accepts the published set and refuses damages.
+"""A separate program accepts the published dataset and rejects damaged ones.
 
-It is `tests/checker`, in C++ with MPFI. A damage is made in the candidate, in the certificate or in
-both alike, so that no comparison of the two finds it where the proof is meant to.
+The program is `tests/checker`, in C++ with MPFI. Each damage is made in the candidate, in the
+certificate, or consistently in both, so that the proof itself must find it and not a comparison.
 """
 
 import json
@@ -34,13 +34,13 @@ from heyoka_bike.reference.proof import rows
 from heyoka_bike.system.resources import reference_folder
 
 SOURCES = Path(__file__).parents[1] / "checker"
-UNTIL = ["--until", "0.075"]  # Two pieces of each maneuver: seconds in place of minutes.
+UNTIL = ["--until", "0.075"]  # two pieces of each maneuver, which take seconds instead of minutes
 ANY_INPUTS = ["--any-inputs", *UNTIL]
 
 
 @pytest.fixture(scope="session")
 def check(tmp_path_factory):
-    """The checker, built by the line in its README."""
+    """The checker, built by the command in its README."""
     line = re.search(r"^g\+\+ .*$", (SOURCES / "README.md").read_text(), re.MULTILINE).group()
     program = tmp_path_factory.mktemp("checker") / "check"
     line = line.replace("tests/checker/prove.cpp", str(SOURCES / "prove.cpp"))
@@ -61,14 +61,14 @@ def check(tmp_path_factory):
 
 @pytest.fixture
 def published(tmp_path):
-    """A copy of what the checker reads."""
+    """A copy of the files that the checker reads."""
     for name in (CANDIDATE, CERTIFICATE, HDF5, TEXT, TEXT_50):
         shutil.copy(reference_folder() / name, tmp_path / name)
     return tmp_path
 
 
 def candidate(change):
-    """A damage of candidate.h5; `change` gets the open file."""
+    """Return a damage of candidate.h5; `change` is called with the open file."""
 
     def damage(folder):
         with h5py.File(folder / CANDIDATE, "r+") as f:
@@ -78,7 +78,7 @@ def candidate(change):
 
 
 def certificate(change):
-    """A damage of certificate.json; `change` gets the document."""
+    """Return a damage of certificate.json; `change` is called with the document."""
 
     def damage(folder):
         document = json.loads((folder / CERTIFICATE).read_text())
@@ -89,7 +89,7 @@ def certificate(change):
 
 
 def parameter(name, value):
-    """Another value of a parameter, in both files."""
+    """Return a damage that changes a parameter in both files."""
 
     def damage(folder):
         def in_candidate(f):
@@ -102,7 +102,7 @@ def parameter(name, value):
 
 
 def start(name, value):
-    """Another start of maneuver 1, in both files."""
+    """Return a damage that changes the start of maneuver 1 in both files."""
 
     def damage(folder):
         candidate(lambda f: f["maneuver_1"].attrs.update({name: value}))(folder)
@@ -112,7 +112,7 @@ def start(name, value):
 
 
 def coefficient(piece, state, power, by):
-    """A coefficient of maneuver 1 off by a number."""
+    """Return a damage that adds a number to a coefficient of maneuver 1."""
 
     def change(f):
         group = f["maneuver_1"]
@@ -126,7 +126,7 @@ def coefficient(piece, state, power, by):
 
 
 def shortened(keep):
-    """Maneuver 1 with the pieces that `keep` says, each from its break to the next one's."""
+    """Return a damage that keeps only some pieces of maneuver 1, each with its breaks."""
 
     def damage(folder):
         def change(f):
@@ -162,7 +162,7 @@ def a_fourth_maneuver(document):
 
 
 def a_word(file, line, column, change):
-    """A word of a text as `change` makes it."""
+    """Return a damage that changes a word of a text."""
 
     def damage(folder):
         lines = (folder / file).read_text().splitlines()
@@ -175,14 +175,14 @@ def a_word(file, line, column, change):
 
 
 def a_digit(file, line, column, decimal):
-    """A word of a text, d.ddd...e-x, with another digit."""
+    """Return a damage that changes a digit of a word d.ddd...e-x of a text."""
     i = decimal + 1
     change = lambda word: f"{word[:i]}{(int(word[i]) + 3) % 10}{word[i + 1 :]}"  # noqa: E731
     return a_word(file, line, column, change)
 
 
 def published_value(name, row, change):
-    """A published binary64 of maneuver 1 as `change` makes it."""
+    """Return a damage that changes a published binary64 of maneuver 1."""
 
     def damage(folder):
         with h5py.File(folder / HDF5, "r+") as f:
@@ -197,7 +197,7 @@ def next_up(x):
 
 
 def words_of_certificate(old, new):
-    """A damage of certificate.json as a text."""
+    """Return a damage that changes the text of certificate.json."""
 
     def damage(folder):
         text = (folder / CERTIFICATE).read_text()
@@ -208,7 +208,7 @@ def words_of_certificate(old, new):
 
 
 def another_type(name, kind):
-    """A data set of maneuver 1 of the candidate, of the same numbers in another type."""
+    """Return a damage that stores a dataset of the candidate's maneuver 1 in another type."""
 
     def change(f):
         group = f["maneuver_1"]
@@ -389,7 +389,7 @@ def test_a_bound_at_the_end_that_is_too_small_is_refused(check, published):
 def test_a_damage_is_refused_in_one_line(check, published, name):
     damage, expected = DAMAGES[name]
     damage(published)
-    # What is refused is not that the inputs are others.
+    # ANY_INPUTS allows other inputs, so the rejection must be about the damage.
     code, _, err = check(published, *ANY_INPUTS)
     assert code == 3
     assert re.fullmatch(rf"refused: .*{expected}.*\n", err), err
@@ -437,7 +437,7 @@ def test_the_checker_has_the_benchmarks_own_inputs(bicycle, maneuvers):
 
 
 def forged_set(folder, bicycle, maneuver):
-    """What the checker reads of a set, as if the motion from `initial_state` were the benchmark's.
+    """Write a dataset as if the motion from `initial_state` were the benchmark's.
 
     The claims are 1e-62, which a run of 70 digits meets.
     """
@@ -477,7 +477,7 @@ def forged_set(folder, bicycle, maneuver):
 
 
 def exact(x):
-    """The middle of a ball."""
+    """Return the middle of a ball."""
     mantissa, exponent = x.mid().man_exp()
     return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
@@ -487,7 +487,7 @@ SHORT = {"duration": Fraction(1, 10), "spacing": Fraction(1, 50)}
 
 @pytest.fixture
 def pitch_is_another_root(monkeypatch, bicycle):
-    """The root of the pitch near 3 rad, where the bicycle is turned over its rear hub."""
+    """Use the pitch root near 3 rad, where the bicycle is turned over its rear hub."""
     with mpmath.workdps(120):
         a = Multiprecision(120)
         k = constants(bicycle, a)
@@ -501,7 +501,7 @@ def pitch_is_another_root(monkeypatch, bicycle):
 
 @pytest.mark.proof
 def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuvers):
-    """As the next one, with nothing forged."""
+    """The dataset of the next test is accepted if nothing is forged."""
     forged_set(tmp_path, bicycle, replace(maneuvers[0], **SHORT))
     code, out, err = check(tmp_path, "--any-inputs")
     assert (code, err) == (0, "")
@@ -511,7 +511,7 @@ def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuv
 @pytest.mark.proof
 @pytest.mark.usefixtures("pitch_is_another_root")
 def test_a_bicycle_turned_over_its_rear_hub_is_refused(check, tmp_path, bicycle, maneuvers):
-    """It satisfies the same equations, from the same inputs."""
+    """The turned bicycle satisfies the same equations, from the same inputs."""
     forged_set(tmp_path, bicycle, replace(maneuvers[0], **SHORT))
     code, _, err = check(tmp_path, "--any-inputs")
     assert code == 3
@@ -532,7 +532,7 @@ def test_the_pitch_that_grows_from_zero_steer_is_followed(
 
 @pytest.mark.proof
 def test_a_damage_within_the_claims_is_bounded_by_its_effect(check, published, bicycle, maneuvers):
-    """The candidate solves the problem with another gravity; claims are widened to allow for it."""
+    """The candidate solves the problem with another gravity, and the claims allow for that."""
     heavier = Fraction(981, 100) + Fraction(1, 10**24)
     parameter("g", str(heavier))(published)
     certificate(lambda d: d["maneuvers"][0].update(bound="1e-18", bound_end="1e-18"))(published)
@@ -568,12 +568,12 @@ def test_what_cannot_be_read_is_named_in_one_line(check, published):
 
 
 def shorter(word):
-    """A number with 20 digits."""
+    """Return a number with 20 digits."""
     return word[:21] + word[word.index("e") :]
 
 
 def off(word):
-    """A number with 20 digits, the last but one of which is another."""
+    """Return a number with 20 digits, with a changed second-to-last digit."""
     digit = (int(word[19]) + 5) % 10
     return f"{word[:19]}{digit}{shorter(word)[20:]}"
 

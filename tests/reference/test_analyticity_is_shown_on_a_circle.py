@@ -1,6 +1,7 @@
-"""A function is called analytic inside a circle only if the signs on the circle prove it.
+"""A function counts as analytic inside a circle only if the signs on the circle prove it.
 
-Functions of s itself: the candidate is the polynomial s, or a constant, and the polydisc a disc.
+The tests use functions of s itself: the candidate is the polynomial s, or a constant, and the
+polydisc is a disc.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from heyoka_bike.reference.proof.cauchy import circle_bound, rho
 
 @dataclass(frozen=True)
 class Polynomials:
-    """Stands for a piece."""
+    """A substitute for a piece."""
 
     rows: tuple[tuple[int, ...], ...]
     grid: int = 0
@@ -37,7 +38,7 @@ def equations(bicycle: Any) -> Equations:
 
 
 def bound(equations: Equations, f: Any, piece: Any = S) -> float:
-    """On abs(f) on the circle and the polydisc."""
+    """Return the bound on abs(f) on the circle and the polydisc."""
     circle = circle_bound(piece, lambda e, x: [f(e.a, *x)], equations, (RADIUS,))
     return float(circle.values[0])
 
@@ -78,7 +79,7 @@ def test_an_angle_off_its_branch_points(equations: Equations) -> None:
         bound(equations, lambda a, s: a.atan2(s, s - 3))
     with pytest.raises(NotAnalyticError, match="quarter turn"):
         bound(equations, lambda a, s: a.atan2(s, flint.arb(-3)))
-    # At s = 2 i the tangent is i.
+    # The tangent is i at s = 2 i.
     with pytest.raises(NotAnalyticError, match="branch point"):
         bound(equations, lambda a, s: a.atan2(s / 2, 1 + 0 * s))
 
@@ -121,7 +122,7 @@ def test_the_bound_holds_between_the_middles_of_the_arcs(equations: Equations) -
 
 
 def test_arcs_together_give_the_bound_of_each_alone(equations: Equations) -> None:
-    """To the last bit: published bounds follow from it."""
+    """The bounds agree to the last bit, because published bounds follow from them."""
 
     def f(a: Any, s: Any) -> Any:
         return a.sin(s) / (s + 5) + s * s

@@ -1,9 +1,10 @@
-"""An integrator of another make finds the published motion, within what is proved of both.
+"""A different integrator finds the published motion, within the proved bounds of both.
 
-`oracles.taylor` has its own series, step sizes and precision, and takes the regular form of the
-equations where the published candidate takes the few-product form. The distance of either from the
-exact motion is certified, so their enclosures of every column must meet; and since that of the
-other integrator is far narrower than the published hi + lo, it decides every published digit anew.
+`oracles.taylor` has its own series, step sizes and precision. It uses the regular form of the
+equations, while the published candidate uses the few-product form. The distance of each from the
+exact motion is certified, so their enclosures of every column must overlap. The enclosure of the
+other integrator is far narrower than the published hi + lo, so it decides every published digit
+independently.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from heyoka_bike.reference.proof.rows import exact_columns
 from oracles import taylor
 
 SHORT, WHOLE = 3, 10
-"""Seconds of a maneuver."""
+"""Seconds of a maneuver that are integrated."""
 
 NAMES = [c.name for c in COLUMNS]
 
@@ -38,19 +39,19 @@ Enclosures = Mapping[str, flint.arb]
 
 @dataclass(frozen=True)
 class Certified:
-    """A motion with a bound on its distance from the exact one."""
+    """A motion with a bound on its distance from the exact motion."""
 
     run: Trajectory
     certificate: Certificate
 
     def columns(self, times: Sequence[Fraction]) -> list[Enclosures]:
-        """Enclosures of every column of the exact motion."""
+        """Return enclosures of every column of the exact motion."""
         at = evaluator(self.run, self.run.grid + 64, self.certificate)
         with at.balls.precision():
             return [at.columns(t) for t in times]
 
     def cut(self, pieces: int) -> Certified:
-        """The first pieces, as the motion of a shorter maneuver."""
+        """Return the first pieces, as the motion of a shorter maneuver."""
         run, breaks = self.run, self.run.breaks[: pieces + 1]
         return Certified(
             replace(
@@ -63,13 +64,13 @@ class Certified:
         )
 
     def middles(self) -> list[Fraction]:
-        """A time in the middle of each piece."""
+        """Return a time in the middle of each piece."""
         return [(a + b) / 2 for a, b in pairwise(self.run.breaks)]
 
 
 @dataclass(frozen=True)
 class Case:
-    """One maneuver by the other integrator and as published."""
+    """One maneuver from the other integrator and as published."""
 
     number: int
     other: Certified
@@ -78,7 +79,7 @@ class Case:
 
     @property
     def rows(self) -> range:
-        """One per second."""
+        """One row per second."""
         return range(0, self.other.run.maneuver.rows, 100)
 
     @property
@@ -113,7 +114,7 @@ def case(
 
 
 def published_bound(folder: Path, run: Trajectory, number: int) -> Certificate:
-    """What certificate.json says: one bound for all states and times."""
+    """Return the bound of certificate.json, the same for all states and times."""
     entry = json.loads((folder / "certificate.json").read_text())["maneuvers"][number - 1]
     bounds = (Fraction(entry["bound"]),) * len(run.states)
     return Certificate(run.states, (bounds,) * run.steps, bounds)
@@ -122,12 +123,12 @@ def published_bound(folder: Path, run: Trajectory, number: int) -> Certificate:
 def disagreements(
     ours: Certified, published: Certified, times: Sequence[Fraction]
 ) -> list[tuple[str, Fraction]]:
-    """Columns and times at which two enclosures of one number do not meet."""
+    """Return columns and times at which two enclosures of one number do not overlap."""
     found = []
     for t, x, y in zip(times, ours.columns(times), published.columns(times), strict=True):
         assert x.keys() == y.keys() == set(NAMES)
         with flint.ctx.workprec(1000):
-            # Balls compare as less only when that is certain, and never when one is not a number.
+            # Balls compare as less only if that is certain, and never if one is NaN.
             found += [
                 (name, t)
                 for name in NAMES
@@ -137,7 +138,7 @@ def disagreements(
 
 
 def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
-    """Entries of the published rows that our enclosures do not round to."""
+    """Return entries of the published rows to which our enclosures do not round."""
     first = exact_columns(ours.run.bicycle, ours.run.maneuver)
     found = []
     for i, row in zip(case.rows, ours.columns(case.times), strict=True):
@@ -146,7 +147,7 @@ def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
             hi, lo = (float(part[name][i]) for part in (case.values.rows.hi, case.values.rows.lo))
             right = x.binary64() == hi and x.minus(hi).binary64() == lo
             if i == 0 and name in first and not right:
-                # A rational number that ends: no enclosure of it decides where zeros begin.
+                # A terminating decimal: no enclosure decides where its zeros begin.
                 exact = first[name]
                 right = x.low <= exact <= x.high
                 right = right and hi == float(exact) and lo == float(exact - Fraction(hi))
@@ -156,7 +157,7 @@ def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
 
 
 def moved(run: Trajectory, first: int, state: int, by: Fraction) -> Trajectory:
-    """The run with a constant added to one state variable from a piece on."""
+    """Return the run with a constant added to one state variable from a piece on."""
     offset = round(by * 2**run.grid)
 
     def piece(rows: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, ...], ...]:
@@ -184,7 +185,7 @@ def test_every_column_agrees_within_both_bounds(case: Case) -> None:
     times = case.times
     assert times == [Fraction(i) for i in range(len(case.rows))]
     assert disagreements(case.other, case.published, times) == []
-    # Enclosures so wide that they meet anyway would say nothing.
+    # Very wide enclosures would overlap anyway and prove nothing.
     for row in case.other.columns(times):
         for name, x in row.items():
             scale = float(abs(case.values.rows.hi[name]).max())
@@ -215,7 +216,7 @@ def test_a_state_off_by_1e_20_has_a_bound_that_says_so(case: Case) -> None:
     wrong = moved(cut.run, 3, 0, Fraction(1, 10**20))
     bound = enclose(wrong)
     assert Fraction(1, 10**20) < bound.worst < Fraction(1, 10**17)
-    # With its own, honest bound it is no contradiction.
+    # With its own, correct bound the wrong run does not contradict the published one.
     assert disagreements(Certified(wrong, bound), case.published, cut.middles()) == []
 
 
@@ -224,7 +225,7 @@ def test_a_series_cut_at_too_low_an_order_is_noticed(case: Case) -> None:
     pieces = tuple(tuple(row[:30] for row in piece) for piece in cut.run.pieces)
     wrong = replace(cut.run, pieces=pieces)
     times = cut.middles()
-    # In the middle of a piece the terms left out have shrunk by 2^30, and still show.
+    # In the middle of a piece the omitted terms are smaller by a factor of 2^30, but still visible.
     found = disagreements(replace(cut, run=wrong), case.published, times)
     assert {t for _, t in found} == set(times)
     assert enclose(wrong).worst > Fraction(1, 10**40)

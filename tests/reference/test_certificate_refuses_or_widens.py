@@ -1,7 +1,7 @@
-"""A damaged candidate is refused by name, or its bound grows as much as the damage.
+"""A damaged candidate is rejected by name, or its bound grows by the size of the damage.
 
 Each case damages a certified candidate of maneuver 2 (113 bits, half a second) in one way. The true
-effect of the damage is known or measured against the undamaged one, and the bound must cover it
+effect of the damage is known or measured against the undamaged candidate. The bound must cover it
 without being absurdly larger.
 """
 
@@ -31,7 +31,7 @@ def run(bicycle, maneuvers):
 
 @pytest.fixture(scope="module")
 def exact(bicycle, run):
-    """The same motion to 60 digits."""
+    """The same motion with 60 digits."""
     return integrate(bicycle, run.maneuver, 60)
 
 
@@ -41,14 +41,14 @@ def sound(run):
 
 
 def damaged(run, piece, change):
-    """The candidate with ``change(rows)`` applied to the coefficients of one piece."""
+    """Return the candidate with ``change(rows)`` applied to the coefficients of one piece."""
     pieces = [[list(row) for row in p] for p in run.pieces]
     change(pieces[piece])
     return replace(run, pieces=tuple(tuple(map(tuple, p)) for p in pieces))
 
 
 def test_a_sound_candidate_is_certified_near_its_roundoff(run, sound):
-    # The state is kept to 2^-129, increments are rounded to 2^-113 of up to 20 rad/s: 1e-33.
+    # The state is stored to 2^-129, and increments of up to 20 rad/s are rounded to 2^-113: 1e-33.
     assert 1e-34 < sound < 1e-27
 
 
@@ -56,7 +56,7 @@ def test_a_dropped_step(run):
     gap = replace(
         run, breaks=run.breaks[:2] + run.breaks[3:], pieces=run.pieces[:2] + run.pieces[3:]
     )
-    # The pieces after it are stretched over the gap: nowhere near a solution.
+    # The pieces after the gap are stretched over it, far from any solution.
     with pytest.raises(NotCertifiedError, match=r"step 2 of \d+, t = .* is not certified"):
         enclose(gap)
     missing = replace(run, pieces=run.pieces[:-1])
@@ -71,7 +71,7 @@ def test_a_piece_cut_to_degree_19(run, sound):
     def cut(rows):
         rows[:] = [row[:20] for row in rows]
 
-    # heyoka's order here is 42: the terms past 19 carry about half the digits.
+    # heyoka's order here is 42, and the terms beyond 19 carry about half the digits.
     bound = float(enclose(damaged(run, 2, cut)).worst)
     lost = max(abs(c) for row in run.pieces[2] for c in row[20:]) / 2**run.grid
     assert bound > lost > 1e6 * sound
@@ -159,7 +159,7 @@ def test_a_start_with_steer_is_certified(bicycle, run):
 
 
 def distance(a, b):
-    """Largest distance of two candidates' states at 300 times."""
+    """Return the largest distance of two candidates' states at 300 times."""
     import flint
 
     worst = 0.0

@@ -1,4 +1,4 @@
-"""A proof makes the constants of the equations as often for many pieces as for few."""
+"""A proof computes the constants of the equations equally often for many pieces and for few."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.proof
 
 @pytest.fixture
 def made(monkeypatch):
-    """How often constants are made."""
+    """Counts how often constants are computed."""
     count = []
     original = reduced.constants
     monkeypatch.setattr(reduced, "constants", lambda *a: count.append(1) or original(*a))
@@ -23,7 +23,7 @@ def made(monkeypatch):
 
 
 def stages(run, made):
-    """How often each stage of a proof makes them."""
+    """Return how often each stage of a proof computes the constants."""
     counts = []
     certificate = enclose(run)
     counts.append(len(made))
@@ -46,5 +46,5 @@ def test_however_many_pieces_there_are(candidate, made):
         )  # fmt: skip
         found.append(stages(part, made))
     assert found[0] == found[1]
-    # Circles, matrices and defects; circles and integrals; circles and series.
+    # Uses by stage: circles, matrices and defects; circles and integrals; circles and series.
     assert found[0] == [3, 5, 7]

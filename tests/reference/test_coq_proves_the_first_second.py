@@ -1,7 +1,7 @@
-"""Coq proves Theorem 1 for the first second of maneuver 3, and refuses what is wrong.
+"""Coq proves Theorem 1 for the first second of maneuver 3, and rejects wrong certificates.
 
-The development is `tests/checker/formal`. A damage is made in its certificate, cut to two pieces,
-or in its equations.
+The development is in `tests/checker/formal`. Each damage is made in its certificate, cut to two
+pieces, or in its equations.
 """
 
 import re
@@ -25,7 +25,7 @@ Require Import Enclosure Equations Certificate.
 Lemma checked : check equations integers start pieces = true.
 Proof. vm_cast_no_check (eq_refl true). Qed.
 """
-# What CoqInterval, Flocq and the real numbers of Coq's library rest on.
+# Axioms of CoqInterval, Flocq and the real numbers of Coq's library.
 ASSUMED = re.compile(
     r"(Uint63|PrimInt63|PrimFloat|FloatAxioms|ClassicalDedekindReals)\.\w+"
     r"|FunctionalExtensionality\.functional_extensionality_dep|Classical_Prop\.classic"
@@ -33,14 +33,14 @@ ASSUMED = re.compile(
 
 
 def compiled(folder, name):
-    """Runs Coq on a file: its exit code and its output."""
+    """Run Coq on a file; return its exit code and its output."""
     found = subprocess.run(["coqc", f"{name}.v"], cwd=folder, capture_output=True, text=True)
     return found.returncode, found.stdout + found.stderr
 
 
 @pytest.fixture(scope="module")
 def theory(tmp_path_factory):
-    """A folder in which all but the certificate and what follows is compiled."""
+    """A folder with everything compiled, except the certificate and the files that need it."""
     folder = tmp_path_factory.mktemp("theory")
     probe = "From Interval Require Import Eval.Eval.\nFrom Coquelicot Require Import Coquelicot.\n"
     (folder / "Probe.v").write_text(probe)
@@ -56,7 +56,7 @@ def theory(tmp_path_factory):
 
 @pytest.fixture
 def short(theory, tmp_path):
-    """A copy of it, with a certificate of two pieces."""
+    """A copy of the folder, with a certificate of two pieces."""
     folder = tmp_path / "short"
     shutil.copytree(theory, folder)
     text = (folder / "Certificate.v").read_text()
@@ -77,7 +77,7 @@ def is_accepted(folder):
 
 
 def swapped(name, pattern, change):
-    """A damage: what the first group of a pattern holds is changed, once."""
+    """Return a damage that changes the first group of a pattern's only match."""
 
     def damage(folder):
         file = folder / f"{name}.v"
@@ -94,8 +94,8 @@ def moved(by):
     return lambda digits: str(int(digits) + by)
 
 
-SECOND = r"Piece \[.*?Piece \["  # of two pieces, up to the coefficients of the second
-NUMBERS = r"\]\]\s+"  # up to the four numbers of the first
+SECOND = r"Piece \[.*?Piece \["  # matches two pieces, up to the coefficients of the second
+NUMBERS = r"\]\]\s+"  # matches up to the four numbers of the first
 DAMAGES = {
     "the candidate begins elsewhere": swapped("Certificate", r"Piece \[\[(0);", moved(2**30)),
     "its polynomial is another": swapped("Certificate", r"Piece \[\[0; (-?\d+)", moved(2**30)),
@@ -142,7 +142,7 @@ def test_nothing_is_left_unproved():
 
 
 def test_the_program_is_the_equations():
-    """Its operations, carried out as Coq's definition says, give the rates of the state."""
+    """The program's operations, as defined in Coq, give the rates of the state."""
     text = (SOURCES / "Equations.v").read_text()
     integers, program = (part.partition("\n")[2] for part in text.split("Definition ")[1:])
     a = Multiprecision(40)

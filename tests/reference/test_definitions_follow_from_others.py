@@ -1,6 +1,6 @@
-"""Definitions that no set stores are what an independent model has in the states of the set.
+"""Definitions that no dataset stores agree with an independent model at its states.
 
-The oracle knows Newton's and Euler's equations of the four bodies, and nothing of the columns.
+The oracle uses Newton's and Euler's equations of the four bodies and does not know the columns.
 """
 
 from fractions import Fraction
@@ -19,7 +19,7 @@ from oracles.vectors import Multiprecision, axes, rotation
 
 NAMES = [c.name for c in FOLLOWING]
 STATE = ("roll_angle", "pitch", "steer_angle", "yaw", "roll_rate", "steer_rate", "forward_speed")
-# Of the scale: the set is good to 1e-31, and a formula adds some last digits.
+# Relative to the scale: the dataset is accurate to 1e-31, and a formula adds roundoff.
 SMALL = 1e-29
 
 
@@ -28,7 +28,7 @@ def exactly(values, name, row):
 
 
 def from_the_oracle(bicycle, state):
-    """The definitions, of the oracle's motion turned by the yaw."""
+    """Return the definitions from the oracle's motion, rotated by the yaw."""
     number = Multiprecision(40)
     roll, pitch, steer, yaw, roll_rate, steer_rate, speed = state
     pitch, yaw, sqrt = number.exact(pitch), number.exact(yaw), number.sqrt

@@ -33,7 +33,7 @@ def test_every_column_at_random_times(reference, long_run, number):
                 scale = np.abs(maneuver.rows.hi[name]).max()
                 found = flint.arb(float(values.hi[name][i])) + float(values.lo[name][i])
                 error = abs(found - truth[name])
-                # 25 digits is the promise. A time enters as hi + lo, 32 digits of 10 s.
+                # The documentation promises 25 digits. Times are hi + lo, 32 digits of 10 s.
                 assert error < scale * 1e-25, (name, float(t))
 
 
@@ -51,7 +51,7 @@ def test_rows_are_reproduced(reference):
 
 @pytest.mark.proof
 def test_plain_clenshaw_gives_binary64(reference):
-    """The hi coefficients alone, in ordinary arithmetic, give binary64 accuracy."""
+    """The hi coefficients alone, in binary64 arithmetic, give binary64 accuracy."""
     for maneuver in reference.values():
         t = np.linspace(0, 10, 1000, endpoint=False) + 0.003
         piece = np.searchsorted(maneuver.breaks, t, side="right") - 1
@@ -62,13 +62,14 @@ def test_plain_clenshaw_gives_binary64(reference):
             value = np.array([np.polynomial.chebyshev.chebval(xi, c[p])
                               for xi, p in zip(x, piece, strict=True)])  # fmt: skip
             scale = np.abs(maneuver.rows.hi[name]).max()
-            # x carries an error of 2 eps times 2 t / (b - a), which a fast column amplifies.
+            # x has an error of 2 eps times 2 t / (b - a), which a rapidly changing column
+            # amplifies.
             assert np.abs(value - maneuver.evaluate(t)[name]).max() < 1e-12 * scale, name
 
 
 @pytest.mark.proof
 def test_a_damaged_coefficient_is_seen(reference):
-    """The promise fails for a coefficient that is off by 1e-24 of the column's scale."""
+    """A coefficient that is wrong by 1e-24 of the column's scale breaks the promise."""
     maneuver = reference[1]
     lo = {n: x.copy() for n, x in maneuver.dense.lo.items()}
     scale = np.abs(maneuver.rows.hi["steer_rate"]).max()

@@ -1,4 +1,4 @@
-"""The descriptor form that `export` writes in C and Python: its numbers, and how IDA follows it.
+"""The descriptor form that `export` writes in C and Python is right, and IDA follows it.
 
 IDA is the solver of differential-algebraic equations of SUNDIALS, in Python by scikit-sundae.
 """
@@ -19,7 +19,7 @@ from support.export_programs import need, run
 pytestmark = pytest.mark.proof
 
 SIZE, COORDINATES, MULTIPLIERS = 24, 9, 6
-# A state and rates off the floor, with velocities that slip: the formulas are the same there.
+# A state and rates off the floor, with slipping velocities, because the formulas are the same.
 Z = [round(0.3 + 0.1 * (i % 7) - 0.05 * (i % 4), 3) for i in range(SIZE)]
 RATES = [round(0.2 * (i % 5) - 0.3, 3) for i in range(SIZE)]
 
@@ -82,7 +82,7 @@ def right(bicycle):
 
 def agree(found, right):
     for values, expected in zip(found, right, strict=True):
-        # Some hundred operations: 1e4 units of roundoff of the largest.
+        # Some hundred operations: 1e4 units of roundoff of the largest value.
         assert np.abs(np.ravel(values) - expected).max() < 1e-12 * np.abs(expected).max()
 
 
@@ -94,7 +94,7 @@ def test_python_has_the_numbers(python_equations, right):
 
 
 def test_c_has_the_numbers(tmp_path, python_equations, right):
-    """Those of the reduced form as in Python, where a solver need not be installed for C."""
+    """C also has the numbers of the reduced form; this needs no solver for C."""
     b = python_equations
     y = b.reduced(Z)
     reduced = [np.ravel(x) for x in (b.rates(0.0, y), b.jacobian(0.0, y), b.columns(y))]
@@ -121,10 +121,10 @@ def test_ida_follows_them(index, digits, number, python_equations, reference):
     start, rates = (
         np.array(getattr(b, f"descriptor_{x}_{number}")()) for x in ("start", "start_rates")
     )
-    # Of the initial state, in N and m/s^2 at most; its forces are some hundred N.
+    # Residual of the initial state, in N and m/s^2; its forces are some hundred N.
     assert np.abs(residual(0.0, start, rates)).max() < 1e-10
-    # Forces, and at index 3 the rates too, are not held to a tolerance: their errors do not fall
-    # with the step as those of the coordinates do.
+    # The tolerance does not apply to forces, and at index 3 not to the rates, because their errors
+    # do not decrease with the step as those of the coordinates do.
     tolerances = np.full(SIZE, 1e-14)
     tolerances[2 * COORDINATES if index == 2 else COORDINATES :] = 100
     solver = ida.IDA(

@@ -1,7 +1,7 @@
-"""What the proof adds or refuses is needed: without it a bound would be smaller than the truth.
+"""Each part of the proof is needed: without it a bound would be below the true error.
 
-The first steps of the published maneuver 2, whole or damaged. Each test was seen to fail with the
-part of the proof that it names taken away.
+The tests use the first steps of the published maneuver 2, whole or damaged. Each test has been seen
+to fail without the part of the proof that it names.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def sound(run: Trajectory) -> Certificate:
 
 
 def damaged(run: Trajectory, step: int, change: Callable[[Rows], None]) -> Trajectory:
-    """The candidate with its coefficients of one step changed in place."""
+    """Return the candidate with its coefficients of one step changed in place."""
     pieces = [[list(row) for row in piece] for piece in run.pieces]
     change(pieces[step])
     return replace(run, pieces=tuple(tuple(map(tuple, p)) for p in pieces))
@@ -63,7 +63,7 @@ def test_the_sound_candidate_is_certified(sound: Certificate) -> None:
     assert sound.worst < Fraction(1, 10**60)
 
 
-# The candidate is whole, and starts where the motion does.
+# The candidate must be whole, and must start where the motion does.
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_an_initial_pitch_that_may_be_a_double_root(
     turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)))
 
     def variables(_: Any, values: Sequence[flint.arb]) -> list[Dual]:
-        """Of what is no exact number, a slope that may vanish."""
+        """Replace the dual numbers of inexact values by ones whose slope may vanish."""
         return [Dual(x, (1 if x.is_exact() else flint.arb(0, 1),)) for x in values]
 
     monkeypatch.setattr(initial.Duals, "variables", variables)
@@ -108,13 +108,13 @@ def test_an_initial_pitch_that_may_be_a_double_root(
         initial.initial_state(Equations.of(bicycle, Balls(237)), turned)
 
 
-# The defect, and what its series leaves out.
+# The defect, and the terms that its series omits.
 
 
 def test_what_the_polynomial_of_the_defect_leaves_out(
     run: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a candidate of degree 1 and a polynomial of two terms, the defect is what is left out."""
+    """With degree 1 and a series of two terms, the whole defect consists of omitted terms."""
 
     def straight(rows: Rows) -> None:
         rows[:] = [row[:2] for row in rows]
@@ -134,7 +134,7 @@ def test_what_the_polynomial_of_the_defect_leaves_out(
 
 
 def defects(run: Trajectory) -> list[float]:
-    """Of the first piece at its end."""
+    """Return the defects of the first piece at its end."""
     balls = Balls(BITS)
     equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
     piece = run.piece(0)
@@ -147,7 +147,7 @@ def defects(run: Trajectory) -> list[float]:
 
 
 def test_what_the_polynomial_of_the_jacobian_leaves_out(run: Trajectory) -> None:
-    """Three terms of h J, against h J at the end of the piece."""
+    """Compare three terms of h J with h J at the end of the piece."""
     prover = enclose.Prover(run)
     piece = run.piece(0)
     rim = circle_bound(piece, Equations.rates_with_yaw, prover.circles)
@@ -169,7 +169,7 @@ def test_what_the_polynomial_of_the_jacobian_leaves_out(run: Trajectory) -> None
 
 
 def test_an_error_that_leaves_the_polydisc(run: Trajectory, monkeypatch: Any) -> None:
-    """Bounds that agree with themselves, from an error of up to 0.6 of the polydisc's radius."""
+    """Self-consistent bounds would result for an error of up to 0.6 of the polydisc's radius."""
     monkeypatch.setattr(Carried, "bounds", lambda self, forces: ([x * 0.3 for x in rho()],) * 2)
     with pytest.raises(NotCertifiedError, match="not below 1/2"):
         enclose.enclose(run)
@@ -183,7 +183,7 @@ def test_an_error_bound_that_does_not_agree_with_itself(run: Trajectory, monkeyp
 
 
 def test_what_is_not_linear_in_the_error(run: Trajectory, sound: Certificate, monkeypatch: Any):
-    """Equations with huge second derivatives cannot be certified so well."""
+    """Equations with huge second derivatives cannot be certified as accurately."""
 
     def curved(piece: Any, function: Any, equations: Any, radii: Any = (4,)) -> Circle:
         found = circle_bound(piece, function, equations, radii)
@@ -209,7 +209,7 @@ def test_y_that_is_badly_conditioned(run: Trajectory, monkeypatch: pytest.Monkey
 
 
 def test_a_halved_piece_has_the_larger_bound(run: Trajectory, monkeypatch: Any) -> None:
-    """An error that grows late in a step is in the second half; an early one fades in it."""
+    """An error that grows late in a step is in the second half; an early one decays there."""
     monkeypatch.setattr(cauchy, "DEPTH", 1)
     whole = enclose.Prover.whole
 
@@ -237,7 +237,7 @@ def test_jumps_between_pieces(run: Trajectory) -> None:
     assert Fraction(1, 2**60) <= bounds[1][0] < Fraction(1, 2**50)
 
 
-# What follows from the state's bound.
+# Quantities that follow from the bound of the state.
 
 
 def certificate(run: Trajectory, bound: Fraction) -> Certificate:
@@ -301,7 +301,7 @@ def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch
 
 @pytest.mark.parametrize("order", [0, 31])
 def test_a_coefficient_that_is_off_is_a_distance(run: Trajectory, order: int) -> None:
-    """The yaw over a tenth of a piece, from its Chebyshev piece: by that, and hardly more."""
+    """The distance of the yaw over a tenth of a piece is the coefficient's error, hardly more."""
     exact = Stretch(run.piece(0), (Fraction(0),) * SIZE)
     found = next(dense.expansions(run, lambda equations, state: [state[6]], [exact]))
     piece = found.piece.t0, found.piece.t0 + found.piece.h / 10
@@ -319,14 +319,14 @@ def test_a_coefficient_that_is_off_is_a_distance(run: Trajectory, order: int) ->
 
 
 def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
-    """Of sin(roll), at a state off by 1e-9, the cosine of the roll is not far from 1."""
+    """The error of sin(roll) for a state wrong by 1e-9, where cos(roll) is close to 1."""
     off = Fraction(1, 10**9)
     assert expansion(run, Fraction(0)).remainders[0] < 1e-30
     assert expansion(run, off).remainders[0] > 0.9e-9
 
 
 def test_what_the_coefficients_of_an_integrand_leave_out(run: Trajectory, monkeypatch: Any) -> None:
-    """If that were 1e-9 of its bound on the circle, no place would be known better."""
+    """With omitted terms of 1e-9 of the bound on the circle, positions are no more certain."""
     monkeypatch.setattr(analytic, "geometric", lambda radius, length: flint.arb("1e-9"))
     *_, last = with_integrals(run, certificate(run, Fraction(0)))
     time = float(run.breaks[-1])
@@ -335,7 +335,7 @@ def test_what_the_coefficients_of_an_integrand_leave_out(run: Trajectory, monkey
 
 
 def test_what_the_polynomial_of_an_integral_leaves_out(run: Trajectory) -> None:
-    """Of a candidate with four terms to a variable, integrals have four too; padded, 40."""
+    """The integrals of a candidate with four terms have four terms too; padded ones have 40."""
 
     def ends(terms: int) -> tuple[list[Fraction], Sequence[Fraction]]:
         def cut(rows: Rows) -> None:
@@ -371,7 +371,7 @@ def test_what_a_polynomial_leaves_out_is_the_rest_of_a_geometric_series() -> Non
 
 
 def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:
-    """The rate of the rear wheel is spin + q: off by 1e-12, its angle by that times the time."""
+    """The rate of the rear wheel is spin + q; its error of 1e-12 grows with time in the angle."""
     off = Fraction(1, 10**12)
     *_, last = with_integrals(run, certificate(run, off))
     assert all(bound >= off * run.breaks[-1] for bound in last.bounds[9:])
@@ -380,7 +380,7 @@ def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:
 
 
 def test_a_root_of_what_may_be_zero() -> None:
-    """Of a sum of squares whose ball reaches below zero: from zero to the root of its upper end."""
+    """The root of a sum of squares whose ball reaches below zero starts at zero."""
     balls = NonnegativeRoots(64)
     with balls.precision():
         root = balls.sqrt(flint.arb(1, 3))

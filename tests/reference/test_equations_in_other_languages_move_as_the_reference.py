@@ -1,6 +1,7 @@
-"""The equations that `export` writes, in each language, give the model's numbers and its motion.
+"""The equations that `export` writes, in each language, reproduce the model and its motion.
 
-A solver of the language follows maneuver 2 with them; a language that is not installed is skipped.
+A solver of the language integrates maneuver 2 with them; languages that are not installed are
+skipped.
 """
 
 import numpy as np
@@ -17,15 +18,15 @@ from support.equation_programs import SOMEWHERE, export
 
 pytestmark = pytest.mark.proof
 
-# Halves of a second that are followed. Octave takes a millisecond for each call of its rates.
+# Number of half seconds that are integrated. Octave takes a millisecond for each call of its rates.
 HALVES = {"python": 20, "c": 20, "fortran": 20, "matlab": 1, "rust": 20}
-# Of the largest value of each column, what the solvers reach at the tolerances they are given.
+# Digits that the solvers reach at their tolerances, relative to each column's largest value.
 DIGITS = 12
 
 
 @pytest.fixture(scope="module")
 def right(bicycle):
-    """Rates, Jacobian and columns from the model with 60 digits, the Jacobian by differences."""
+    """Rates, Jacobian (by differences) and columns from the model with 60 digits."""
     a = Multiprecision(60)
     exact = Equations.of(bicycle, a)
     y, h = [a.context.mpf(x) for x in SOMEWHERE], a.context.mpf("1e-20")
@@ -46,7 +47,7 @@ def test_numbers_and_motion(language, tmp_path, right, reference):
     halves = HALVES[language]
     *found, motion = getattr(equation_programs, f"{language}_numbers")(tmp_path, halves)
     for values, expected in zip(found, right, strict=True):
-        # Some hundred operations: 1e4 units of roundoff of the largest.
+        # Some hundred operations: 1e4 units of roundoff of the largest value.
         assert np.abs(values - expected).max() < 1e-12 * np.abs(expected).max()
     rows = [50 * i for i in range(halves + 1)]
     exact = np.array([reference[2].rows.hi[c] for c in BENCHMARK_COLUMNS])
@@ -64,7 +65,7 @@ def test_every_bicycle_has_its_equations(name, tmp_path):
     right = np.array(whole_rates(exact, [a.context.mpf(x) for x in SOMEWHERE]), float)
     found = np.array(module["rates"](0.0, SOMEWHERE))
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
-    # Both forms agree at the start: newtons, of some hundred.
+    # Both forms agree at the start, in newtons of some hundred.
     start = module["descriptor_start_1"](), module["descriptor_start_rates_1"]()
     for residual in (module["residual_2"], module["residual_3"]):
         assert np.abs(residual(0.0, *start)).max() < 1e-10

@@ -1,7 +1,7 @@
-"""Bounds on how errors travel hold, for linear equations whose solution is known to any digit.
+"""Bounds on the propagation of errors are valid for linear equations with known solutions.
 
-The matrix of the equations is A + B s, the candidate's Y and V are cut at low order, so that all
-that is charged for their defects is large and would be missed.
+The matrix of the equations is A + B s. The candidate's Y and V are cut at low order, so the
+contributions of their defects to the bounds are large, and leaving one out would be visible.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from heyoka_bike.numbers.ball_matrices import (
 from heyoka_bike.reference.proof.enclose import MATRIX_BITS, SIZE, Carried, Flow, Frame
 
 EXACT = 40
-"""Terms of the true solution: the rest is below 1e-30."""
+"""Number of terms of the true solution, whose rest is below 1e-30."""
 TIMES = [flint.arb(i) / 8 for i in range(9)]
 
 
@@ -50,7 +50,7 @@ def system(rng: random.Random, length: int, low: float = -0.02) -> list[flint.ar
 
 
 def flow(a: Polynomial, length: int) -> Flow:
-    """Of polynomials of few terms."""
+    """Return the flow of polynomials with few terms."""
     found = Flow.of(a[:length], zero())
     assert found.eta < 1
     return found
@@ -62,7 +62,7 @@ def slope(p: Polynomial, s: flint.arb) -> flint.arb_mat:
 
 @pytest.mark.parametrize("length", [2, 4, 8])
 def test_the_defects_of_y_and_v_are_bounded(rng: random.Random, length: int) -> None:
-    """At some times, with a matrix that has a tail."""
+    """Test at some times, with a matrix that has a tail."""
     a = system(rng, EXACT, low=0.0)
     weights, tail = perron(a), matrix(rng, 0, 0.1)
     for rest in (zero(), tail):
@@ -77,7 +77,7 @@ def test_the_defects_of_y_and_v_are_bounded(rng: random.Random, length: int) -> 
 
 
 def test_what_rounding_leaves_over_of_a_solution_is_enclosed(rng: random.Random) -> None:
-    """With 12 bits, that is all there is at low orders, at either end of -1 <= s <= 1."""
+    """With 12 bits, low orders contain only rounding errors, at both ends of -1 <= s <= 1."""
     a = system(rng, 6)
     g = [matrix(rng, -1, 1) for _ in a]
     with flint.ctx.workprec(12):
@@ -112,7 +112,7 @@ def test_nothing_is_known_of_an_inverse_that_is_not_near(rng: random.Random) -> 
 
 @pytest.mark.parametrize("length", [3, 5])
 def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
-    """Of e' = A e + force, for initial errors at corners of the frame and the worst of forces."""
+    """Solve e' = A e + force, for initial errors at corners of the frame and worst forces."""
     a = system(rng, EXACT)
     f = flow(a, length)
     y, _ = solution(a, identity(SIZE))
@@ -125,8 +125,8 @@ def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
     corners = [[rng.choice((-1, 1)) * r for r in frame.radii] for _ in range(20)]
     for s in TIMES:
         from_start = value(y, s) * frame.matrix
-        # The worst of forces at one time for one variable: the rectangle rule is off by less than
-        # a twentieth.
+        # The worst force at each time for one variable; the rectangle rule has an error below a
+        # twentieth.
         worst = [flint.arb(0)] * SIZE
         steps = 32
         for j in range(steps):
@@ -148,7 +148,7 @@ FORCES = [flint.arb(1)] * SIZE
 
 
 def test_what_the_defect_of_y_leaves_out_is_charged(rng: random.Random) -> None:
-    """Nonnegative equations: a series of Y cut early is too small, and so without the charge."""
+    """For nonnegative equations a short series of Y is too small, unless its defect counts."""
     a = system(rng, EXACT, low=0.01)
     carried = Carried(flow(a, 2), Frame(identity(SIZE), FORCES))
     sup, added = carried.bounds(NOTHING)
@@ -162,7 +162,7 @@ def test_what_the_defect_of_y_leaves_out_is_charged(rng: random.Random) -> None:
 
 
 def test_the_whole_motion_may_be_a_defect() -> None:
-    """With Y = 1, e' = k e + force is all defect: e = exp(k) from 1, (exp(k) - 1) / k by 1."""
+    """With Y = 1, e' = k e + force is all defect: exp(k) from 1, (exp(k) - 1) / k from force."""
     with flint.ctx.workprec(MATRIX_BITS):
         k, one = flint.arb("0.4"), flint.arb(1)
         f = Flow([identity(SIZE)], [identity(SIZE)], FORCES, k, one, flint.arb(0), one)
@@ -173,7 +173,7 @@ def test_the_whole_motion_may_be_a_defect() -> None:
 
 
 def test_a_poor_inverse_is_charged() -> None:
-    """V is less than the inverse of Y = 1 by a third: forces seem to push a third less."""
+    """V is a third smaller than the inverse of Y = 1, so forces seem a third less effective."""
     with flint.ctx.workprec(MATRIX_BITS):
         third = flint.arb(1) / 3
         v = [identity(SIZE) * (1 - third)]
@@ -183,7 +183,7 @@ def test_a_poor_inverse_is_charged() -> None:
 
 
 def test_forces_may_do_most_on_the_way() -> None:
-    """For e' = (1 - 2 s) e / 5 a force at 0 has grown by exp(1/20) at 1/2, and not at all at 1."""
+    """For e' = (1 - 2 s) e / 5 a force at 0 has grown by exp(1/20) at 1/2, but not at all at 1."""
     with flint.ctx.workprec(MATRIX_BITS):
         fifth, most = flint.arb(1) / 5, flint.arb("0.05").exp()
         a = [identity(SIZE) * fifth, identity(SIZE) * (-2 * fifth)] + [zero()] * 18

@@ -1,4 +1,4 @@
-"""Every byte of a set of the version that this package makes is in its manifest."""
+"""The manifest of a dataset of the current version covers every byte."""
 
 import random
 import shutil
@@ -19,12 +19,12 @@ from heyoka_bike.reference.verification.verify import check_files, verify
 
 pytestmark = pytest.mark.proof
 
-FLIPS = 3  # in each file
+FLIPS = 3  # per file
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory, small_set):
-    """A set as the published one is made, of a short maneuver in place of the benchmark's."""
+    """A dataset made like the published one, of a short maneuver instead of the benchmark's."""
     inputs = benchmark()[0], read_maneuvers(small_set.parent / "m.toml")
     out = tmp_path_factory.mktemp("whole") / "set"
     with pytest.MonkeyPatch.context() as patch:
@@ -35,7 +35,7 @@ def whole(tmp_path_factory, small_set):
 
 @pytest.fixture
 def copy(whole, tmp_path, monkeypatch):
-    """A copy that is the published one."""
+    """A copy that counts as the published dataset."""
     digest = read_manifest(whole).sha256
     monkeypatch.setattr(manifest_file, "PUBLISHED_MANIFEST_SHA256", digest)
     return shutil.copytree(whole, tmp_path / "copy")
@@ -57,7 +57,7 @@ def test_the_manifest_has_every_file_but_itself(copy, folder):
 def test_it_is_verified_certified_and_made_again(copy):
     assert {c.message for c in verify(copy).checks if not c.passed} == set()
     assert len(certify(copy)) == 1
-    # What lies in the folder goes before what comes with the package.
+    # Files in the folder take precedence over those of the package.
     (copy / AFTER_FILES[0]).write_bytes(b"{}")
     assert making._after(copy)[AFTER_FILES[0]] == b"{}"
     assert making._after(copy.parent)[AFTER_FILES[0]] != b"{}"

@@ -1,4 +1,4 @@
-"""docs/examples and the hooks: copied, run, passing; and failing once their bicycle is wrong."""
+"""docs/examples and the hooks run and pass, and fail if their bicycle is wrong."""
 
 import os
 import re
@@ -23,7 +23,7 @@ COARSE = ROOT / "data" / "peers" / "exudyn-h0.01.txt"
 
 @pytest.fixture
 def shell(tmp_path, monkeypatch):
-    """Run lines of shell in a folder, with a heyoka-bike on the PATH."""
+    """Runs lines of shell in a folder, with heyoka-bike on the PATH."""
     tool = tmp_path / "bin" / "heyoka-bike"
     tool.parent.mkdir()
     tool.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m heyoka_bike "$@"\n')
@@ -40,7 +40,7 @@ def shell(tmp_path, monkeypatch):
 
 
 def copied(name, tmp_path, old="", new=""):
-    """A copy of an example, with a piece of its code changed."""
+    """Copy an example, with a piece of its code changed."""
     folder = tmp_path / f"copy{'-changed' if new else ''}"
     shutil.copytree(EXAMPLES / name, folder)
     if new:
@@ -50,7 +50,7 @@ def copied(name, tmp_path, old="", new=""):
 
 
 def commands(path):
-    """The commands in the opening comment of a file: what is indented."""
+    """Return the commands in the opening comment of a file, which are indented."""
     comment = re.match(r"([#%!].*\n)+", path.read_text())[0]
     return "".join(re.findall(r"^[#%!]   (.*\n)", comment, re.MULTILINE))
 
@@ -90,7 +90,7 @@ def test_the_action_runs(shell, tmp_path):
     assert all(set(x) <= {"description", "required", "default"} for x in action["inputs"].values())
     steps = action["runs"]["steps"]
     for step in steps:
-        # A step that runs needs a shell; one that uses another action has neither.
+        # A step that runs commands needs a shell, a step that uses another action has none.
         assert ("uses" in step) != ({"run", "shell"} <= set(step))
     (install,) = [s for s in steps if "pip install" in s.get("run", "")]
     assert install["env"] == {"PACKAGE": "${{ inputs.package }}"}
@@ -104,7 +104,7 @@ def test_the_action_runs(shell, tmp_path):
     done = shell(step["run"], tmp_path, **environment)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "report.xml").read_text().startswith("<?xml")
-    # What is required by default, and what is in a name, is text and nothing else.
+    # The default requirement and names are treated as text only.
     default = action["inputs"]["require"]["default"]
     done = shell(step["run"], tmp_path, **environment | {"REQUIRE": default})
     assert done.returncode == 3

@@ -1,4 +1,4 @@
-"""The exported C, Fortran and Octave code, compiled and run, gives what `evaluate` gives."""
+"""The exported C, Fortran and Octave code, compiled and run, agrees with `evaluate`."""
 
 import numpy as np
 import pytest
@@ -8,18 +8,18 @@ from support.export_programs import c_values, export, fortran_values, octave_val
 
 EVERY_COLUMN = tuple(c.name for c in COLUMNS)
 
-# In units of the last place of a column's scale. One was the largest difference of the 22 columns
-# at 16000 times, from the last sum of Clenshaw's rule; the other is for its argument, which is
-# rounded too, and for fused products.
+# Tolerance in units of the last place of a column's scale. The largest difference of the 22 columns
+# at 16000 times was one, from the last sum of Clenshaw's rule. The second allows for the rounded
+# argument and fused products.
 ULPS = 2
-# Of a column's scale. Fused, the double-double sums differ in their last bits, 2^-104 of a term;
-# 3e-32 was the largest difference.
+# Tolerance relative to a column's scale. Fused double-double sums differ in their last bits, 2^-104
+# of a term; the largest difference was 3e-32.
 LAST_BITS = 1e-31
 
 
 @pytest.fixture(scope="module")
 def times(reference):
-    """Random times, rows, breaks and their neighbours, as hi + lo; the same for each maneuver."""
+    """Random times, rows, breaks and their neighbours, as hi + lo, for each maneuver."""
     random = np.random.default_rng(7)
     breaks = np.unique(np.concatenate([m.breaks for m in reference.values()]))
     inside = breaks[1:-1]
@@ -36,7 +36,7 @@ def times(reference):
 
 
 def plain_clenshaw(maneuver, name, t):
-    """The sum that the exports write, in NumPy: products and sums in the same order."""
+    """Compute the sum of the exports in NumPy: products and sums in the same order."""
     piece = np.minimum(
         np.searchsorted(maneuver.breaks, t, side="right") - 1, len(maneuver.breaks) - 2
     )
@@ -55,7 +55,7 @@ def check_plain(found, reference, columns, t):
         for j, name in enumerate(columns):
             ulp = np.spacing(m.scale(name))
             assert np.max(np.abs(found[i, j] - expected[name])) <= ULPS * ulp, (m.name, name)
-            # Not one coefficient has lost a bit on its way through text.
+            # No coefficient has lost a bit by conversion to text.
             assert np.array_equal(found[i, j], plain_clenshaw(m, name, t)), (m.name, name)
 
 
@@ -93,7 +93,7 @@ def test_optimised_c_agrees_to_its_arithmetic(reference, tmp_path, times):
             assert np.max(np.abs(plain - expected_plain[name])) <= ULPS * np.spacing(scale), name
             difference = (hi - expected[name]) + (lo - expected.lo[name])
             assert np.max(np.abs(difference)) <= LAST_BITS * scale, name
-            # hi is the rounded sum; it moves only where that is nearly halfway.
+            # hi is the rounded sum, and differs only where the sum is nearly halfway.
             assert np.mean(hi == expected[name]) > 0.999, name
 
 
@@ -122,7 +122,7 @@ def test_times_outside_the_run_give_nan(reference, tmp_path, kind, values):
     found = found.reshape(len(reference), len(BENCHMARK_COLUMNS), len(hi), -1)
     assert np.isfinite(found[:, :, :2]).all()
     assert np.isnan(found[:, :, 2:7]).all()
-    # Just after the end: for the pair only.
+    # Just after the end: only the pair reaches there.
     assert np.isfinite(found[:, :, 7, 0]).all()
     assert np.isnan(found[:, :, 7, 1:]).all()
 

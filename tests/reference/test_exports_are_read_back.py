@@ -1,4 +1,4 @@
-"""CSV, JSON and netCDF hold the very numbers of the reference, and score as it does."""
+"""CSV, JSON and netCDF contain exactly the numbers of the reference, and score like it."""
 
 import json
 from dataclasses import replace
@@ -19,7 +19,7 @@ from support.export_programs import STEM, c_values, export, need, run
 
 SCHEMA = data_folder().parent / "heyoka_bike" / "reference" / "exports" / "export-1.schema.json"
 
-# What rows of hi + lo differ from the dense output by.
+# Difference of hi + lo rows from the dense output.
 DENSE = 1e-28
 
 
@@ -70,7 +70,7 @@ def test_csv_is_what_it_says(tmp_path, reference):
 
 
 def cut(document):
-    """The document with the first items of each list: the schema asks the same of all."""
+    """Return the document with shortened lists, because the schema treats all items alike."""
     match document:
         case dict():
             return {key: cut(value) for key, value in document.items()}
@@ -157,7 +157,7 @@ def test_netcdf_is_read_by_its_own_library(tmp_path):
 
 @pytest.fixture
 def shorter(reference):
-    """A set whose first maneuver ends at 0.1 s, which no binary64 is, in rows of 1/30 s."""
+    """A dataset whose first maneuver ends at 0.1 s, which is not a binary64, in rows of 1/30 s."""
     m = reference[1]
     first = {name: x[:1] for name, x in m.dense.hi.items()}
     first_lo = {name: x[:1] for name, x in m.dense.lo.items()}
@@ -190,7 +190,7 @@ def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):
 
 
 def test_an_end_that_is_no_binary64_is_kept_to_32_digits(shorter, tmp_path):
-    """1/10 is below the binary64 0.1: that is inside for the plain evaluator only."""
+    """1/10 is below the binary64 0.1, which is inside only for the plain evaluator."""
     for suffix, data in formats.c(choose(shorter, 1, "yaw"), STEM).items():
         (tmp_path / f"{STEM}{suffix}").write_bytes(data)
     rest = float(Fraction(1, 10) - Fraction(0.1))

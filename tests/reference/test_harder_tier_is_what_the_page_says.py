@@ -1,4 +1,4 @@
-"""docs/harder-tier.md: its inputs, tables and edge are what the files and the program say."""
+"""The inputs, tables and edge in docs/harder-tier.md agree with the files and the program."""
 
 import json
 import re
@@ -31,9 +31,9 @@ from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.system.resources import data_folder
 
-# Of the page: below the first the bicycle recovers, above the second it falls.
+# Values on the page: below the first the bicycle recovers, above the second it falls.
 RECOVERS, FALLS = "2.46491144053243234304", "2.46491144053243234306"
-# Sensitivities agree with differences over this step to its square, beside a few digits of
+# Sensitivities agree with differences over this step up to its square, and a few digits of
 # binary64.
 STEP, NEAR = Fraction(1, 2**20), 1e-4
 
@@ -45,7 +45,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """A set of two short maneuvers of another bicycle, with rows of their own."""
+    """A dataset of two short maneuvers of another bicycle, with rows of their own."""
     where = tmp_path_factory.mktemp("small")
     (where / "m.toml").write_text(
         'name = "small"\n'
@@ -90,7 +90,7 @@ def test_every_maneuver_and_code_was_run(found):
 
 @pytest.mark.proof
 def test_a_hash_is_claimed_only_of_what_is_made_again(found):
-    """Those of H1 and H4 are compared below; a set that was made once says when and by what."""
+    """Hashes of H1 and H4 are compared below; other datasets state how they were made."""
     hashed = {name for name in found if "content_sha256" in found[name]}
     assert hashed == {"H1", "H4"}
     assert {name for name in found if "made" in found[name]} == set(PROBLEMS) - hashed
@@ -117,7 +117,7 @@ def test_the_edge_is_cut_after_so_many_decimals():
     wanted = [Fraction("1.0"), Fraction("2.0"), Fraction("2.4"), *cut]
     assert [m.roll_rate.rational for m in maneuvers] == wanted
     assert {(m.speed, m.duration, m.rows) for m in maneuvers} == {(Exact.parse("4.6"), 10, 1001)}
-    # Beyond binary64, as the page says of the last one.
+    # The last speed is not a binary64, as the page says.
     assert Fraction(float(cut[-1])) != cut[-1]
     for decimals in (RECOVERS, FALLS):
         assert decimals in PAGE.read_text()
@@ -144,7 +144,7 @@ def test_condition_is_what_a_disturbed_start_makes(reference, folder):
         moved.append(columns[[0, 6, 1, 7, 2]])
     change = np.linalg.norm((moved[0] - moved[1]) / float(2 * STEP), axis=0)
     bound = growth(folder, 2, times)
-    # One direction of the start, so no more than the norm, and at t = 0 all of its own direction.
+    # A single direction of the start, so the change is at most the norm, and 1 at t = 0.
     assert change[0] == pytest.approx(1, abs=NEAR)
     assert np.all(change <= bound * (1 + NEAR) + NEAR)
     assert bound[0] == pytest.approx(1, abs=NEAR)
@@ -159,7 +159,7 @@ def test_a_run_scores_as_the_page_says(found, reference, tmp_path, code):
     write(tmp_path / "run.txt", maneuvers[2], columns, 17)
     again = judge(tmp_path / "run.txt", 3, reference)
     said = found["H1"]["maneuvers"]["maneuver 3"]["codes"][code]
-    # Code compiled anew rounds differently, which moves the last of 15 digits.
+    # Recompiled code rounds differently, which changes the last of 15 digits.
     assert again["scd"] == pytest.approx(said["scd"], abs=1)
     assert again["coverage"] == said["coverage"] == 1
 
@@ -223,7 +223,7 @@ def test_errors_grow_near_the_edge_as_the_page_says():
         for rate in (maneuvers[-1].roll_rate, Exact(Fraction(RECOVERS) - Fraction(1, 10**27)))
     )
     grown = np.linalg.norm((other - one)[[0, 6, 1, 7, 2]].astype(float), axis=0)
-    # From 1 s to 6 s, in which the motion keeps to the unstable weave.
+    # From 1 s to 6 s, where the motion follows the unstable weave.
     assert 1000 < (grown[600] / grown[100]) ** (1 / 5) < 2500
 
 

@@ -1,8 +1,8 @@
-"""The published motion obeys Newton's and Euler's equations, at random times of its own.
+"""The published motion obeys Newton's and Euler's equations at random times.
 
-The published polynomials are exact numbers, and so are their derivatives. Differentiated once and
-twice they say which rates and accelerations the published motion has, without any equations of
-motion. The oracle, given the angles and rates, must find the same accelerations, and the pitch that
+The published polynomials are exact numbers, and so are their derivatives. Their first and second
+derivatives are the rates and accelerations of the published motion, without any equations of
+motion. From the angles and rates, the oracle must find the same accelerations, and the pitch that
 keeps both wheels on the floor.
 """
 
@@ -29,9 +29,9 @@ pytestmark = pytest.mark.proof
 TIMES = 20
 DIGITS = 80
 BITS = 400
-# The coefficients are integers times 2^-253, which is 1e-76. Of a polynomial of order N on a step h
-# the second derivative multiplies their rounding, and the first term left out, by up to N^2 / h^2:
-# 7e6 for N = 85 on the shortest step. What is measured is below 1e-68.
+# The coefficients are integers times 2^-253, which is 1e-76. For a polynomial of order N on a step
+# h, the second derivative multiplies their rounding, and the first omitted term, by up to N^2 /
+# h^2: 7e6 for N = 85 on the shortest step. The measured error is below 1e-68.
 TOLERANCE = "1e-65"
 
 Pairs = dict[str, tuple[Any, Any]]
@@ -39,7 +39,7 @@ Pairs = dict[str, tuple[Any, Any]]
 
 @dataclass(frozen=True)
 class Moment:
-    """One time of a published motion: its state, and what the oracle makes of it.
+    """One time of a published motion: its state, and the oracle's result.
 
     The state and its two derivatives are exact and in the variables of the trajectory.
     """
@@ -53,7 +53,7 @@ class Moment:
 
     @classmethod
     def of(cls, run: Trajectory, t: Fraction, bicycle: Bicycle | None = None) -> Moment:
-        """The oracle is given roll, steer and speed, and the derivatives of roll and steer."""
+        """Construct the oracle from roll, steer, speed, and derivatives of roll and steer."""
         bicycle = run.bicycle if bicycle is None else bicycle
         state, rates, accelerations = (derivative(run, t, n) for n in range(3))
         at, rate = by_name(run, state), by_name(run, rates)
@@ -71,7 +71,7 @@ class Moment:
 
 
 def derivative(run: Trajectory, t: Fraction, times: int) -> list[Fraction]:
-    """The state, differentiated some times by the time: exact."""
+    """Return the exact derivative of the state with respect to time, of the given order."""
     i = run.piece_at(t)
     start, h = run.breaks[i], run.breaks[i + 1] - run.breaks[i]
     s = (t - start) / h
@@ -108,7 +108,7 @@ def moments(request: pytest.FixtureRequest, candidate: tuple[Trajectory, ...]) -
 
 
 def from_the_polynomials(moment: Moment) -> Pairs:
-    """Found by differentiating the published polynomials, and expected by the oracle."""
+    """Return pairs of derivatives of the published polynomials and values of the oracle."""
     m, rate, acceleration = moment.oracle, moment.rate, moment.acceleration
     radius = moment.run.bicycle["rR"].rational
     return {
@@ -124,7 +124,7 @@ def from_the_polynomials(moment: Moment) -> Pairs:
 
 
 def from_the_reduced_model(moment: Moment) -> Pairs:
-    """Found by the package from the published state, and expected by the oracle."""
+    """Return pairs of the package's values at the published state and those of the oracle."""
     m, run = moment.oracle, moment.run
     at = evaluator(run, BITS)
     k, balls = at.equations.k, at.balls
@@ -158,7 +158,7 @@ def compare(pairs: Pairs, t: Fraction) -> None:
     for name, (found, expected) in pairs.items():
         if isinstance(found, Fraction):
             found = flint.arb(flint.fmpq(found.numerator, found.denominator))
-        # Balls compare as less only when that is certain, and never when one is not a number.
+        # Balls compare as less only if that is certain, and never if one is NaN.
         assert abs(found - expected) <= limit * abs(expected).max(flint.arb(1)), (
             f"{name}, t = {float(t)}"
         )
@@ -176,7 +176,7 @@ def test_the_reduced_model_agrees_at_the_published_states(moments: list[Moment])
 
 
 def test_the_floor_only_ever_pushes(moments: list[Moment]) -> None:
-    """The bicycle never needs a floor that holds its wheels down."""
+    """The bicycle never needs a floor that pulls its wheels down."""
     for moment in moments:
         assert moment.oracle.rear_contact.normal > 0
         assert moment.oracle.front_contact.normal > 0

@@ -22,14 +22,14 @@ def test_every_column_agrees_to_65_digits_at_every_row(candidate, long_run, numb
             for name in largest:
                 largest[name] = largest[name].max(abs(b[name]))
                 difference[name] = difference[name].max(abs(a[name] - b[name]))
-        # Relative to the column's scale: a value that passes through zero has no digits of its own.
+        # Relative to the column's scale, because a value near zero has few digits of its own.
         for name in largest:
             assert difference[name] < largest[name] * flint.arb(10) ** -65, name
 
 
 @pytest.mark.proof
 def test_the_check_sees_a_change_in_the_66th_digit(candidate):
-    """The comparison above fails for a candidate that differs by 1e-64 in its first roll rate."""
+    """The comparison above fails for a candidate with a change of 1e-64 in its first roll rate."""
     run = candidate[1]
     broken = [[list(row) for row in piece] for piece in run.pieces]
     broken[10][0][1] += 2**run.grid // 10**64

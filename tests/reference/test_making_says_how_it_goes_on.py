@@ -55,7 +55,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
         again = ended(one, jobs["rows"], value)
         told.append(len(again))
         if again:
-            # What is left of the attempt before is not wanted any more.
+            # The remaining jobs of the previous attempt are not wanted any more.
             assert not any(job in one.places for job in jobs.values())
             jobs = {job.stages[0]: job for job in again}
             assert again[0].arguments[-1] == 70 + 20 * len(told)
@@ -64,7 +64,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
 
 
 def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
-    """Also where a job of an attempt that was given up ends after all others."""
+    """This is also true if a job of an abandoned attempt ends after all others."""
     one, written = made(bicycle, maneuvers, 1), []
     monkeypatch.setattr(certificate, "tabulated", lambda run, parts: sorted(parts))
     monkeypatch.setattr(making, "write_dataset", lambda *of: written.append(of[2]) or ())

@@ -9,7 +9,7 @@ from heyoka_bike.numbers.chebyshev import double_sums, plain_sums
 
 
 def exact_sums(breaks, c, t):
-    """The same sums in rational arithmetic, at hi + lo times."""
+    """Compute the same sums in rational arithmetic, at hi + lo times."""
     found = []
     for hi, lo in zip(*t, strict=True):
         at = Fraction(hi) + Fraction(lo)
@@ -32,7 +32,7 @@ def exact_sums(breaks, c, t):
 def test_sums_are_those_of_rational_arithmetic():
     random = np.random.default_rng(4)
     breaks = np.array([0.0, 0.5, 1.25, 3.0])
-    # Coefficients without any decay, of very different sizes, one column of zeros.
+    # Coefficients without decay, of very different sizes, and one column of zeros.
     c = random.uniform(-1, 1, (3, 3, 32)) * np.array([1e-7, 0.0, 3e5])[:, None, None]
     c_lo = c * 2.0**-54 * random.uniform(-1, 1, c.shape)
     hi = np.sort(random.uniform(0, 3, 40))
@@ -43,9 +43,9 @@ def test_sums_are_those_of_rational_arithmetic():
     for i, row in enumerate(exact):
         for j, value in enumerate(row):
             size = float(np.max(np.abs(c[j])))
-            # 32 terms, cut at 2^-95 of the largest, and the argument known to 2^-104.
+            # 32 terms, cut at 2^-95 of the largest, and an argument with an error of 2^-104.
             assert abs(Fraction(found[j, i]) + Fraction(rest[j, i]) - value) <= size * 1e-25
-            # Terms of full size, and an argument rounded to 2^-53, grow with k^2.
+            # Terms of full size, and an argument rounded to 2^-53, cause errors that grow with k^2.
             assert abs(Fraction(plain[j, i]) - value) <= size * 1e-12
 
 

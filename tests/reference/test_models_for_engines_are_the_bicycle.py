@@ -1,4 +1,4 @@
-"""URDF, SDFormat and MJCF, read by an independent small reader, are the package's bicycle."""
+"""URDF, SDFormat and MJCF, read by an independent reader, match the package's bicycle."""
 
 import re
 from fractions import Fraction
@@ -16,7 +16,7 @@ from support.model_files import matrix_of, model_of, numbers, posed
 
 STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 ROUNDOFF = 1e-13
-# Half a unit of the seventeenth digit, and what evaluating at 40 digits leaves.
+# Half a unit of the seventeenth digit, and roundoff of evaluating at 40 digits.
 SEVENTEEN = Fraction(1, 2 * 10**16)
 
 
@@ -33,7 +33,7 @@ def test_mass_matrix_and_energy_are_exact(name, other):
     for state in STATES:
         try:
             there = posed(bicycle, state)
-        except ValueError:  # this bicycle cannot stand so
+        except ValueError:  # this bicycle has no such posture
             continue
         matrix = there.per_rate.T @ model.mass_matrix(there.place, there.axes, there.angles)
         found, expected = matrix @ there.per_rate, there.expected()
@@ -77,7 +77,7 @@ def test_keyframes_are_the_starts(bicycle):
         found = [float(x) for x in re.findall(r"[-+]?\d[-+.e\d]*", block.partition("-->")[0])]
         assert numbers(key.get("qpos")).tolist() == found[:10]
         velocities = numbers(key.get("qvel"))
-        # The angular velocity of a free body is along its own axes there.
+        # MuJoCo's angular velocity of a free body is along the body's own axes.
         velocities[3:6] = matrix_of(found[3:7]) @ velocities[3:6]
         assert velocities.tolist() == pytest.approx(found[10:], abs=ROUNDOFF)
 
@@ -96,7 +96,7 @@ def test_numbers_have_seventeen_digits(name, bicycle):
     across = pivot * mp.cos(tilt) - rear * mp.sin(tilt)
     place = (across * mp.cos(tilt), rear + across * mp.sin(tilt))
     wanted = [mp.sin(tilt), -mp.cos(tilt), *place, mp.mpf("0.00756"), mp.mpf("0.0603"), 85]
-    if name != "sdf":  # whose places are all from the ground
+    if name != "sdf":  # all positions in SDFormat are relative to the ground
         wanted += [mp.mpf("1.02") - place[0], mp.mpf("0.35") - place[1]]
     text = render(name, bicycle, ()).decode().partition("-->")[2]
     words = {Fraction(x) for x in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text)}

@@ -1,9 +1,8 @@
-"""What the proof does not decide is published within its bound, and marked; no start is refused.
+"""Undecided values are published within their bounds and marked; no start is rejected.
 
 The circle is one of Basu-Mandal, Chatterjee and Papadopoulos (2007, doi:10.1098/rspa.2007.1849):
-the benchmark bicycle leans by 0.25 rad and turns for ever. Its steer and speed are found here by
-Newton's method, to more digits than a set has, so that its rates are zero as far as anyone can
-tell.
+the benchmark bicycle leans by 0.25 rad and turns forever. Newton's method finds its steer angle and
+speed to more digits than a dataset has, so that its rates cannot be distinguished from zero.
 """
 
 import json
@@ -35,7 +34,7 @@ DIGITS = 150
 
 
 def start(maneuvers, rows=2, **given):
-    """A maneuver of a few short rows that begins with these decimals, and else at zero."""
+    """Return a maneuver of a few short rows with these initial values, the others zero."""
     keys = ("speed", "roll", "steer", "roll_rate", "steer_rate")
     values = {key: Exact.parse(given.get(key, "0")) for key in keys}
     spacing = Fraction(1, 50)
@@ -47,7 +46,7 @@ def start(maneuvers, rows=2, **given):
 
 
 def steady_turn(bicycle, maneuvers, roll):
-    """Steer and speed at which both angular accelerations vanish, as decimals."""
+    """Return steer and speed at which both angular accelerations vanish, as decimals."""
     equations = Equations.of(bicycle, Balls(round(3.4 * DIGITS) + 64))
     found, step = [Fraction("0.077"), Fraction("5.8")], Fraction(1, 10 ** (DIGITS // 2))
 
@@ -77,7 +76,7 @@ def steady_turn(bicycle, maneuvers, roll):
 
 @pytest.fixture(scope="module")
 def circle(bicycle, maneuvers, tmp_path_factory):
-    """A set of a motion in which many a value is zero for all that is known."""
+    """A dataset of a motion in which many values cannot be distinguished from zero."""
     folder = tmp_path_factory.mktemp("circle") / "set"
     steer, speed = steady_turn(bicycle, maneuvers, "0.25")
     generate(folder, maneuvers=[start(maneuvers, 5, roll="0.25", steer=steer, speed=speed)])
@@ -91,7 +90,7 @@ def copy(circle, tmp_path):
 
 @pytest.mark.proof
 def test_a_hands_free_circle_stays_where_it_is(circle):
-    """Its values do not change by 1e-60, and their bounds say so."""
+    """The values change by less than 1e-60, and their bounds show this."""
     rows = load_reference(circle)[1].rows
     for name in ("roll_angle", "steer_angle", "pitch", "roll_rate", "steer_rate", "forward_speed",
                  "yaw_rate", "kinetic_energy"):  # fmt: skip
@@ -119,7 +118,7 @@ def test_what_is_not_decided_is_marked_everywhere(circle):
         assert all(token.startswith("0e-") for token in tokens[1:])
     document = json.loads((circle / CERTIFICATE).read_text())
     (said,) = document["maneuvers"]
-    short = 2 * (5 - 1)  # numbers of the text: both rates of all rows but the first
+    short = 2 * (5 - 1)  # texts with fewer digits: both rates of all rows but the first
     assert said["ambiguous"] == sum(map(len, rows.undecided.values())) + short
     assert "not decided" in document["statement"]
     assert verify(circle).passed
@@ -128,7 +127,7 @@ def test_what_is_not_decided_is_marked_everywhere(circle):
 
 
 def changed(folder, name, change):
-    """A file of a set changed, and its hash in the manifest with it."""
+    """Change a file of a dataset, and its hash in the manifest."""
     from heyoka_bike.reference.manifest import MANIFEST, sha256
 
     change(folder / name)
@@ -217,7 +216,7 @@ def test_every_known_state_is_made(tmp_path):
 
 
 FORBIDDEN = ("no pitch puts both wheels on the floor", "mass matrix is singular", "singularity")
-"""What mechanics forbids, in words that name it."""
+"""Messages on states that mechanics forbids."""
 
 
 @pytest.mark.proof
@@ -231,7 +230,7 @@ def test_many_drawn_starts_are_made(bicycle, maneuvers, tmp_path):
 
 
 def refused(bicycle, maneuvers, tmp_path, numbers):
-    """Starts of 20 bicycles that are not made, or not verified, but for a reason of mechanics."""
+    """Yield starts of 20 bicycles that are not made or verified without a mechanical reason."""
     drawn = list(bicycles(bicycle, 20))
     for i, m in enumerate(starts(maneuvers[0], numbers.stop)):
         if i not in numbers:

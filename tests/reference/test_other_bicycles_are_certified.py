@@ -1,4 +1,4 @@
-"""The sets of docs/reference/other-bicycles.md come out again: steps, bound, published numbers."""
+"""The datasets of docs/reference/other-bicycles.md are reproduced: steps, bound, numbers."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""motion.h5: what is published obeys mechanics, agrees with the replay, and is read as it is."""
+"""motion.h5 obeys mechanics, agrees with the replay, and reads back as published."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def maneuver(request: pytest.FixtureRequest, motion: Motion) -> ReferenceManeuve
 
 
 def polynomial(m: ReferenceManeuver, name: str, piece: int) -> flint.arb_poly:
-    """A dense piece in powers of its argument."""
+    """Return a dense piece in powers of its argument."""
     x = flint.arb_poly([0, 1])
     t = [flint.arb_poly([1]), x]
     hi, lo = m.dense.hi[name][piece], m.dense.lo[name][piece]
@@ -63,7 +63,8 @@ def test_the_floor_carries_weight_and_acceleration(
             ]
             floor = [flint.arb(0)] * 3
             for end in ("rear", "front"):
-                # The axle is the second column of the quaternion's matrix, the heading across it.
+                # The axle is the second column of the quaternion's matrix, and the heading is
+                # perpendicular to it.
                 a, b, c, d = (found[f"{end}_frame_q{i}"] for i in range(4))
                 axle = 2 * (b * c - a * d), a * a - b * b + c * c - d * d
                 size = (axle[0] * axle[0] + axle[1] * axle[1]).sqrt()
@@ -75,13 +76,13 @@ def test_the_floor_carries_weight_and_acceleration(
                 floor[2] -= found[f"{end}_normal_force"]
             floor[2] += weight
             for force, x in zip(floor, acceleration, strict=True):
-                # Dense output is good to 1e-27 of 100 m; two derivatives on pieces of 1/16 s and
-                # more cost 1e6 and 4 / h^2 = 1e3.
+                # Dense output is accurate to 1e-27 of 100 m; two derivatives on pieces of at least
+                # 1/16 s amplify the error by 1e6 and 4 / h^2 = 1e3.
                 assert abs(force - mass * x) < flint.arb("1e-13")
 
 
 def test_the_wheels_never_leave_the_floor(maneuver: ReferenceManeuver) -> None:
-    """The normal forces are positive at every time, and the extremes are those of the rows."""
+    """The normal forces are positive at all times, and their extremes are those of the rows."""
     with flint.ctx.workprec(BITS):
         for end in ("rear", "front"):
             name = f"{end}_normal_force"
@@ -96,7 +97,7 @@ def test_the_wheels_never_leave_the_floor(maneuver: ReferenceManeuver) -> None:
 
 @pytest.mark.parametrize(("number", "needed"), [(1, "0.2251"), (2, "0.1427"), (3, "0.0127")])
 def test_friction_that_the_maneuvers_need(motion: Motion, number: int, needed: str) -> None:
-    """As docs/motion.md says, rounded up."""
+    """The values are those of docs/motion.md, rounded up."""
     worst = max(motion[number][f"{end}_friction"].max() for end in ("rear", "front"))
     assert float(needed) - 1e-4 < worst < float(needed)
 
@@ -111,7 +112,7 @@ def test_the_replay_agrees(
     for name in ("rear_contact", "front_contact"):
         for i, axis in enumerate("xy"):
             off = getattr(found, name)[:, i] - maneuver[f"{name}_{axis}"]
-            # Binary64, over some 1000 steps of up to 80 m.
+            # Binary64 roundoff over about 1000 steps of up to 80 m.
             assert np.abs(off).max() < 1e-12, name
     for name in ("rear_wheel", "front_wheel"):
         assert np.abs(getattr(found, name) - maneuver[f"{name}_angle"]).max() < 1e-11
@@ -125,7 +126,7 @@ def test_rows_and_bounds_are_what_they_should_be(maneuver: ReferenceManeuver) ->
         assert (np.abs(lo) <= np.spacing(np.abs(hi)) / 2).all()
         # Half an ulp of lo, rounded up by 1/128; an enclosure of zero is narrower than 1e-55.
         assert (bound <= np.abs(lo) * 2.0**-53 * 1.01 + 1e-55).all(), column.name
-        # Only the start has numbers whose last digits are zero.
+        # Only the start has numbers with trailing zeros.
         assert (lo[1:] != 0).all()
     for name in DENSE_COLUMNS:
         assert (maneuver.dense.bound[name] <= 1e-25 * maneuver.scale(name)).all(), name
@@ -143,7 +144,7 @@ def test_dense_output_is_that_of_the_rows(maneuver: ReferenceManeuver) -> None:
 
 
 def test_friction_demands_follow_from_the_forces(maneuver: ReferenceManeuver) -> None:
-    # As published at the rows, to the digits of hi + lo; at other times as of mpmath.
+    # Published values at the rows, to the digits of hi + lo; values of mpmath at other times.
     times = [Fraction(i, 100) for i in range(0, 1001, 37)]
     names = ["rear_friction", "front_friction"]
     found = maneuver.evaluate(times, names)
@@ -183,7 +184,7 @@ def test_a_reference_has_the_motion_of_its_set(reference: Reference) -> None:
     assert reference.motion.folder == reference.folder
     height = reference.motion[2].evaluate("0.5", "com_z")
     assert height["com_z"] == load_motion()[2].evaluate("0.5")["com_z"]
-    # Its own columns stay those that they are.
+    # The columns of the reference itself do not change.
     columns = reference[2].columns
     assert len(columns) == 38
     assert list(reference[2].evaluate(0.5).hi) == [*columns, *(c.name for c in FOLLOWING)]

@@ -1,4 +1,4 @@
-"""`heyoka-bike certify` proves the published set again, and names what was changed in a copy."""
+"""`heyoka-bike certify` proves the published dataset again, and names changes in a copy."""
 
 import json
 import shutil
@@ -20,7 +20,8 @@ from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.proof.certificate import certify as prove
 from heyoka_bike.reference.proof.certificate import compare_certificate
 
-# Derivatives: the worst of all columns and unknowns, a tiny one; nearly all are below 24 x 2^-50.
+# Derivatives: the worst of all columns and unknowns, which is a tiny one; nearly all are below 24 x
+# 2^-50.
 FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 5e-12}
 
 
@@ -57,7 +58,7 @@ def test_row_bounds_are_those_of_hi_plus_lo(reference):
     for maneuver in reference.values():
         for name in maneuver.columns:
             bound, lo = maneuver.rows.bound[name], maneuver.rows.lo[name]
-            # Half an ulp of lo, and a rounding up; the 1e-62 of the candidate is below it.
+            # Half an ulp of lo, and a rounding up; the candidate's error of 1e-62 is below that.
             assert (bound <= abs(lo) * 2.0**-53 * (1 + 1e-9) + 1e-60).all(), name
             scale = abs(maneuver.rows.hi[name]).max()
             assert (maneuver.dense.bound[name] <= 1e-25 * scale).all(), name
@@ -77,7 +78,7 @@ def certify(folder, capsys):
 
 @pytest.mark.proof
 def test_a_whole_set_is_proved_without_heyoka_and_what_is_proved_is_said(small_set):
-    """In processes of its own, by the default."""
+    """By default the proof runs in processes of its own."""
     code = (
         "import sys; sys.modules['heyoka'] = None\n"
         f"from heyoka_bike.cli import main; sys.exit(main(['certify', {str(small_set)!r}]))"
@@ -150,7 +151,7 @@ def replaced(group, name, data):
 @pytest.mark.proof
 @pytest.mark.parametrize("breaks", [[0.0, 50.0], [50.0, 51.0], [0.0, 0.1], [0.0, float("nan")]])
 def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, breaks):
-    """Nothing would bound them."""
+    """Nothing would bound such pieces."""
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         dense = f["maneuver_1/dense"]
         for name in [n for n in dense if n not in ("breaks", "order", "piece")]:
@@ -216,7 +217,7 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    # Of another motion other pieces are proved, or none.
+    # Other pieces of another motion are proved, or none.
     said = ("is not certified", "proved", "decide", "breaks of the derivatives")
     assert any(words in error for words in said)
 
@@ -411,7 +412,7 @@ def test_a_last_break_that_is_no_time_is_said_in_one_line(copy, capsys, last):
 @pytest.mark.proof
 @pytest.mark.parametrize("name", ["more.h5", "README.md"])
 def test_a_file_that_nobody_proves_is_refused(copy, capsys, name):
-    """Only the published set has a card, which `verify` compares with the manifest."""
+    """Only the published dataset has a card, which `verify` compares with the manifest."""
     (copy / name).write_bytes(b"anything")
     path = copy / MANIFEST
     document = json.loads(path.read_text())
@@ -424,7 +425,7 @@ def test_a_file_that_nobody_proves_is_refused(copy, capsys, name):
 
 
 def next_up(x):
-    """Away from zero, by one unit in the last place."""
+    """Return the next number away from zero, by one unit in the last place."""
     return np.nextafter(x, np.copysign(np.inf, x))
 
 
@@ -469,7 +470,7 @@ def change_motion(folder, dataset, index, factor, *, hashed=True):
 
 
 def verify(folder, capsys):
-    """Exit code and what was said on standard error."""
+    """Return exit code and output on standard error."""
     return main(["verify", str(folder)]), capsys.readouterr().err
 
 

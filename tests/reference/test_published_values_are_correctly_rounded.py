@@ -1,7 +1,7 @@
-"""Every published hi is the nearest binary64 to the value of an independent longer evaluation.
+"""Every published hi is the binary64 nearest to an independent longer evaluation.
 
-The judge is the 90-digit run evaluated by mpmath, which shares neither digits nor arithmetic
-(python-flint's balls) nor rounding code with what made the files.
+The evaluation uses the 90-digit run and mpmath. It shares neither digits nor arithmetic
+(python-flint's balls) nor rounding code with the code that made the files.
 """
 
 import math
@@ -23,7 +23,7 @@ DIGITS = 100
 
 
 def states(run, a, times):
-    """State at each time by Horner's rule in mpmath."""
+    """Return the state at each time by Horner's rule in mpmath."""
     mp = a.context
     for t in times:
         i = run.piece_at(t)
@@ -35,7 +35,7 @@ def states(run, a, times):
 
 
 def nearest(x):
-    """Nearest binary64 of an mpf, by integer arithmetic."""
+    """Return the nearest binary64 of an mpf, by integer arithmetic."""
     sign, man, exp, _ = x._mpf_
     return float((-1) ** sign * Fraction(int(man)) * Fraction(2) ** exp)
 
@@ -56,7 +56,8 @@ def test_hi_and_lo_of_every_entry(reference, long_run, bicycle, number):
         for name in published.columns:
             hi = published.rows.hi[name][i]
             if name == "mechanical_energy":
-                # Published as the exact E0; the run keeps it to about 90 digits.
+                # The energy is published as the exact E0, and the run conserves it to about 90
+                # digits.
                 assert abs(row[name] - float(hi)) < math.ulp(hi)
                 continue
             assert nearest(row[name]) == hi, (name, i)
@@ -98,7 +99,7 @@ def test_fifty_digit_text_matches_hi_and_lo(reference, folder):
                 hi = maneuver.rows.hi[name][i]
                 assert float(x) == hi
                 rest = x - Fraction(hi)
-                # lo is rounded to 53 bits; the text to 50 digits.
+                # lo is rounded to 53 bits, and the text to 50 digits.
                 assert abs(rest - Fraction(maneuver.rows.lo[name][i])) <= max(
                     abs(rest) / 2**53, abs(x) / 10**49
                 )

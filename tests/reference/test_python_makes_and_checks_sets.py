@@ -1,4 +1,4 @@
-"""`generate`, `certify` and `verify` in Python do what the commands do, and return it."""
+"""`generate`, `certify` and `verify` in Python do the same as the commands, and return results."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -23,7 +23,7 @@ spacing = "{0.spacing}"
 
 
 class Listener:
-    """A progress callback that remembers the stages of each job, and how far each came."""
+    """A progress callback that records the stages of each job, and their progress."""
 
     def __init__(self):
         self.stages = {}
@@ -41,7 +41,7 @@ def short():
 
 @pytest.fixture(scope="module")
 def both(short):
-    """Two maneuvers, to be made side by side."""
+    """Two maneuvers, which are made in parallel."""
     return [short, replace(short, name="other")]
 
 
@@ -93,7 +93,7 @@ def test_what_cannot_be_used_is_refused(tmp_path, short, given, said):
 
 
 def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch):
-    """A bicycle's own maneuvers are taken if the collection has some."""
+    """The maneuvers of a bicycle's name are the default if the collection has some."""
     asked = []
 
     class EnoughError(Exception):
@@ -165,7 +165,7 @@ def test_checks_and_agreeing_digits_are_returned(made, both):
     assert verified.passed
     assert [a.precision for a in verified.agreements] == ["binary128", "40 digits"] * 2
     assert [c.check for c in verified.checks].count("rerun") == 4
-    # What jobs of their own process say in quick succession is not all passed on.
+    # Rapid successive reports of a job in its own process are not all forwarded.
     precisions = ("binary128", "40 digits")
     assert list(progress.stages) == [f"{m.name}, {p}" for m in both for p in precisions]
     for stages in progress.stages.values():

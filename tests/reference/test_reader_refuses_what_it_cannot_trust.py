@@ -1,4 +1,4 @@
-"""`load_reference` and `evaluate` name what is wrong instead of returning something."""
+"""`load_reference` and `evaluate` report what is wrong instead of returning something."""
 
 import shutil
 from decimal import Decimal
@@ -82,7 +82,7 @@ def test_forms_of_time_agree(reference):
             assert v[name].shape == ()
     for t in (["0.07"], np.array(["0.07"]), np.array([exact]), [exact, 1.0], [["0.07"]]):
         assert m.evaluate(t).lo["steer_rate"].flat[0] == m.rows.lo["steer_rate"][7]
-    # A plain float is another time: the difference is visible.
+    # A plain float is a different time, and the difference is visible.
     assert m.evaluate(0.07).lo["steer_rate"] != values[0].lo["steer_rate"]
     grid = np.array([[0.0, 1.0], [2.0, 10.0]])
     assert m.evaluate(grid)["yaw"].shape == (2, 2)

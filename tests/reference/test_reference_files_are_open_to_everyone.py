@@ -1,4 +1,4 @@
-"""The files open with common tools and say what they hold."""
+"""The files open with common tools and describe their contents."""
 
 import json
 from fractions import Fraction
@@ -80,7 +80,7 @@ def test_manifest_names_no_date_host_or_time(folder):
 
 
 def test_content_hash_is_that_of_the_numbers_in_the_file(folder, reference):
-    """Recomputed from the HDF5 file alone, by the recipe the documentation gives."""
+    """Recompute the hash from the HDF5 file alone, by the recipe in the documentation."""
     import hashlib
 
     h = hashlib.sha256()

@@ -1,4 +1,4 @@
-"""sensitivities.h5 against differences of runs, at high precision and by another integrator."""
+"""sensitivities.h5 agrees with differences of runs, at high precision and by another integrator."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -40,7 +40,7 @@ def test_every_column_has_every_unknown(sensitivities, reference):
 @pytest.mark.parametrize("number", [1, 2, 3])
 @pytest.mark.parametrize("symbol", ["w", "lam", "IHxz", "rF", "zB"])
 def test_they_predict_what_another_integrator_finds(sensitivities, reference, number, symbol):
-    """Central differences extrapolated to fourth order; dense output of SciPy leaves 1e-7."""
+    """Central differences extrapolated to fourth order; SciPy's output is accurate to 1e-7."""
     program = correct(reference)
     time = reference[number].time[::20]
     start = program.starts[number]
@@ -64,7 +64,7 @@ def test_they_predict_what_another_integrator_finds(sensitivities, reference, nu
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_the_energy_changes_as_the_start_says(sensitivities, reference, number):
-    """E = V0 + E_kin(start): by the formula of a rolling body, at all times."""
+    """E = V0 + E_kin(start) by the formula of a rolling body, at all times."""
     m = reference[number]
     p = {s: float(Exact.parse(x)) for s, x in reference.parameters.items()}
     speed = float(Exact.parse(m.inputs["speed"]))
@@ -128,7 +128,7 @@ def test_the_file_describes_itself(folder):
 def test_differences_of_long_runs_are_within_the_bounds(
     sensitivities, reference, bicycle, maneuvers, number
 ):
-    """Runs at 70 digits, 1e-25 apart; pieces are evaluated exactly, rows as they are."""
+    """Runs at 70 digits, 1e-25 apart; pieces are evaluated exactly, rows as published."""
     step, bits = Fraction(1, 10**25), 300
     rows = [0, 1, 13, 50, 100]
     maneuver, found = maneuvers[number - 1], sensitivities[number]
@@ -162,7 +162,7 @@ def test_differences_of_long_runs_are_within_the_bounds(
                 x = 2 * (ball(t) - a) / (b - a) - 1
                 for name in NAMES:
                     difference = (there[i][name] - here[i][name]) / ball(step)
-                    # The second derivatives by the unknowns are below 1e6.
+                    # The second derivatives with respect to the unknowns are below 1e6.
                     noise = flint.arb(1e-19)
                     c = found.coefficients[name][p, :, u]
                     value = sum((ball(y) * x.chebyshev_t(k) for k, y in enumerate(c)), flint.arb(0))
@@ -175,7 +175,7 @@ def test_differences_of_long_runs_are_within_the_bounds(
 
 
 def test_nineteen_combinations_of_the_parameters_show(sensitivities, reference):
-    """Frame and rear wheel, fork and front wheel move as one body each, but for the spin."""
+    """Frame and rear wheel, and fork and front wheel, each move as one body except for the spin."""
     time = np.linspace(0.0, 10.0, 401)
     sizes = np.array([abs(float(Exact.parse(reference.parameters[s]))) for s in PARAMETERS])
     rows = []
@@ -185,7 +185,7 @@ def test_nineteen_combinations_of_the_parameters_show(sensitivities, reference):
             rows.append(values[:, : len(sizes)] * sizes / reference[number].scale(key))
     values = np.linalg.svd(np.concatenate(rows), compute_uv=False)
     assert np.sum(values > 1e-10 * values[0]) == 19
-    # Those that show do so by far more than the roundoff of those that do not.
+    # The singular values of visible combinations far exceed the roundoff of the others.
     assert values[18] > 1e8 * values[19]
 
 

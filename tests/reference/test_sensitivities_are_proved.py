@@ -1,4 +1,4 @@
-"""The proof of the derivatives by the unknowns: it holds, and fails where it is made wrong."""
+"""The proof of the derivatives by the unknowns succeeds, and fails if a step of it is wrong."""
 
 import pickle
 from dataclasses import replace
@@ -29,7 +29,7 @@ from heyoka_bike.system.resources import find_input
 pytestmark = pytest.mark.proof
 
 ORDER = list(UNKNOWNS)
-# Differences over this step are good to its size.
+# Differences over this step are accurate to its size.
 STEP = Fraction(1, 10**25)
 BITS = 240
 
@@ -51,7 +51,7 @@ def changed(bicycle, maneuver, unknown):
 
 
 def at_the_end(*motion):
-    """Columns at the end of a motion, which several tests ask for."""
+    """Columns at the end of a motion, cached for several tests."""
     key = pickle.dumps(motion)
     if key not in _KNOWN:
         _KNOWN[key] = _at_the_end(*motion)
@@ -68,7 +68,7 @@ def _at_the_end(bicycle, maneuver, is_regular):
 
 
 def outside(found, run, unknowns):
-    """Columns and unknowns whose differences at the end are not within the certified bounds."""
+    """Return columns and unknowns whose differences at the end violate the certified bounds."""
     here = at_the_end(run.bicycle, run.maneuver, run.is_regular)
     names = []
     with flint.ctx.workprec(BITS):
@@ -81,7 +81,7 @@ def outside(found, run, unknowns):
                 difference = (there[name] - here[name]) / ball(STEP)
                 c = found.coefficients[name][-1, :, u]
                 value = sum((ball(x_k) * x.chebyshev_t(k) for k, x_k in enumerate(c)), flint.arb(0))
-                # Second derivatives are below 1e4.
+                # The second derivatives are below 1e4.
                 if not abs(value - difference) <= ball(found.bound[name][-1, u]) + 1e-20:
                     names.append((name, unknown))
     return names
@@ -89,7 +89,7 @@ def outside(found, run, unknowns):
 
 @pytest.fixture(scope="module")
 def short(bicycle, maneuvers):
-    """A run with an initial steer angle, and so an initial pitch, and its certificate."""
+    """A run with an initial steer angle, and thus an initial pitch, and its certificate."""
     start = {"roll": "0.05", "steer": "0.1", "steer_rate": "0.3"}
     maneuver = replace(
         maneuvers[1], duration=Fraction(1, 20), spacing=Fraction(1, 400),
@@ -156,7 +156,7 @@ def test_where_a_derivative_does_not_exist_there_is_no_number(maneuvers):
 
 
 def without_a_parameter(m):
-    """The constants do not depend on the wheel base."""
+    """Make the constants independent of the wheel base."""
     table = m.tolist()
     for row in table:
         row[ORDER.index("w")] = flint.arb(0)
@@ -164,7 +164,7 @@ def without_a_parameter(m):
 
 
 def with_a_wrong_constant(m):
-    """One of them changes by a little more than it does."""
+    """Change the derivative of a constant slightly."""
     table = m.tolist()
     table[5] = [x * (1 + flint.arb(2) ** -30) for x in table[5]]
     return flint.arb_mat(table)
@@ -195,7 +195,7 @@ def test_a_transposed_jacobian_is_seen(short, monkeypatch):
 
 
 def test_a_missing_term_of_the_motion_is_seen(short, monkeypatch):
-    """As if the equations did not depend on the constants."""
+    """The proof runs as if the equations did not depend on the constants."""
     plain = variation._Prover._linear
 
     def linear(self, *arguments):
@@ -230,7 +230,7 @@ def test_from_where_they_are_not_bounded_there_are_no_numbers(short, monkeypatch
 
 
 def test_what_a_solution_leaves_over_is_bounded():
-    """p' = a p + g with large a and few terms: what is left over, in any place, is bounded."""
+    """p' = a p + g with large a and few terms: all residual terms are bounded."""
     rng = np.random.default_rng(1)
     with flint.ctx.workprec(variation.BITS):
 
@@ -257,7 +257,7 @@ def test_what_a_solution_leaves_over_is_bounded():
 
 
 def test_an_error_at_the_start_stays_inside_the_bound(short, proved, monkeypatch):
-    """Derivatives that begin a little off, within a box that is said: the bound covers them."""
+    """The bound covers derivatives with an initial error within a stated box."""
     run, certificate = short
     plain = variation._Prover.__init__
     off = Fraction(1, 10**12)
@@ -280,7 +280,7 @@ def test_an_error_at_the_start_stays_inside_the_bound(short, proved, monkeypatch
 
 
 def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
-    """With four coefficients much is left out, and nowhere more than is said."""
+    """With four coefficients much is omitted, but nowhere more than the bound."""
     run, certificate = short
     monkeypatch.setattr(sensitivity_rows, "ORDERS", 4)
     equations = Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
@@ -302,7 +302,7 @@ def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
 
 
 def test_what_interpolation_between_nodes_leaves_out_is_bounded(short, monkeypatch):
-    """With few nodes, against the derivatives at a time between them."""
+    """With few nodes, compare with the derivatives at a time between them."""
     run, certificate = short
     monkeypatch.setattr(sensitivity_rows, "_NODE_BITS", 20)
     monkeypatch.setattr(sensitivity_rows, "_nodes", sensitivity_rows._nodes.__wrapped__)
@@ -327,7 +327,7 @@ def test_what_interpolation_between_nodes_leaves_out_is_bounded(short, monkeypat
 
 
 def _is_refused_or_outside(short):
-    """The energy's derivatives contradict themselves, or differences are outside the bounds."""
+    """The energy's derivatives contradict each other, or differences violate the bounds."""
     try:
         found = differentiate(*short)
     except NotCertifiedError:

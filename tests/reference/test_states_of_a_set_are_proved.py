@@ -1,4 +1,4 @@
-"""states.csv and states.h5 of a set are proved anew from the decimals of their coordinates."""
+"""states.csv and states.h5 of a dataset are proved again from the decimals of the coordinates."""
 
 import csv
 import io
@@ -23,7 +23,7 @@ from heyoka_bike.reference.verification.verify import verify
 
 @pytest.fixture(scope="module")
 def files(bicycle):
-    """Of four of the known states, one of which leans and is steered, one near a maneuver."""
+    """Files of four of the known states: one leans and is steered, one is near a maneuver."""
     few = [known_states()[n - 1] for n in (1, 14, 60, 100)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(instants, "known_states", lambda: few)
@@ -32,7 +32,7 @@ def files(bicycle):
 
 
 def changed(raw, change):
-    """A file of states, in which a function changed the lists or the open file."""
+    """Return a file of states in which a function changed the lists or the open file."""
     if raw.startswith(b"state,"):
         rows = list(csv.reader(io.StringIO(raw.decode())))
         change(rows)
@@ -86,7 +86,7 @@ def set_cell(row, column, text):
     [
         (STATES, off_by_one_digit, "state 3: "),
         (STATES_HDF5, off_in_hdf5, "state 3: com_x: found "),
-        # All quantities follow from the coordinates that are there.
+        # All quantities follow from the coordinates in the file.
         (STATES, other_state, "state 2: pitch"),
         (STATES_HDF5, other_state, "state 2: pitch"),
         (STATES, set_cell(1, 0, "2"), "state 1: state: found 2, proved 1"),
@@ -145,13 +145,13 @@ def test_other_attributes_are_found(small_set, tmp_path):
 
 @pytest.mark.proof
 def test_a_set_without_them_is_what_it_was(small_set, tmp_path):
-    """As version 1.5.0 made it: it says nothing of states, and of what the integration keeps."""
+    """Version 1.5.0 has no states, and does not state the drift of the integration."""
     copy = shutil.copytree(small_set, tmp_path / "copy")
     older(copy, "1.5.0")
     assert {c.passed for c in verify(copy).checks} == {True}
     (proof,) = certify(copy)
     assert proof.bound < 1e-60
-    # A certificate that claims what is not there.
+    # A certificate that claims a file that is not there.
     document = json.loads((copy / "certificate.json").read_text())
     document["proved"][STATES] = list(QUANTITIES)
     (copy / "certificate.json").write_text(json.dumps(document, indent=2) + "\n")

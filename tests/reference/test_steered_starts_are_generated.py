@@ -1,4 +1,4 @@
-"""A maneuver may begin steered: what is exact of its first row is recognised."""
+"""A maneuver may start steered, and the exact values of its first row are recognised."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -16,7 +16,7 @@ from heyoka_bike.reference.proof.rows import exact_columns
 
 
 def hold_what_is_enclosed(exact, equations, maneuver, within):
-    """The exact values are in the enclosures of the start, which are this narrow."""
+    """Check that the exact values are in the enclosures of the start, which are this narrow."""
     with equations.precision():
         columns = equations.columns(initial_state(equations, maneuver))
         for name, value in exact.items():
@@ -27,7 +27,7 @@ def hold_what_is_enclosed(exact, equations, maneuver, within):
 
 @pytest.mark.parametrize("roll", ["0", "1/50"])
 def test_exact_columns_are_those_of_the_proved_pitch(bicycle, maneuvers, roll):
-    """Of a pitch that is only known to be anything; here it is enclosed."""
+    """The exact columns are found without knowing the pitch; here it is enclosed."""
     maneuver = replace(maneuvers[0], steer=Exact(Fraction(1, 40)), roll=Exact(Fraction(roll)))
     exact = exact_columns(bicycle, maneuver)
     assert exact["steer_angle"] == Fraction(1, 40)
@@ -52,7 +52,7 @@ def test_at_zero_rates_every_velocity_but_the_forward_ones_is_zero(bicycle, mane
     if speed == "0":
         assert all(exact[name] == 0 for name in exact if "rate" in name or "speed" in name)
         assert exact["kinetic_energy"] == 0
-    # What turns with the bicycle is not said to be zero.
+    # Columns that rotate with the bicycle do not count as zero.
     assert ("yaw_rate" in exact) == (speed == "0")
     assert ("forward_speed_wheel_spin" in exact) == (speed == "0" or roll == "0")
     balls = NonnegativeRoots(300)

@@ -1,7 +1,7 @@
-"""The published set names its maker, terms, sources and meaning, to people and to machines.
+"""The published dataset states its maker, terms, sources and meaning, to people and machines.
 
-Own sets say only what is known of them. The words follow from the manifest, and the lines that read
-the files do read them.
+Custom datasets state only what is known about them. The texts follow from the manifest, and the
+example lines that read the files work.
 """
 
 import json
@@ -78,11 +78,11 @@ def test_card_and_crate_follow_from_the_manifest(folder):
     manifest = read_manifest(folder)
     made = describe(manifest)
     assert made.keys() == {CARD, CRATE} <= manifest.files.keys()
-    # Words of an older set may be others.
+    # The words of an older dataset may differ.
     if manifest.dataset_version == DATASET_VERSION:
         for name, data in made.items():
             assert (folder / name).read_bytes() == data
-    # Without themselves in it too, which is how they are made.
+    # The files that describe the others do not describe themselves.
     others = {n: f for n, f in manifest.files.items() if n not in made}
     assert describe(replace(manifest, files=others)) == made
     assert describe(replace(manifest, dataset_version=CUSTOM)) == {}
@@ -186,7 +186,7 @@ def test_the_c_program_says_when_there_is_no_file(card, tmp_path):
 
 
 def test_julia_takes_the_column_that_matlab_takes(card):
-    """Where there is no Julia to run."""
+    """This test replaces a run of Julia, which may not be installed."""
     formulas = re.findall(r"^roll = x[\[(]:, (.*?)[\])];? +[%#]", card, re.MULTILINE)
     assert len(formulas) == 2
     assert len(set(formulas)) == 1

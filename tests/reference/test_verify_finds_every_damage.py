@@ -1,4 +1,4 @@
-"""`heyoka-bike verify` finds any changed byte and names the file, and crashes for none."""
+"""`heyoka-bike verify` detects any changed byte, names the file, and never crashes."""
 
 import json
 import os
@@ -37,7 +37,7 @@ def small(small_set, tmp_path):
 
 
 def flip(path, rng):
-    """Change one bit of a file; returns its place."""
+    """Change one bit of a file; return its position."""
     place = rng.randrange(path.stat().st_size)
     with path.open("r+b") as f:
         f.seek(place)
@@ -48,7 +48,7 @@ def flip(path, rng):
 
 
 def run(folder, capsys, *options):
-    """Exit code and lines on standard error."""
+    """Return exit code and lines on standard error."""
     code = main(["verify", str(folder), *options])
     return code, capsys.readouterr().err.splitlines()
 
@@ -83,7 +83,7 @@ def test_the_report_has_a_stable_structure(small):
 
 @pytest.mark.proof
 def test_hundreds_of_flipped_bits_are_found_and_the_files_named(folder, copy, monkeypatch):
-    # By their bytes alone: no number is looked at.
+    # Only the bytes are compared, so no number is read.
     monkeypatch.setattr("h5py.File", None)
     rng = random.Random(1)
     paths = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
@@ -121,7 +121,7 @@ def test_what_is_beside_the_published_set_is_looked_at(copy):
     assert "not part of the set: 'after-ten-seconds/more.txt'" in checks[-1].message
     shutil.rmtree(copy / AFTER)
     files = [f"{AFTER}/{AFTER}.json", f"{AFTER}/candidate.h5"]
-    # Before 2.0.0 a copy of the set may be without the folder; the package may not.
+    # Before 2.0.0 a copy of the dataset may lack the folder, but the package may not.
     needed = files if {*files} <= read_manifest(copy).files.keys() else []
     for is_published, missing in ((False, needed), (True, files)):
         *_, checks = check_files(copy, is_published=is_published)
@@ -138,7 +138,7 @@ def test_a_flipped_bit_through_the_whole_command(small, capsys, name):
     flip(small / name, random.Random(name))
     assert main(["verify", str(small), "--format", "json"]) == 3
     out, err = capsys.readouterr()
-    # One line: what cannot be looked at for want of this file is not called wrong.
+    # One line: items that cannot be checked without this file are not called wrong.
     (line,) = err.splitlines()
     assert f"{small / name}: file: found sha256" in line
     checks = json.loads(out)["checks"]
@@ -150,7 +150,7 @@ def test_a_flipped_bit_through_the_whole_command(small, capsys, name):
 
 @pytest.mark.proof
 def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys, monkeypatch):
-    # Of its numbers `test_the_published_set_passes_every_check` speaks.
+    # `test_the_published_set_passes_every_check` covers the numbers.
     monkeypatch.setattr("heyoka_bike.reference.verification.verify.CHECKS", ())
     path = copy / MANIFEST
     path.write_bytes(path.read_bytes().replace(b'"digits": 70', b'"digits": 71'))
@@ -158,7 +158,7 @@ def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys, monkeypatch):
         code, lines = run(copy, capsys)
     assert code == 3
     assert "manifest.json: manifest_hash: found sha256" in lines[0]
-    # Which says the digits too; the words of an older set are not compared.
+    # The texts also state the digits; those of an older dataset are not compared.
     said = ["ro-crate-metadata.json: schema: does not follow from manifest.json"]
     expected = said if read_manifest(copy).dataset_version == DATASET_VERSION else []
     assert [line.split(f"{copy}/")[1] for line in lines[1:]] == expected

@@ -1,4 +1,4 @@
-"""`heyoka-bike verify --rerun` counts the digits that come out the same again."""
+"""`heyoka-bike verify --rerun` counts the digits that a new run reproduces."""
 
 import json
 from dataclasses import replace
@@ -22,7 +22,7 @@ def part(small_set):
 
 
 def compare(part, precision, **changes):
-    """A rerun of the part, with other contents of some files."""
+    """Compare a rerun of the part, with other contents of some files."""
     part = replace(part, files={**part.files, **changes})
     return agreement(part, Precision.of(precision), lambda stage, t: None)
 
@@ -39,7 +39,7 @@ def test_digits_by_column_and_maneuver(small_set, capsys):
         assert check["passed"] is True
         assert evidence["values"] == 2 * 11 * 38
         assert len(evidence["digits"]) == len(evidence["digits_of_candidate"]) == 38
-        # About the digits of the precision; those of what is published are at least 31.
+        # About the digits of the precision; published values have at least 31.
         assert min(evidence["digits_of_candidate"].values()) > digits - 2
         assert max(evidence["digits_of_candidate"].values()) < digits + 6
         assert min(evidence["digits"].values()) > 29
@@ -72,7 +72,7 @@ def test_a_full_rerun_agrees_to_the_last_published_digit(part):
 
 @pytest.mark.proof
 def test_a_run_of_too_few_digits_is_seen(part, monkeypatch):
-    """A tolerance a million times too large costs more digits than the promise leaves."""
+    """A tolerance a million times too large costs more digits than the promise allows."""
 
     def sloppy(*arguments, **options):
         return integrate(*arguments, **options, tolerance=1e-20)
@@ -87,7 +87,7 @@ def test_a_run_of_too_few_digits_is_seen(part, monkeypatch):
 
 @pytest.mark.proof
 def test_a_published_value_that_is_wrong_is_seen(part):
-    """In its 32nd digit, by a run at 40; a run in binary128 does not promise so many."""
+    """A run with 40 digits shows a wrong 32nd digit; binary128 does not have enough digits."""
     columns = dict(part.long_text.columns)
     tokens = list(columns[1, "steer_rate"])
     wrong = Fraction(tokens[3]) * (1 + Fraction(1, 10**31))

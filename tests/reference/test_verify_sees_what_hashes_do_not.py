@@ -1,7 +1,7 @@
-"""Damage that the manifest vouches for: each check of `heyoka-bike verify` finds its own.
+"""Each check of `heyoka-bike verify` finds its damage, even if the manifest matches.
 
-The damage is done to a copy of a small set whose manifest, and content_sha256, are then brought in
-line, so only the check that is named, and those that look at the same number, can object.
+Each damage is made in a copy of a small dataset, and its manifest and content_sha256 are then
+updated. So only the named check, and others that use the same number, can fail.
 """
 
 import json
@@ -29,7 +29,7 @@ ULP = 2.0**-52
 
 @pytest.fixture(scope="module")
 def whole(made_once):
-    """One maneuver of 11 rows and several dense pieces."""
+    """A dataset with one maneuver of 11 rows and several dense pieces."""
     return made_once("whole-set", lambda place: make(place, ("0.2", "0.02"))) / "set"
 
 
@@ -39,7 +39,7 @@ def copy(whole, tmp_path):
 
 
 def outcomes(folder):
-    """All checks, made once of the same files."""
+    """Return all check results, computed once for equal files."""
     return _outcomes(folder, frozenset((p.name, p.read_bytes()) for p in folder.iterdir()))
 
 
@@ -49,7 +49,7 @@ def _outcomes(folder, files):
 
 
 def failed(folder):
-    """Checks that failed, with their files."""
+    """Return failed checks, with their files."""
     return {(c.check, c.file) for c in outcomes(folder) if c.passed is False}
 
 
@@ -58,7 +58,7 @@ def message(folder, check):
 
 
 def change(folder, name, index, new, *, in_line=True):
-    """Change a number of the HDF5 file: `new` of the old one."""
+    """Change a number of the HDF5 file; `new` is a function of the old number."""
     with h5py.File(folder / HDF5, "r+") as f:
         item = f[f"maneuver_1/{name}"]
         item[index] = new(item[index])
@@ -76,7 +76,7 @@ def change_text(folder, name, row, field, new):
 
 
 def change_json(folder, new):
-    """Change the certificate, in the form that it has."""
+    """Change the certificate, in its canonical form."""
     path = folder / CERTIFICATE
     document = json.loads(path.read_text())
     new(document)
@@ -85,7 +85,7 @@ def change_json(folder, new):
 
 
 def other_digit(text, place):
-    """The number with another digit at a place after its point."""
+    """Return the number with another digit at a place after its point."""
     i = text.index(".") + place
     return text[:i] + str((int(text[i]) + 5) % 10) + text[i + 1 :]
 
@@ -95,7 +95,7 @@ def test_the_whole_set_passes(whole):
 
 
 def test_a_card_and_a_crate_that_say_something_else(folder, tmp_path):
-    """Of a published set of this version, which alone has them."""
+    """Only a published dataset of this version has a card and a crate."""
     copy = shutil.copytree(folder, tmp_path / "copy")
     manifest(copy, dataset_version=DATASET_VERSION)
 
@@ -132,7 +132,7 @@ def test_a_card_in_a_set_of_ones_own(copy):
     [(49, {("digits", TEXT_50)}), (25, {("digits", TEXT_50), ("text", TEXT_50)})],
 )
 def test_a_digit_of_the_text_of_50(copy, place, found):
-    # In this row the last digit comes nearer to hi + lo; away from it, `text` would see it, too.
+    # In this row the changed digit comes nearer to hi + lo; otherwise `text` would see it too.
     change_text(copy, TEXT_50, 8, 8, lambda x: other_digit(x, place))
     assert failed(copy) == found
     for check, _ in found:
@@ -169,7 +169,7 @@ def test_a_line_of_a_text_that_is_missing(copy, name):
 
 
 def test_the_last_bit_of_lo(copy):
-    """An alternate column, which no text has."""
+    """No text has this alternate column."""
     change(copy, "yaw_rate_lo", 9, lambda x: x * (1 + ULP))
     assert ("rounding", HDF5) in failed(copy)
     assert "short 1: yaw_rate, row 9: found " in message(copy, "rounding")
@@ -269,8 +269,8 @@ def test_dense_coefficients_that_leave_the_rows_alone(copy):
 def test_a_dense_bound(copy):
     with h5py.File(copy / HDF5) as f:
         largest = int(np.argmax(f["maneuver_1/dense/pitch_bound"][:]))
-    # The certificate has the largest. Row 0 is exact and has a bound of zero: there the
-    # polynomial's own bound is all that is allowed.
+    # The certificate has the largest bound. Row 0 is exact with a bound of zero, so only the
+    # polynomial's own bound is allowed there.
     assert largest != 0
     for piece in (largest, 0):
         change(copy, "dense/pitch_bound", piece, lambda x: x * 1e-3, in_line=False)
@@ -299,7 +299,7 @@ def entry(document):
         (lambda d: entry(d).update(bound_end="1e-99"), "certificate", "bound_end"),
         (lambda d: entry(d).update(steps=7), "certificate", "steps"),
         (lambda d: entry(d).update(entries=7), "certificate", "entries"),
-        # Of a set in which all is decided nothing is said of what is not.
+        # A dataset without undecided entries does not mention any.
         (lambda d: entry(d).update(ambiguous=1), "schema", "statement"),
         (lambda d: entry(d).update(maneuver="x"), "certificate", "maneuver"),
         (lambda d: entry(d)["dense_relative_bounds"].update(yaw="1.00e-32"), "certificate", "yaw"),
@@ -324,7 +324,7 @@ def test_a_certificate_that_decides_nothing(copy):
 
 
 def test_digits_are_the_candidate_s_where_the_largest_bound_does_not_decide_them(copy):
-    """A bound of 1e-52 alone leaves the last of 50 digits open."""
+    """A bound of 1e-52 alone does not decide the last of 50 digits."""
 
     def widen(document):
         for bounds in entry(document)["state_bounds"].values():
@@ -361,7 +361,7 @@ def test_a_coefficient_of_the_candidate(copy):
 
 
 def test_the_start_of_the_candidate(copy):
-    """Constant and linear coefficients together: the piece still joins the next."""
+    """Change constant and linear coefficients together, so that the piece still joins the next."""
     change_candidate(copy, 0, 0, 0, Fraction(1, 10**68))
     change_candidate(copy, 0, 0, 1, -Fraction(1, 10**68))
     assert ("candidate_joins", CANDIDATE) in failed(copy)
@@ -369,9 +369,9 @@ def test_the_start_of_the_candidate(copy):
 
 
 def test_a_motion_that_does_not_obey_the_equations(copy):
-    """In the last piece, which need not join another, and below the 50 digits."""
+    """The change is in the last piece, which need not join another, and below the 50 digits."""
     last = change_candidate(copy, -1, 2, 3, Fraction(1, 10**58))
-    # Its own energy is not constant either.
+    # The energy of the changed motion is not constant either.
     assert failed(copy) == {("equations_of_motion", CANDIDATE), ("integration", CANDIDATE)}
     assert last > 1
     assert "off the equations" in message(copy, "equations_of_motion")
@@ -393,7 +393,7 @@ def test_an_attribute_of_the_candidate(copy, name, value, fragment):
     assert fragment in message(copy, "schema")
 
 
-# How the HDF5 file is built.
+# The structure of the HDF5 file.
 
 
 def replace(group, name, data):
@@ -434,7 +434,7 @@ def test_how_the_hdf5_file_is_built(copy, do, fragment):
     accept(copy)
     assert ("schema", HDF5) in failed(copy)
     assert fragment in message(copy, "schema")
-    # Numbers are not looked at in a file that is built otherwise, and this is no failure.
+    # Numbers are not checked in a file of another structure, and this is not a failure.
     assert {c.passed for c in outcomes(copy) if c.check == "rounding"} == {None}
 
 
@@ -477,12 +477,12 @@ def test_how_the_sensitivities_are_built(copy, do, fragment):
 
 
 def test_a_changed_sensitivity(copy):
-    # A column without rows, of which nothing but the hash speaks.
+    # A column without rows, which only the hash covers.
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         f["maneuver_1/yaw"][0, 0, 0] += 1e-3
     accept(copy)
     assert "not that of the numbers" in message(copy, "schema")
-    # A column that has rows, which differ then.
+    # A column with rows, which then differ.
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         f["maneuver_1/roll_angle"][0, 0, 0] += 1e-3
     accept(copy)
@@ -492,7 +492,7 @@ def test_a_changed_sensitivity(copy):
 def test_sensitivities_of_the_energies_must_add_up(copy):
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         for name in ("maneuver_1/kinetic_energy_bound", "maneuver_1/rows/kinetic_energy_bound"):
-            f[name][...] = 1.0  # so wide that the rows do not see it
+            f[name][...] = 1.0  # so wide that the rows do not violate it
         f["maneuver_1/kinetic_energy"][0, 0, 0] += 1e-3
     accept(copy)
     assert "do not add up" in message(copy, "schema")

@@ -1,7 +1,8 @@
-"""The whole motion along the published candidates: rolling, power and quadrature, by other means.
+"""The whole motion along the published candidates satisfies independent checks of mechanics.
 
-Velocities and rates of change are central differences of places and energies over 1e-25 s, in 330
-bits: they share nothing with the dual numbers and the moment balances of `forces`.
+The checks are on rolling, power and quadrature. Velocities and rates of change are central
+differences of positions and energies over 1e-25 s, in 330 bits. They share nothing with the dual
+numbers and the moment balances of `forces`.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ from support.tiers import ONE_MANEUVER
 BITS = 330
 STEP = Fraction(1, 10**25)
 TIMES = 12
-# The error of a difference is STEP^2 times third derivatives, some 1e5; that of an energy's rate
-# also has the 1e-70 of the candidate over STEP.
+# The error of a difference is STEP^2 times third derivatives of about 1e5; that of an energy's rate
+# also includes the 1e-70 of the candidate divided by STEP.
 SMALL = "1e-38"
 
 
@@ -50,7 +51,7 @@ def run(request: pytest.FixtureRequest, candidate: tuple[Trajectory, ...]) -> Tr
 
 @pytest.fixture(scope="module")
 def stretches(run: Trajectory) -> list[Stretch]:
-    """The candidate taken as exact: nothing is widened."""
+    """Return the candidate as exact pieces, without widening."""
     none = ((Fraction(0),) * 7,) * run.steps
     return list(with_integrals(run, Certificate(run.states, none, none[0])))
 
@@ -84,18 +85,18 @@ def vector(at: dict[str, Any], name: str, axes: str = "xyz") -> Vector:
 
 
 def attitude(at: dict[str, Any], end: str) -> Matrix:
-    """From the axes of a frame to the ground: its rows."""
+    """Return the rotation from the axes of a frame to the ground, by rows."""
     return Matrix(tuple(Vector([at[f"{end}_frame_r{i}{j}"] for j in (1, 2, 3)]) for i in (1, 2, 3)))
 
 
 def change(at: At, t: Fraction, name: str) -> Vector:
-    """Velocity of a point."""
+    """Return the velocity of a point."""
     after, before = (vector(at(t + side * STEP), name) for side in (1, -1))
     return (flint.arb(STEP.denominator) / 2) * (after - before)
 
 
 def omega(at: dict[str, Any], body: str) -> Vector:
-    """Angular velocity of a body in the ground frame."""
+    """Return the angular velocity of a body in the ground frame."""
     end = body.split("_")[0]
     turning = vector(at, f"{end}_frame_omega")
     if body.endswith("wheel"):
@@ -119,7 +120,7 @@ def test_the_lowest_point_of_a_wheel_is_at_rest(
         arm = to_rim(number, axle, radius)
         slip = change(at, t, f"{end}_hub") + omega(now, f"{end}_wheel").cross(arm)
         assert all(small(x, 10) for x in slip), float(t)
-        # ... and the contact point moves along the heading.
+        # The contact point moves along the heading.
         assert small(change(at, t, f"{end}_contact").dot(axle), 10), float(t)
         turned = at(t + STEP)[f"{end}_wheel_angle"] - at(t - STEP)[f"{end}_wheel_angle"]
         rate = now[f"{end}_wheel_omega_y"] - now[f"{end}_frame_omega_y"]
@@ -127,7 +128,7 @@ def test_the_lowest_point_of_a_wheel_is_at_rest(
 
 
 def body_energy(at: dict[str, Any], velocity: Vector, bicycle: Bicycle, letter: str) -> Any:
-    """Kinetic and potential energy of one body [J], from parameters alone."""
+    """Return kinetic and potential energy of one body [J], from parameters alone."""
     p = {symbol: number_of(x) for symbol, x in bicycle.values.items()}
     end = "rear" if letter in "RB" else "front"
     wheel = letter in "RF"
@@ -153,7 +154,7 @@ CENTRE = {"R": "rear_hub", "B": "rear_frame_com", "H": "front_frame_com", "F": "
 
 
 def gains(at: At, t: Fraction, letter: str) -> Any:
-    """Rate of change of the energy of a body."""
+    """Return the rate of change of the energy of a body."""
     after, before = (
         body_energy(at(x), change(at, x, CENTRE[letter]), at.run.bicycle, letter)
         for x in (t + STEP, t - STEP)
@@ -162,7 +163,7 @@ def gains(at: At, t: Fraction, letter: str) -> Any:
 
 
 def power(at: At, t: Fraction, letter: str) -> Any:
-    """What the joints give to a body; the floor does no work on a wheel that does not slip."""
+    """Return the joints' power on a body; the floor does no work on a wheel without slip."""
     now = at(t)
     rear, front = attitude(now, "rear"), attitude(now, "front")
     hub, hub_f = change(at, t, "rear_hub"), change(at, t, "front_hub")
@@ -200,7 +201,7 @@ def test_each_body_gains_the_energy_that_its_joints_give(
 def test_quadrature_by_gauss_gives_the_same_places(
     run: Trajectory, stretches: list[Stretch]
 ) -> None:
-    """The columns of the reference, integrated piece by piece with 70 nodes."""
+    """Integrate the columns of the reference piece by piece with 70 nodes."""
     nodes = 70
     pairs = [flint.arb.legendre_p_root(nodes, i, weight=True) for i in range(nodes)]
     at = evaluator(run, BITS)
@@ -227,7 +228,7 @@ def test_quadrature_by_gauss_gives_the_same_places(
 
 @pytest.mark.proof
 def test_bounds_grow_with_what_is_not_known(candidate: tuple[Trajectory, ...]) -> None:
-    """A state known to 1e-30 only leaves the places to about that, times some hundreds."""
+    """A state with an error of 1e-30 gives positions with errors some hundred times larger."""
     run = candidate[2]
     loose = ((Fraction(1, 10**30),) * 7,) * run.steps
     *_, last = with_integrals(run, Certificate(run.states, loose, loose[0]))
@@ -250,7 +251,8 @@ def test_normal_forces_at_rest_are_those_of_the_lever_rule(bicycle: Bicycle) -> 
         assert contact.normal.str(15, radius=False) == printed
         for x in (contact.longitudinal, contact.lateral):
             assert abs(x) < flint.arb("1e-80")
-    # A wheel hangs in its axle by what the floor does not carry, and no bearing turns its axis.
+    # The axle carries the floor's force less the wheel's weight, and no bearing has a moment about
+    # its own axis.
     assert abs(rest.rear_axle.force[2] - balls.number(total - on_front - p["mR"] * p["g"])) < 1e-60
     for free in (rest.rear_axle.moment[1], rest.front_axle.moment[1], rest.steer.moment[2]):
         assert abs(free) < flint.arb("1e-80")
@@ -269,5 +271,5 @@ def test_numpy_arrays_give_the_same_forces(
         for end, contact in (("rear", found.rear), ("front", found.front)):
             for name in ("normal", "longitudinal", "lateral"):
                 x = float(exact[f"{end}_{name}_force"].mid())
-                # Binary64 keeps 15 digits of a weight of 922 N.
+                # Binary64 has 15 digits of a weight of 922 N.
                 assert abs(getattr(contact, name)[i] - x) < 1e-11

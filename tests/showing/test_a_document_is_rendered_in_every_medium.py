@@ -1,4 +1,4 @@
-"""A document is declared once: text, pages and notebooks all say it, but what is for one alone."""
+"""A document is declared once, and text, pages and notebooks all show it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Charts: places on their axes are the values, and nothing extreme is lost on the way."""
+"""Positions in charts show the values, and no extreme is lost."""
 
 import re
 
@@ -106,7 +106,7 @@ def drawn(y_axis, x, y, **more):
 
 
 def places(text):
-    """Points of the first line, from 0 to 1."""
+    """Return the points of the first line, from 0 to 1."""
     steps = re.search(r'<path class="error" data-name[^>]* d="M([^"]*)"', text)[1]
     found = np.array(re.findall(r"-?\d+", steps), dtype=float).reshape(-1, 2).cumsum(axis=0)
     return found[:, 0] / 4000, 1 - found[:, 1] / 2000
@@ -147,7 +147,7 @@ def test_text_of_a_chart_is_escaped():
 
 
 def test_a_column_that_ends_early_does_not_end_the_others():
-    """Once the figure ended with the first column: an error at 10 s lay beyond it."""
+    """Formerly the figure ended with the first column, and an error at 10 s was outside."""
     rows = np.loadtxt(data_folder() / "peers" / "exudyn-h0.01.txt")
     rows[500:, 8] = np.nan
     (maneuver, *_) = score(rows).maneuvers

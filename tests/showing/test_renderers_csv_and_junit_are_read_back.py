@@ -96,7 +96,7 @@ def test_junit_has_a_case_for_each_column_that_a_requirement_speaks_of():
             is_met = value is not None and value >= 6
             assert (found[f"{m.maneuver}.{c.key}.scd >= 6"] is None) == is_met
     assert found["2.roll_angle.mescd >= 100"] is not None
-    # Of a column that the file does not have there is none but the requirement.
+    # A column that the file lacks has only the requirement.
     assert "not in the file" in found["3.yaw.scd > 1"].get("message")
 
 
@@ -154,7 +154,7 @@ def test_junit_of_a_series_has_a_suite_for_each_run():
     root, found = suites(series)
     assert [s.get("name") for s in found] == [r.report.file.path for r in series.runs]
     assert root.get("tests") == "8"
-    # Cases of different runs must not be taken for the same.
+    # Cases of different runs must remain distinct.
     assert len({case.get("classname") for case in root.iter("testcase")}) == 4
     assert series.findings[0].message in found[-1].find("system-out").text
 
@@ -170,7 +170,7 @@ def test_junit_has_no_letter_that_xml_forbids():
 
 @pytest.mark.parametrize("name", ["=cmd|calc.txt", "+1.txt", "-1.txt", "@SUM(A1).txt"])
 def test_a_name_is_no_formula_of_a_spreadsheet(name):
-    """A cell that begins so is carried out; numbers below zero stay numbers."""
+    """A spreadsheet executes a cell with such a start; negative numbers remain numbers."""
     report = sample_reports.sample()
     report = replace(report, file=replace(report.file, path=name))
     rows = list(csv.DictReader(io.StringIO(csv_renderer.render(report))))

@@ -1,4 +1,4 @@
-"""The HTML of a score is one sound page that needs nothing else, whatever the report holds."""
+"""The HTML of a score is one valid, self-contained page, for every report."""
 
 import re
 import subprocess
@@ -68,7 +68,7 @@ def test_nothing_is_loaded(pages, parsed, name):
         for key, value in attributes.items():
             if key in ("src", "href", "xlink:href", "data", "srcset", "action", "style"):
                 assert value.startswith(("#", "data:")), (tag, key, value)
-    # In style and script nothing is named but the source of the palette and the name space of SVG.
+    # Style and script contain no addresses except the palette's source and SVG's name space.
     urls = set(re.findall(r"https?://[^\s\"'<>)]+", pages[name]))
     assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
     assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|\bimport\b", pages[name])
@@ -120,7 +120,7 @@ def test_true_error_leads_and_eq_1_is_a_remark(pages):
                  '<section id="findings">')  # fmt: skip
         places = [page.index(part) for part in order]
         assert places == sorted(places)
-        # Colours are of true error and of requirements: nothing that speaks of eq. (1) has one.
+        # Colours show the true error and requirements; nothing about eq. (1) has a colour.
         colored = re.findall(r'<\w+ class="[^"]*(?:right|close|wrong|passed)[^"]*">[^<]*', page)
         assert colored
         assert not any("eq. (1)" in x.lower() for x in colored)
@@ -139,7 +139,8 @@ def test_right_in_part_is_not_shown_as_right():
 def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name):
     page = parsed[name]
     assert not any("title" in attributes for _, attributes in page.tags)
-    # Each cell says its grade by sign and word, not by colour alone; below, what the sign means.
+    # Each cell shows its grade by sign and word, not by colour alone; the signs are explained
+    # below.
     for table in re.findall(r'<table class="matrix">.*?</ul>', pages[name], flags=re.S):
         cells = re.findall(r'<td class="(right|rounded|close|wrong)">(.*?)</td>', table)
         for style, cell in cells:
@@ -199,7 +200,7 @@ def figures(page):
 
 
 def line(figure, name):
-    """A line of a figure as values, from its path and the axes of its chart."""
+    """Return a line of a figure as values, from its path and the axes of its chart."""
     for part in figure.split('<div class="plot">')[1:]:
         found = re.search(rf'<path class="[^"]*" data-name="{name}"[^>]* d="M([^"]*)"', part)
         if found:
@@ -321,7 +322,7 @@ def test_programs_are_drawn_side_by_side(pages, parsed):
 
 
 def slope(path, figure):
-    """Decades of error for each decade of step."""
+    """Return the decades of error per decade of step."""
     x1, y1, x2, y2 = (float(x) for x in re.findall(r"-?\d+", path))
     wide, high = (re.search(f'data-{k}="([^"]*)"', figure)[1].split() for k in "xy")
     across = (x2 - x1) / 4000 * (float(wide[1]) - float(wide[0]))
@@ -333,7 +334,7 @@ def test_files_stay_small(pages):
     assert len(pages["sample"].encode()) < 700_000
     many = render(sample_reports.many_rows(200_000))
     assert len(many.encode()) < 700_000
-    # One bad row of them must not get lost.
+    # A single bad row must remain visible.
     drawn = [f for f in figures(many) if 'data-name="reference"' in f]
     for figure in drawn:
         t, error = line(figure, "error")

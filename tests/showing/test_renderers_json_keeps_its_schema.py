@@ -1,4 +1,4 @@
-"""The JSON of a score follows its published schema, and the schema refuses what does not."""
+"""The JSON of a score follows its published schema, which rejects other documents."""
 
 import copy
 import json
@@ -40,7 +40,7 @@ def read(scored):
 
 
 def required_places(schema, document, path=()):
-    """Where in a document the schema insists on a key."""
+    """Yield the places in a document where the schema requires a key."""
     if "$ref" in schema:
         schema = schema | SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]]
     for part in schema.get("allOf", ()):
@@ -89,7 +89,7 @@ def test_scores_of_shipped_results_follow_the_schema():
 @pytest.mark.parametrize(("name", "definition"), [("sample", "report"), ("series", "series")])
 def test_a_dropped_key_or_a_wrong_type_is_refused(name, definition):
     document = read(getattr(sample_reports, name)())
-    # A part of it is enough, and much faster.
+    # A part of the report is enough, and much faster.
     report = document if definition == "report" else document["runs"][0]["report"]
     report["maneuvers"] = report["maneuvers"][:1]
     report["maneuvers"][0]["columns"] = report["maneuvers"][0]["columns"][:1]
@@ -152,7 +152,7 @@ def test_any_file_name_gives_text_that_every_reader_takes():
     text = renderer.render(sample_reports.hostile())
     assert text.isascii()
     path = json.loads(text)["file"]["path"]
-    # A byte that is no UTF-8 is written as its escape; all else is kept.
+    # A byte that is not UTF-8 is written as its escape; all others are preserved.
     assert path == sample_reports.HOSTILE.replace("\udcff", "\\udcff")
 
 

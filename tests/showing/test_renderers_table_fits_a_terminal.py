@@ -139,7 +139,7 @@ def test_marks_say_how_a_column_was_understood():
     (taken, first, *_) = [line for line in lines if line.startswith("roll_angle")]
     assert taken.endswith("tait_bryan_xyz, not the default lean")
     assert "lean_rate, may also be zyx_rate, in deg/s" in text_of("sample")
-    # Below each table that has them.
+    # The marks are explained below each table that has them.
     marks = "* is not the default definition; ~ others fit as well: zyx_rate of roll rate"
     assert lines.count(marks) == 3
     assert "tait_bryan_xyz*" in first

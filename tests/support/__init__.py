@@ -1,1 +1,1 @@
-"""How tests are run: browsers, servers, clusters, other processes, programs that are compiled."""
+"""Tools for running tests: browsers, servers, clusters, processes, compiled programs."""

@@ -1,7 +1,8 @@
-"""Pages in a real browser, chromium driven by Playwright: what they show and complain of.
+"""Pages in a real browser (chromium, driven by Playwright): content and complaints.
 
-Time is the real one: a page is looked at once what is waited for is there, however long that takes
-on a loaded machine. A test that needs a page's own clock stops it and lets it run (`is_stopped`).
+Pages run in real time: a test waits until the expected content is there, however long that takes on
+a loaded machine. A test that needs to control a page's clock stops it and advances it
+(`is_stopped`).
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ import pytest
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 WIDTHS = (320, 400, 800, 1280)
 
-# Two frames: what was asked for in the first is drawn in the second.
+# Waits two frames: changes requested in the first are drawn in the second.
 DRAWN = "() => new Promise((d) => requestAnimationFrame(() => requestAnimationFrame(d)))"
 
-# A file, by its name and text, as a person drops it: the events that the browser makes of it.
+# Drops a file, given by name and text, with the events that a browser generates.
 DROP = """([name, text]) => {
   const data = new DataTransfer();
   data.items.add(new File([text], name));
@@ -32,16 +33,16 @@ DROP = """([name, text]) => {
 
 
 def browser(test: Any) -> Any:
-    """Mark a test that starts a browser, which takes more than the second of a fast test."""
+    """Mark a test that starts a browser, which exceeds the second of a fast test."""
     needed = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to look at the page with")
     return pytest.mark.proof(needed(test))
 
 
 def wait_until(page: Any, expression: str, seconds: float = 60.0) -> None:
-    """Wait until an expression of JavaScript is true in a page.
+    """Wait until a JavaScript expression is true in a page.
 
-    Playwright's own `wait_for_function` evaluates again in the page, which the policy of most pages
-    forbids: it fails if the expression is not true at once.
+    Playwright's own `wait_for_function` evaluates repeatedly inside the page, which the policy of
+    most pages forbids, so it fails unless the expression is true at once.
     """
     end = time.monotonic() + seconds
     while not page.evaluate(expression):
@@ -51,7 +52,7 @@ def wait_until(page: Any, expression: str, seconds: float = 60.0) -> None:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """One browser for the tests of a module; each test has windows that share nothing."""
+    """Start one browser for the tests of a module; the windows of tests share nothing."""
     if CHROMIUM is None:
         pytest.skip("no chromium to look at the pages with")
     playwright = pytest.importorskip("playwright.sync_api")
@@ -65,12 +66,12 @@ def chromium() -> Iterator[Any]:
 
 @pytest.fixture
 def visited(chromium: Any) -> Iterator[Callable[..., Any]]:
-    """Go to an address in a window of its own: `visited(address, until=..., width=1280)`.
+    """Open an address in a new window: `visited(address, until=..., width=1280)`.
 
-    The page that is returned is Playwright's; `complaints` holds what its console says, errors of
-    its scripts, and every address that it asks for elsewhere. `until` is an expression of
-    JavaScript that is waited for. With `is_stopped` its clock stands at zero, and goes on by
-    `page.clock.run_for(milliseconds)` alone.
+    The result is a page of Playwright. Its `complaints` contain console messages, script errors,
+    and every request to another address. `until` is a JavaScript expression to wait for. With
+    `is_stopped` the page's clock stands at zero and only advances by
+    `page.clock.run_for(milliseconds)`.
     """
     windows = []
 
@@ -104,7 +105,7 @@ def visited(chromium: Any) -> Iterator[Callable[..., Any]]:
 
 @pytest.fixture
 def opened(visited: Callable[..., Any], tmp_path: Path) -> Callable[..., Any]:
-    """Open a page from its text, with an address within it: `opened(text, "#t=3")`."""
+    """Open a page from its text, at an address within it: `opened(text, "#t=3")`."""
 
     def open_text(text: str, within: str = "", **how: Any) -> Any:
         path = tmp_path / "page.html"
@@ -115,7 +116,7 @@ def opened(visited: Callable[..., Any], tmp_path: Path) -> Callable[..., Any]:
 
 
 def widths(opened: Callable[..., Any], text: str, within: str = "", **how: Any) -> list[Any]:
-    """How wide a page is in windows of four widths, and the window."""
+    """Return the width of a page in windows of four widths, and those widths."""
     root = "document.documentElement"
     size = f"[{root}.scrollWidth, {root}.clientWidth]"
     return [opened(text, within, width=w, **how).evaluate(size) for w in WIDTHS]

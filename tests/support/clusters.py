@@ -10,12 +10,12 @@ from pathlib import Path
 TESTS = Path(__file__).parents[1]
 
 HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-"""First line of a script that Ctrl-C ends even where its parent does not hear it: as one that a
-shell has put into the background."""
+"""First line of a script that reacts to Ctrl-C even if its parent ignores it, as in a process that
+a shell put in the background."""
 
 
 class Processes:
-    """Started by `scheduler` and `worker`, ended with the test."""
+    """Processes started by `scheduler` and `worker`, which end with the test."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -45,7 +45,7 @@ class Processes:
         return process
 
     def worker(self, threads=1, **environment):
-        """Without a nanny, which would start another one in place of one that is killed."""
+        """Start a worker without a nanny, which would replace a killed worker."""
         return self.start(
             "worker", "--scheduler-file", str(self.file), "--nthreads", str(threads),
             "--no-nanny", "--no-dashboard", **environment,
@@ -54,7 +54,7 @@ class Processes:
 
 @contextmanager
 def started(folder, workers=2):
-    """A scheduler with so many workers."""
+    """Start a scheduler with this many workers."""
     processes = Processes(folder)
     try:
         processes.scheduler()
@@ -69,7 +69,7 @@ def started(folder, workers=2):
 
 
 def wait_for(condition, seconds=120, every=0.05):
-    """Until something is so."""
+    """Wait until a condition is true."""
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "it does not come"

@@ -1,4 +1,4 @@
-"""The command line on files that are hardly any: how each call ends, and how much it takes."""
+"""The command line on degenerate files: outcome and resources of each call."""
 
 import os
 import random
@@ -18,25 +18,25 @@ from heyoka_bike.reference.load import load_reference
 DOCUMENTED = {Exit.OK, Exit.INPUT, Exit.NOTHING_SCORED, Exit.CHECK_FAILED, Exit.STOPPED_EARLY}
 PRELOAD = ("support.degenerate_runs", "heyoka_bike.workbench.serving.preload")
 LONGEST = 25.0
-"""Processor time of a call [s]: the usual budget of a diagnosis, and by how much it may pass it."""
+"""Limit of a call's processor time [s]: the usual budget of a diagnosis, and a margin."""
 
 
 class Ended:
-    """How calls of a process ended.
+    """The outcomes of a process's calls.
 
     Attributes
     ----------
     codes : Counter
-        Calls by exit code.
+        Number of calls by exit code.
     faults : list of str
-        Calls whose code is not documented, that took too long, or that do not say one line.
+        Calls with an undocumented exit code, too much time, or an error message not of one line.
     """
 
     def __init__(self):
         self.codes, self.faults = Counter(), []
 
     def call(self, what, words):
-        """Carry out a command; `what` is the file, for those who have to make it again."""
+        """Run a command; `what` identifies the file, so that a failure can be reproduced."""
         out, err, begin = StringIO(), StringIO(), time.process_time()
         with redirect_stdout(out), redirect_stderr(err):
             code = int(main(words))
@@ -50,12 +50,12 @@ class Ended:
         return code
 
     def told(self):
-        """What JSON can write: codes, faults, and the most memory of the process [bytes]."""
+        """Return JSON values: codes, faults, and the process's maximum memory [bytes]."""
         return [list(self.codes.items()), self.faults, _most_memory()]
 
 
 def on_tables(seed, first, count, words, folder):
-    """A command on tables of a seed."""
+    """Run a command on the tables of a seed."""
     reference, ended = load_reference(), Ended()
     path = Path(folder) / f"{os.getpid()}.txt"
     for number in range(first, first + count):
@@ -69,14 +69,14 @@ def on_tables(seed, first, count, words, folder):
 
 
 def on_corpus(part, parts, every, words, folder):
-    """A command on every so many rows of the corpus's files, of which this is one of some parts."""
+    """Run a command on every `every`-th row of one part of the corpus's files."""
     runs, ended = Runs(), Ended()
     path = Path(folder) / f"{os.getpid()}.txt"
     for file in list(files(runs.index))[part::parts]:
         lines = text(file, runs).splitlines()
         heading = lines[: lines[0].startswith("time")]
         rows = lines[len(heading) :]
-        # A short file shows the same with all of its rows.
+        # A short file is used with all of its rows.
         few = rows[:: every if len(rows) > 10 * every else 1]
         path.write_text("\n".join([*heading, *few]) + "\n")
         call = [words[0], str(path), *words[1:]]
@@ -86,10 +86,10 @@ def on_corpus(part, parts, every, words, folder):
 
 
 def _most_memory():
-    """The most memory that this process took so far [bytes]; 0 where the system does not say."""
+    """Return this process's maximum memory so far [bytes]; 0 if the system does not report it."""
     try:
         import resource
     except ImportError:
         return 0
-    # On Linux in kB.
+    # Linux reports kB.
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

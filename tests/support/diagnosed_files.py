@@ -1,7 +1,7 @@
-"""What is said of each file that the repository has: one line for each, with its processor time.
+"""The diagnosis of each file in the repository: one line each, with its processor time.
 
-``python -m support.diagnosed_files [EVERY [FIRST]]`` in tests looks at all of them, or at every
-so many: the corpus of other programs, files as users write them, and results of the field.
+``python -m support.diagnosed_files [EVERY [FIRST]]`` in tests diagnoses all files, or every
+EVERY-th one: the corpus of other programs, files as users write them, and results of the field.
 """
 
 import sys
@@ -20,7 +20,7 @@ from heyoka_bike.system.resources import data_folder
 
 
 def named_files(folder: Path) -> Iterator[tuple[str, str, Path]]:
-    """Name, what is expected, and path."""
+    """Yield name, expected diagnosis, and path of each file."""
     with open(HERE / "index.toml", "rb") as stream:
         index = {entry["name"]: entry["expected"] for entry in tomllib.load(stream)["file"]}
     runs = Runs()

@@ -1,4 +1,4 @@
-"""The programs of docs/examples/engines, each in a process of its own: engines do not mix."""
+"""The programs of docs/examples/engines, each in its own process, as engines conflict."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ from heyoka_bike.system.resources import data_folder
 
 PROGRAMS = data_folder().parent / "docs" / "examples" / "engines"
 
-# By program: the module of the engine, the line that installs it, and the format it is given.
+# Module, installation command and model format of each program's engine.
 ENGINES = {
     "mujoco": ("mujoco", "pip install mujoco==4.0.0", "mjcf"),
     "pinocchio": ("pinocchio", "pip install pin==4.1.0", "urdf"),
@@ -28,14 +28,14 @@ SECONDS = 300
 
 
 def need(name):
-    """Skip the test without the engine."""
+    """Skip the test if the engine is not installed."""
     module, install, _ = ENGINES[name]
     if find_spec(module) is None:
         pytest.skip(f"{module} is not here: {install}")
 
 
 def printed(name, *arguments):
-    """What a program prints."""
+    """Return the output of a program."""
     command = [sys.executable, str(PROGRAMS / f"with_{name}.py"), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
     assert done.returncode == 0, done.stderr
@@ -43,13 +43,13 @@ def printed(name, *arguments):
 
 
 def apart(function, *arguments):
-    """What a function of this module returns in another process."""
+    """Return the result of a function of this module, run in another process."""
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result(SECONDS)
 
 
 def mass_matrices(name, file, postures):
-    """Mass matrices of an engine in postures: place, axes and angles each."""
+    """Return an engine's mass matrices in postures (position, axes and angles each)."""
     engine, bicycle = _engine(name, file)
     found = []
     for place, attitude, angles in postures:
@@ -63,11 +63,11 @@ def _engine(name, file):
     return import_module(f"with_{name}").Engine(str(file)), import_module("bicycle")
 
 
-# What an engine changes without a word, as docs/how-to/engines.md says.
+# Silent changes by engines, as listed in docs/how-to/engines.md.
 
 
 def mujoco_of_urdf(file):
-    """Degrees of freedom and masses."""
+    """Return degrees of freedom and masses."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_path(str(file))
@@ -75,7 +75,7 @@ def mujoco_of_urdf(file):
 
 
 def mujoco_refuses(file):
-    """What it says."""
+    """Return the error message."""
     import mujoco
 
     try:
@@ -86,7 +86,7 @@ def mujoco_refuses(file):
 
 
 def pinocchio_without_a_free_joint(file):
-    """Degrees of freedom and mass."""
+    """Return degrees of freedom and mass."""
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(file))
@@ -94,7 +94,7 @@ def pinocchio_without_a_free_joint(file):
 
 
 def drake_gravity(file):
-    """The gravity that it has once a file is read."""
+    """Return the gravity after a file is read."""
     from pydrake import all as drake
 
     plant, _ = drake.AddMultibodyPlantSceneGraph(drake.DiagramBuilder(), 0.0)
@@ -104,7 +104,7 @@ def drake_gravity(file):
 
 
 def drake_refuses(file):
-    """What it says."""
+    """Return the error message."""
     from pydrake import all as drake
 
     plant, _ = drake.AddMultibodyPlantSceneGraph(drake.DiagramBuilder(), 0.0)
@@ -116,7 +116,7 @@ def drake_refuses(file):
 
 
 def dart_sine(angle):
-    """The sine of the angle of its rotation."""
+    """Return the sine of the angle of the rotation."""
     import dartpy as dart
 
     pose = dart.dynamics.FreeJoint.convertToTransform([angle, 0, 0, 0, 0, 0])
@@ -124,7 +124,7 @@ def dart_sine(angle):
 
 
 def dart_masses(file):
-    """Masses of the links."""
+    """Return the masses of the links."""
     import dartpy as dart
 
     bicycle = dart.utils.SdfParser.readWorld(str(file)).getSkeleton("bicycle")
@@ -150,7 +150,7 @@ def dart_wheel_shapes_of_urdf(file):
 
 
 def dart_top_of_the_floor(file):
-    """How far above the ground the floor of a world ends [m]."""
+    """Return the height of a world's floor surface above the ground [m]."""
     import dartpy as dart
 
     world = dart.utils.SdfParser.readWorld(str(file))
@@ -160,7 +160,7 @@ def dart_top_of_the_floor(file):
 
 
 def pybullet_inertias(file, *, from_file):
-    """Principal moments of the links B, R, H and F, and what the base is called."""
+    """Return the principal moments of the links B, R, H and F, and the name of the base."""
     import pybullet as bullet
 
     bullet.connect(bullet.DIRECT)
@@ -169,7 +169,7 @@ def pybullet_inertias(file, *, from_file):
 
 
 def pybullet_product():
-    """A quaternion times itself by its own function."""
+    """Return a quaternion multiplied by itself with the engine's function."""
     import pybullet as bullet
 
     _, turned = bullet.multiplyTransforms([0, 0, 0], [0.6, 0, 0, 0.8], [0, 0, 0], [0.6, 0, 0, 0.8])
@@ -177,7 +177,7 @@ def pybullet_product():
 
 
 def pybullet_motor(file):
-    """The largest force of the motors that are there when a file has been read [N m]."""
+    """Return the largest force of the default motors after a file is read [N m]."""
     import pybullet as bullet
 
     bullet.connect(bullet.DIRECT)

@@ -1,8 +1,8 @@
-"""The exported equations, compiled or run: their functions at a state, and a motion by a solver.
+"""The exported equations, compiled or run: functions at a state, and a solver's motion.
 
 Each program prints rates, Jacobian by rows and columns at `SOMEWHERE`, and then the columns of
-maneuver 2 every half second. Python, Octave and C have solvers at hand; Fortran and Rust have none
-that comes with their compilers, and step with the classic Runge-Kutta method.
+maneuver 2 every half second. Python, Octave and C have available solvers. The compilers of Fortran
+and Rust come without one, so these programs use the classic Runge-Kutta method.
 """
 
 import subprocess
@@ -17,9 +17,9 @@ from support.export_programs import need, run
 STEM = "bicycle"
 STATE, COLUMNS = 11, 8
 SOMEWHERE = (0.3, -0.02, -0.4, 0.7, -1.1, 13.0, 0.6, 2.0, -3.0, 5.0, 7.0)
-"""A state; the wheels need not touch the floor for the formulas to be the same."""
-# Of RK4: its error is of the order (20 h)^4 / 120, 20/s being the fastest decay.
-STEPS = 2000  # in half a second
+"""A state; the wheels need not touch the floor, because the formulas are the same."""
+# Steps of RK4; its error is of the order (20 h)^4 / 120, where 20/s is the fastest decay.
+STEPS = 2000  # per half second
 
 _PYTHON = """
 import bicycle as b
@@ -217,7 +217,7 @@ def fortran_numbers(folder, halves):
 
 
 def matlab_numbers(folder, halves):
-    """By GNU Octave."""
+    """Return the numbers from GNU Octave."""
     _write(folder, "all_values.m", _OCTAVE, halves)
     return _numbers([need("octave-cli"), "--norc", "all_values.m"], folder)
 
@@ -229,7 +229,7 @@ def rust_numbers(folder, halves):
 
 
 def _numbers(command, folder):
-    """Rates, Jacobian, columns, and the columns of the motion."""
+    """Return rates, Jacobian, columns, and the columns of the motion."""
     found = np.array(run(command, folder).split(), float)
     rates, jacobian, columns, motion = np.split(found, np.cumsum([STATE, STATE * STATE, COLUMNS]))
     return rates, jacobian.reshape(STATE, STATE), columns, motion.reshape(-1, COLUMNS)

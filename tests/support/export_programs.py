@@ -1,4 +1,4 @@
-"""Exported source code, compiled or run: values of every maneuver and column at given times.
+"""Exported source code, compiled or run: values of all maneuvers and columns at given times.
 
 Times and values go through files of binary64 numbers, so that no digit is lost on the way.
 """
@@ -13,7 +13,7 @@ from heyoka_bike.cli import main
 
 STEM = "uncontrolled_bicycle"
 
-# Without it compilers fuse products and sums where the processor can, which changes last bits.
+# Compiler flags against fusing products and sums, which would change last bits.
 AS_WRITTEN = ("-O2", "-ffp-contract=off")
 STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
 
@@ -73,7 +73,7 @@ fclose(out);
 
 
 def need(tool):
-    """Path of a tool; the test is skipped where it is missing."""
+    """Return the path of a tool; skip the test if it is missing."""
     path = shutil.which(tool)
     if path is None:
         pytest.skip(f"{tool} is not installed")
@@ -93,7 +93,7 @@ def run(command, folder):
 
 
 def c_values(folder, times, maneuvers, columns, flags=AS_WRITTEN):
-    """Values of `bicycle_evaluate` and the pairs: shape (maneuvers, columns, times, 3)."""
+    """Return values of `bicycle_evaluate` and of the pairs: (maneuvers, columns, times, 3)."""
     (folder / "main.c").write_text(_C.replace("MANEUVERS", str(maneuvers)))
     sources = ["main.c", f"{STEM}.c"]
     run([need("gcc"), "-std=c99", *STRICT, *flags, *sources, "-o", "all", "-lm"], folder)
@@ -101,7 +101,7 @@ def c_values(folder, times, maneuvers, columns, flags=AS_WRITTEN):
 
 
 def fortran_values(folder, times, maneuvers, columns, flags=AS_WRITTEN):
-    """Values of `bicycle_evaluate`: shape (maneuvers, columns, times)."""
+    """Return values of `bicycle_evaluate`: shape (maneuvers, columns, times)."""
     code = _FORTRAN.replace("MANEUVERS", str(maneuvers)).replace("COLUMNS", str(len(columns)))
     (folder / "main.f90").write_text(code)
     sources = [f"{STEM}.f90", "main.f90"]
@@ -110,7 +110,7 @@ def fortran_values(folder, times, maneuvers, columns, flags=AS_WRITTEN):
 
 
 def octave_values(folder, times, maneuvers, columns):
-    """Values of the function: shape (maneuvers, columns, times)."""
+    """Return values of the function: shape (maneuvers, columns, times)."""
     names = ", ".join(f"'{name}'" for name in columns)
     code = _OCTAVE.replace("MANEUVERS", str(maneuvers)).replace("COLUMNS", names)
     (folder / "all_values.m").write_text(code)

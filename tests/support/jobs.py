@@ -1,4 +1,4 @@
-"""Work for jobs that run in other processes, which find it by its name."""
+"""Functions of jobs that run in other processes, which find them by name."""
 
 import os
 import signal
@@ -19,7 +19,7 @@ def fail(report):
 
 
 def die_once(flag, report):
-    """Ends its process the first time."""
+    """End the process on the first call."""
     if not Path(flag).exists():
         Path(flag).touch()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -31,7 +31,7 @@ def die(report):
 
 
 def begin(folder, seconds, report):
-    """Says that it runs, and goes on until it is ended; how often it told is in a file."""
+    """Report a start and continue until ended; a file records the number of reports."""
     told = Path(folder) / f"{os.getpid()}"
     for i in range(int(seconds / 0.05)):
         told.write_text(str(i))
@@ -41,14 +41,14 @@ def begin(folder, seconds, report):
 
 
 def precise(digits, report):
-    """One third to so many digits, if nobody else changes the precision meanwhile."""
+    """Compute one third to this many digits, unless another thread changes the precision."""
     with flint.ctx.workprec(digits):
         time.sleep(0.05)
         return str(flint.arb(1) / 3)
 
 
 def nothing(stage, t):
-    """A report that nobody hears."""
+    """Ignore a report."""
 
 
 def imported(name):

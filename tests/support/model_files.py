@@ -1,8 +1,8 @@
-"""An independent small reader of the models for engines, and what the package expects of them.
+"""An independent small reader of models for engines, and the package's expectations.
 
-The reader knows XML and rigid bodies and nothing of the package: all frames of these files are
-parallel at zero angles. Velocities of a model are those of the base's origin and of the base, along
-the ground's axes with z up, and the rates of the hinges in their order.
+The reader uses XML and rigid-body kinematics but nothing from the package. All frames in these
+files are parallel at zero angles. Velocities of a model are those of the base's origin and of the
+base, along the ground's axes with z up, and the rates of the hinges in their order.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Model:
     hinges: dict  # child: (name, parent, axis)
 
     def bodies(self, place, axes, angles):
-        """By link: its origin, its axes, and its velocities per velocity of the model, (6, 9)."""
+        """Return origin, axes, and velocities per velocity of the model, (6, 9), by link."""
         base = np.hstack([np.vstack([np.eye(3), np.zeros((3, 3))]), np.zeros((6, 6))])
         base[3:, 3:6] = np.eye(3)
         found = {"B": (np.array(place), np.array(axes), base)}
@@ -67,7 +67,7 @@ class Model:
         return {name: at + turned @ self.centres[name] for name, (at, turned, _) in bodies}
 
     def floor(self, place, axes, angles, velocities):
-        """Heights of the wheels' lowest points, and the velocities of their material."""
+        """Return heights of the wheels' lowest points, and velocities of their material."""
         found = []
         bodies = self.bodies(place, axes, angles)
         for name, radius in self.radii.items():
@@ -95,7 +95,7 @@ def matrix_of(quaternion):
 
 
 def quaternion_of(yaw, roll, pitch):
-    """The scalar first, along axes with z up; the angles are about axes with z down."""
+    """Return a quaternion, scalar first, for axes with z up, from angles with z down."""
     (a, b, c), (x, y, z) = (f(np.array([yaw, roll, pitch]) / 2) for f in (np.cos, np.sin))
     return np.array([
         a * b * c - x * y * z, a * y * c - x * b * z,
@@ -169,13 +169,13 @@ def read(name, text):
 
 
 def model_of(name, bicycle, maneuvers=(), **options):
-    """A model as written and read back."""
+    """Write a model and read it back."""
     return read(name, render(name, bicycle, maneuvers, **options))
 
 
 @dataclass
 class Posed:
-    """A state in the descriptor form of the package, and as a model has it."""
+    """A state in the descriptor form of the package, and in the form of a model."""
 
     equations: Equations
     q: np.ndarray
@@ -186,13 +186,13 @@ class Posed:
     per_rate: np.ndarray  # velocities of the model per rate of the coordinates
 
     def expected(self):
-        """The mass matrix of the coordinates, exact but for its last bits."""
+        """Return the mass matrix of the coordinates, exact except for last bits."""
         found = Descriptor(self.equations.b, self.equations.a).mass(list(self.q))
         return np.array(found, dtype=float)
 
 
 def posed(bicycle, maneuver):
-    """The start of a maneuver, turned by a yaw and moved, its wheels turned."""
+    """Return the start of a maneuver, with the yaw, position and wheel angles changed."""
     balls = Balls(BITS)
     exact = Equations.of(bicycle, balls)
     roll, pitch, steer = (float(x.mid()) for x in initial_state(exact, maneuver)[:3])

@@ -1,4 +1,4 @@
-"""Pages as a browser finds them: their tags, their text and the data in them."""
+"""Pages as a browser interprets them: their tags, text and data."""
 
 import json
 import re
@@ -10,7 +10,7 @@ VOID = {"meta", "link", "br", "hr", "img", "input", "wbr"}
 
 
 class Page(HTMLParser):
-    """What a browser would find; complains where tags do not match."""
+    """Parses a page like a browser; fails if tags do not match."""
 
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
@@ -48,7 +48,7 @@ class Page(HTMLParser):
 
 
 def assert_runs_alone(text):
-    """A page with a script of its own asks for nothing else, and shows numbers."""
+    """Check that a page requests nothing but its own script, and shows numbers."""
     page = Page(text)
     urls = set(re.findall(r"https?://[^\s\"'<>)]+", text))
     assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}

@@ -1,7 +1,7 @@
-"""The modules beside the programs of the field, from ``data/peers``.
+"""Import of the modules next to the programs of the field, in ``data/peers``.
 
-Their folder does not stay on the path: it has folders that are called like the packages that they
-use, and would be imported in the place of one that is not here.
+Their folder is on the path only temporarily. It contains folders with names of packages, which
+would be imported if such a package is not installed.
 """
 
 import sys
@@ -15,7 +15,7 @@ PEERS = data_folder() / "peers"
 
 @contextmanager
 def on_path() -> Iterator[None]:
-    """The folder is on the path, also of processes that are started meanwhile."""
+    """Put the folder on the path, also for processes that are started meanwhile."""
     sys.path.insert(0, str(PEERS))
     try:
         yield

@@ -1,4 +1,4 @@
-"""What is said of what a diagnosis found."""
+"""The text about the results of a diagnosis."""
 
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.answers import answers
@@ -6,5 +6,5 @@ from heyoka_bike.showing import causes
 
 
 def said_of(found, report):
-    """The findings that are made of the causes of a report."""
+    """Return the findings about the causes in a report."""
     return causes.findings(answers(found, report, plain.shown(report)))

@@ -1,4 +1,4 @@
-"""A site as a static host serves it, and where its links lead."""
+"""A site as a static host serves it, and the targets of its links."""
 
 import threading
 from collections import deque
@@ -18,7 +18,7 @@ class _Quiet(SimpleHTTPRequestHandler):
 
 @contextmanager
 def served(root):
-    """The address of a server of a folder."""
+    """Serve a folder and return the address."""
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(root))) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
@@ -42,10 +42,10 @@ class _Links(HTMLParser):
 
 
 def broken(address, root, starts):
-    """Addresses that were looked at, and links that lead nowhere or out of a folder, by page.
+    """Return visited addresses, and links by page that are broken or leave the folder.
 
-    All that the pages to begin with link to in the folder is followed. A place with ``@`` in it is
-    read by a script, and is no part of a page.
+    All links of the start pages within the folder are followed. A fragment with ``@`` is read by a
+    script and is not part of a page.
     """
     pages, found = {}, []
 
@@ -55,7 +55,7 @@ def broken(address, root, starts):
                 with urlopen(url, timeout=30) as answer:
                     is_html = answer.headers.get_content_type() == "text/html"
                     content = answer.read()
-                    # Where a folder leads to.
+                    # The address after redirection from a folder.
                     pages[url] = (answer.url, _Links(content.decode("utf-8")) if is_html else None)
             except HTTPError:
                 pages[url] = None

@@ -1,4 +1,4 @@
-"""No text of a figure lies on another, and none leaves the page."""
+"""Check that no text of a figure overlaps another or leaves the page."""
 
 from itertools import combinations
 
@@ -7,12 +7,12 @@ from matplotlib.text import Text
 
 
 def assert_texts_are_apart(figure, monkeypatch):
-    """Of a matplotlib figure, once it is drawn."""
+    """Check the texts of a matplotlib figure after drawing."""
     texts = {}
 
     def draw(text, renderer):
         if text.get_text().strip():
-            # Of an annotation the text alone, without its arrow.
+            # Only the text of an annotation, without its arrow.
             texts[id(text)] = text.get_text(), Text.get_window_extent(text, renderer)
         return drawn(text, renderer)
 
@@ -28,5 +28,5 @@ def assert_texts_are_apart(figure, monkeypatch):
     for (one, a), (other, b) in combinations(texts.values(), 2):
         across = min(a.x1, b.x1) - max(a.x0, b.x0)
         up = min(a.y1, b.y1) - max(a.y0, b.y0)
-        # A box is a little larger than its letters [hundredths of an inch].
+        # A box is slightly larger than its letters [hundredths of an inch].
         assert min(across, up) < 1.5, (one, other)

@@ -1,4 +1,4 @@
-"""Which parameters of a test belong to which tier."""
+"""Assignment of a test's parameters to tiers."""
 
 import pytest
 
@@ -6,8 +6,7 @@ ONE_MANEUVER = [
     pytest.param(2, marks=pytest.mark.proof),
     *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 3)),
 ]
-"""Numbers of the maneuvers: one with the proofs; `verify` and `certify` speak of all three there.
+"""Numbers of the maneuvers: one runs with the proofs, where `verify` and `certify` cover all three.
 
-The others, in which nothing but the number differs, by ``-m slow``. The test itself has no mark: it
-would be of two tiers.
-"""
+The others differ only in the number and run by ``-m slow``. The test itself has no mark, because
+it would belong to two tiers."""

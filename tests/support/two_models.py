@@ -1,6 +1,7 @@
-"""One state in the equations of the package and in the Newton-Euler oracle, in any number type.
+"""One state in the package's equations and in the Newton-Euler oracle, in any number type.
 
-Each function gives pairs by name: what the package finds and what the oracle expects.
+Each function returns pairs by name: the value from the package and the value expected by the
+oracle.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from oracles.vectors import Vector, axes, rotation
 Pairs = dict[str, tuple[Any, Any]]
 PLACE = (Fraction(12), Fraction(-5, 3))
 ANGLES = (Fraction(-77), Fraction(-81))
-"""Where the rear wheel is, and how far both wheels have turned."""
+"""Position of the rear wheel, and rotation angles of both wheels."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,11 @@ class Both:
     a, number
         The arithmetic of the package and that of the oracle, of one number type.
     oracle
-        At zero yaw.
+        Model at zero yaw.
     k
     yaw
     regular_state, few_product_state
-        Without the yaw.
+        States without the yaw.
     """
 
     bicycle: Bicycle
@@ -64,7 +65,7 @@ class Both:
         cls, bicycle: Bicycle, a: Arithmetic, number: vectors.Arithmetic, yaw: Any, *,
         roll: Any, pitch: Any, steer: Any, roll_rate: Any, steer_rate: Any, speed: Any,
     ) -> Both:  # fmt: skip
-        """From numbers or exact numbers; the pitch must put both wheels on the floor."""
+        """Construct from numbers or exact numbers; the pitch must put both wheels on the floor."""
         oracle = move(
             bicycle, roll, pitch, steer, roll_rate=roll_rate, steer_rate=steer_rate, speed=speed,
             arithmetic=lambda _: number,
@@ -81,7 +82,7 @@ class Both:
 
 
 def from_the_regular_form(both: Both) -> Pairs:
-    """Rates of the state, speeds of all kinds, energies."""
+    """Return rates of the state, speeds of all kinds, and energies."""
     m, k = both.oracle, both.k
     found = regular(k, both.a, both.regular_state)
     o, u = unfold(k, both.a, both.regular_state, is_regular=True)
@@ -102,13 +103,13 @@ def from_the_regular_form(both: Both) -> Pairs:
 
 
 def from_the_few_product_form(both: Both) -> Pairs:
-    """The same of the other form."""
+    """Return the same quantities in the few-product form."""
     m, k, a = both.oracle, both.k, both.a
     found = few_products(k, a, both.few_product_state)
     o, u = unfold(k, a, both.few_product_state, is_regular=False)
     e = energies(k, o, u)
-    # w1 and w3 are along directions fixed in the frame: their rates are parts of the angular
-    # acceleration.
+    # w1 and w3 are components along directions fixed in the frame, so their rates are components of
+    # the angular acceleration.
     x, _, z = m.bodies["B"].attitude.transposed(m.accelerations["B"].angular)
     tilt = a.number(both.bicycle["lam"])
     sin, cos = a.sin(tilt), a.cos(tilt)
@@ -126,7 +127,7 @@ def from_the_few_product_form(both: Both) -> Pairs:
 
 
 def from_the_columns(both: Both) -> Pairs:
-    """Every stored column, after a turn of the oracle's motion by the yaw."""
+    """Return every stored column, after the oracle's motion is rotated by the yaw."""
     m, k, a, number, yaw = both.oracle, both.k, both.a, both.number, both.yaw
     roll, pitch, steer = both.regular_state[:3]
     o, u = unfold(k, a, both.regular_state, is_regular=True)
@@ -158,7 +159,7 @@ def from_the_columns(both: Both) -> Pairs:
     def angle_and_rate(y: Any, x: Any, y_rate: Any, x_rate: Any) -> tuple[Any, Any]:
         return a.atan2(y, x), (y_rate * x - y * x_rate) / (x * x + y * y)
 
-    # The elements of the attitude: R23 and R33 in its third column, R32 in its second.
+    # Elements of the attitude: R23 and R33 in its third column, R32 in its second.
     aside_rate, down_rate = omega.cross(aside), omega.cross(down)
     xyz, xyz_rate = angle_and_rate(-down[1], down[2], -down_rate[1], down_rate[2])
     zyx, zyx_rate = angle_and_rate(aside[2], down[2], aside_rate[2], down_rate[2])
@@ -174,7 +175,7 @@ def from_the_columns(both: Both) -> Pairs:
         "forward_speed": m.speed,
         "forward_speed_hub_body_x": hub.dot(ahead),
         "forward_speed_wheel_spin": -radius * m.rear_wheel_rate,
-        # The contact point of a wheel leaned to the right is to the left of the hub.
+        # The contact point of a wheel that leans to the right is to the left of the hub.
         "forward_speed_contact": rear_contact,
         "forward_speed_hub_norm": a.sqrt(hub.dot(hub)),
         "forward_speed_com_norm": a.sqrt(momentum.dot(momentum)) / mass,
@@ -208,9 +209,9 @@ def from_the_columns(both: Both) -> Pairs:
 
 
 def contact_velocity(both: Both, wheel: str) -> Vector:
-    """Velocity of the point where a wheel touches the floor, at zero yaw.
+    """Return the velocity of a wheel's contact point, at zero yaw.
 
-    It is at the end of the wheel's steepest radius, along s / |s|.
+    The contact point is at the end of the wheel's steepest radius, along s / |s|.
     """
     m, a = both.oracle, both.a
     _, aside, vertical = axes(both.number)
@@ -225,7 +226,7 @@ def contact_velocity(both: Both, wheel: str) -> Vector:
 
 
 def from_the_integrals(both: Both) -> Pairs:
-    """Rates of place and wheel angles, and the speed of the front contact point."""
+    """Return rates of position and wheel angles, and the speed of the front contact point."""
     m, number = both.oracle, both.number
     equations = Equations.of(both.bicycle, both.a)
     state = [*both.regular_state, both.yaw]
@@ -243,7 +244,7 @@ def from_the_integrals(both: Both) -> Pairs:
 
 
 def found_motion(both: Both, *, is_regular: bool, b: Bodies | None = None) -> dict[str, Any]:
-    """All columns of motion.h5 from the package."""
+    """Return all columns of motion.h5 from the package."""
     state = both.regular_state if is_regular else both.few_product_state
     rest = [both.yaw, *(both.a.number(x) for x in (*PLACE, *ANGLES))]
     equations = Equations.of(both.bicycle, both.a, is_regular=is_regular)
@@ -255,7 +256,7 @@ def named(name: str, v: Vector) -> dict[str, Any]:
 
 
 def whole_motion(both: Both) -> dict[str, Any]:
-    """All columns of motion.h5 from the oracle, turned by the yaw and moved to the place."""
+    """Return all columns of motion.h5 from the oracle, rotated by the yaw and moved."""
     m, p, a, number = both.oracle, both.bicycle, both.a, both.number
     x, y, z = axes(number)
     turn = rotation(number, z, both.yaw)
@@ -305,15 +306,15 @@ def whole_motion(both: Both) -> dict[str, Any]:
 
 
 def from_the_whole_motion(both: Both, *, is_regular: bool, b: Bodies | None = None) -> Pairs:
-    """Every column of motion.h5; of the quaternions what they say of the rotation matrix.
+    """Return pairs of every column of motion.h5; quaternions as rotation matrices.
 
-    The bodies may be others than the equations have.
+    The bodies may differ from those in the equations.
     """
     values, wanted = found_motion(both, is_regular=is_regular, b=b), whole_motion(both)
     result = {}
     for end in ("rear", "front"):
         p, q, r, s = (values[f"{end}_frame_q{i}"] for i in range(4))
-        # Euler and Rodrigues: the matrix of a unit quaternion.
+        # Euler-Rodrigues formula: the matrix of a unit quaternion.
         matrix = (
             (p * p + q * q - r * r - s * s, 2 * (q * r - p * s), 2 * (q * s + p * r)),
             (2 * (q * r + p * s), p * p - q * q + r * r - s * s, 2 * (r * s - p * q)),

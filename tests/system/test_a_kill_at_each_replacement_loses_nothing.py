@@ -1,6 +1,6 @@
-"""SIGKILL before each file that a command puts into place: the same command gives the same bytes.
+"""After SIGKILL before any replacement of a file, the same command gives the same bytes.
 
-The process that is killed counts its own replacements; the package knows nothing of it.
+The killed process counts its own replacements; the package has no code for this.
 """
 
 import os
@@ -19,7 +19,7 @@ pytestmark = [
     pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL"),
 ]
 
-# Ends itself before the replacement of this number, from 1; 0: never.
+# Kills itself before the replacement of this number, from 1; 0 means never.
 COUNTED = """
 import os, signal, sys
 left, real = int(sys.argv[1]), os.replace
@@ -64,9 +64,10 @@ def call(folder, command, kill_at=0):
 
 
 def content(folder, has_parts):
-    """What is in the files, with those that a killed writer left beside their places or without.
+    """Return the files' contents, optionally with temporary files left by a killed writer.
 
-    A set is a folder of its own, in which they are taken away; elsewhere they may be somebody's.
+    A dataset has a folder of its own, where temporary files are removed; elsewhere they may belong
+    to others.
     """
     files = [p for p in sorted(folder.rglob("*")) if p.is_file()]
     files = [p for p in files if has_parts or p.suffix != UNFINISHED]
@@ -75,7 +76,7 @@ def content(folder, has_parts):
 
 @pytest.fixture
 def before(tmp_path):
-    """A folder in which older files are in the places of those that are written."""
+    """A folder with older versions of the files that are written."""
     for name, speed in (("old", "4.2"), ("new", "4.6")):
         (tmp_path / f"{name}.toml").write_text(MANEUVER.format(speed=speed))
     return tmp_path / "before"

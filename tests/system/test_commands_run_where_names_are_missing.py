@@ -1,4 +1,4 @@
-"""What only some systems have is not needed: modules, names of `os`, an encoding of all letters."""
+"""The package runs without system-specific parts: modules, names of `os`, UTF-8 as encoding."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 from heyoka_bike.system.resources import data_folder
 
-# Python reads it when it starts, in the processes that a command begins too.
+# Python reads this file at its start, also in the processes that a command starts.
 SITE = """
 import os, signal, sys
 for name in (
@@ -51,7 +51,7 @@ def command(tmp_path):
     environment = os.environ | {
         "PYTHONPATH": str(tmp_path / "site"), "PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0",
     }  # fmt: skip
-    # Windows has a lock of its own in the place of that of fcntl.
+    # Windows uses another lock than that of fcntl.
     options = ["-X", "warn_default_encoding", "-W", "error::EncodingWarning:heyoka_bike"]
     options += ["-W", "ignore:only soft file lock"]
 

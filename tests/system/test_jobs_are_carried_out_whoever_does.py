@@ -1,4 +1,4 @@
-"""Jobs give the same whoever carries them out, survive a lost process, and end with who asked."""
+"""Jobs give the same results in any executor, survive a lost process, and end with the caller."""
 
 import multiprocessing
 import os
@@ -34,7 +34,7 @@ def executor(request):
 
 
 def outcomes(made):
-    """By name, how jobs ended, in their order."""
+    """Return the endings of jobs in order, by name."""
     found = {}
 
     def ended(job, outcome):
@@ -80,7 +80,7 @@ def test_jobs_may_ask_for_more(executor):
 
 
 def test_precision_is_of_one_job_at_a_time(executor):
-    """It is a setting of the whole process, which threads would take from each other."""
+    """Precision is a setting of the whole process, which threads would take from each other."""
     bits = [(53 + 40 * (i % 3),) for i in range(9)]
     found = side_by_side(jobs.precise, bits)
     assert found == found[:3] * 3
@@ -143,10 +143,10 @@ def test_calls_with_limits_have_processes_of_their_own(tmp_path):
         calls = [pool.submit(jobs.imported, "sys") for _ in range(2)]
         assert len({call.result()[0] for call in calls} | {os.getpid()}) == 3
         assert pool.submit(jobs.memory_limit).result() == 2_000_000_000
-        # It is not begun again.
+        # The call is not started again.
         with pytest.raises(BrokenExecutor):
             pool.submit(jobs.die_once, str(tmp_path / "flag"), jobs.nothing).result()
-        # Neither contents nor objects come back of what a file may have brought about.
+        # Neither contents nor objects are returned that a file may have caused.
         with pytest.raises(RemoteError, match=r"^ZeroDivisionError at jobs\.py:\d+$"):
             pool.submit(jobs.fail, jobs.nothing).result()
         with pytest.raises(RemoteError, match="TypeError at"):
@@ -162,7 +162,7 @@ def test_a_call_ends_at_its_limit(tmp_path):
 
 @pytest.mark.proof
 def test_processes_are_forked_from_one_that_has_imported_modules(tmp_path):
-    """In a process of its own: there is one such process for all executors."""
+    """Run in a new process, because all executors share one preloaded process."""
     script = tmp_path / "script.py"
     script.write_text(
         "from support import jobs\nfrom heyoka_bike.system.jobs import *\n"
@@ -200,7 +200,7 @@ def test_the_first_exception_ends_the_others(tmp_path):
 @pytest.mark.proof
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_who_asked_ends_what_runs(tmp_path, how):
-    """By Ctrl-C, and where it is killed itself."""
+    """The process is ended by Ctrl-C, or killed."""
     script = (
         f"{HEARS}from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
         "if __name__ == '__main__':\n with using(2):\n"
@@ -230,7 +230,7 @@ def test_what_cannot_be_is_refused(given, said):
 
 
 def numbered(folder):
-    """Files that processes have written, by their numbers."""
+    """Return files that processes have written, by their numbers."""
     return [p for p in folder.iterdir() if p.name.isdigit()]
 
 

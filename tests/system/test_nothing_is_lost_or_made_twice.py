@@ -1,4 +1,4 @@
-"""Sets come out the same to the byte, whatever made them and whatever was lost on the way."""
+"""Datasets are identical to the byte for any executor and after any interruption."""
 
 import re
 import signal
@@ -16,7 +16,7 @@ pytest.importorskip("heyoka")
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.proof
 
-# Two bicycles' maneuver of two rows: some ten seconds of a processor, in ten parts.
+# A maneuver of two rows for two bicycles: about ten seconds of a processor, in ten parts.
 MANEUVER = """
 [[maneuver]]
 name = "short"
@@ -29,7 +29,7 @@ spacing = "0.01"
 
 @pytest.fixture(scope="module")
 def sets(tmp_path_factory):
-    """The words of the command, but for the folder."""
+    """The words of the command, without the folder."""
     file = tmp_path_factory.mktemp("maneuver") / "short.toml"
     file.write_text(MANEUVER)
     return ["generate", "--bicycle", "pista", "silver", "--maneuvers", str(file), "--out"]
@@ -41,14 +41,14 @@ def content(folder):
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory, sets):
-    """By one process."""
+    """The files made by a single process."""
     folder = tmp_path_factory.mktemp("one")
     assert main([*sets, str(folder / "sets"), "--workers", "1"]) == 0
     return content(folder / "sets")
 
 
 def begun(*words):
-    """The command in a process of its own."""
+    """Start the command in a process of its own."""
     script = f"{HEARS}import sys\nfrom heyoka_bike.cli import main\nsys.exit(main(sys.argv[1:]))"
     words = [sys.executable, "-c", script, *map(str, words)]
     return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

@@ -1,4 +1,4 @@
-"""What is written beside its place harms nobody: no link is followed, and writers do not meet."""
+"""Temporary outputs are safe: no link is followed, and concurrent writers do not collide."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor

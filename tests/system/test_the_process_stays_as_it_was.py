@@ -1,4 +1,4 @@
-"""The process of a user is theirs: nothing that it had set has an influence, or is changed."""
+"""Settings of a user's process neither influence the package nor are changed by it."""
 
 import decimal
 import locale
@@ -22,7 +22,7 @@ FILE = str(data_folder() / "peers" / "exudyn-h0.01.txt")
 
 
 def state():
-    """What a process may have set, and what a library might change."""
+    """Return settings of the process that a library might change."""
     return {
         "flint": (flint.ctx.prec, flint.ctx.cap),
         "mpmath": (mpmath.mp.dps, mpmath.iv.dps),
@@ -90,7 +90,7 @@ def test_numpy_that_raises_has_no_influence(name):
 
 
 def test_without_a_home_nothing_is_kept(tmp_path):
-    """As for a job at night, or in a container."""
+    """The environment is like that of a batch job, or of a container."""
     code = (
         "from heyoka_bike.motion import heyoka_adapter as a; a.require_heyoka(); import heyoka; "
         "print(heyoka.llvm_state.get_diskcache_enabled())"
@@ -104,7 +104,7 @@ def test_without_a_home_nothing_is_kept(tmp_path):
 
 
 def test_a_diagnosis_takes_one_thread_of_the_linear_algebra(tmp_path):
-    """Then there are as many as before, also where two ran beside each other."""
+    """Afterwards the number of threads is the previous one, even after two parallel diagnoses."""
     code = f"""
 from concurrent.futures import ThreadPoolExecutor
 import sys

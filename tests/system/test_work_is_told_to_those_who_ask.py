@@ -1,4 +1,4 @@
-"""What is done is said on standard error to those who ask for it, and to nobody else."""
+"""Progress is logged on standard error on request only."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""What a failing test says, in an example project and where something else goes wrong, too."""
+"""The message of a failing test is informative, in an example project and for other errors."""
 
 import importlib.util
 import re
@@ -47,7 +47,7 @@ def change_the_trail(pytester):
 
 
 def entries(lines):
-    """The labelled parts of the message of a failure, each on one line."""
+    """Return the labelled parts of a failure's message, each on one line."""
     found, label = {}, None
     for line in lines:
         if match := re.match(r"(\w[\w ,]{2,16}?\w) {2,}(\S.*)", line):
@@ -61,7 +61,7 @@ def entries(lines):
 
 
 def columns_of_the_example(pytester):
-    """What its code makes, run elsewhere: pytester forgets what is imported during a test."""
+    """Run the project's code in another process, because pytester unloads imports of a test."""
     code = """
 import numpy as np
 from heyoka_bike import load_reference
@@ -270,7 +270,7 @@ def test_other():
 
 
 def recorded(pytester, *options):
-    """Properties of each test in the JUnit file of a run."""
+    """Return the properties of each test in the JUnit file of a run."""
     project(pytester, RECORDED)
     result = pytester.runpytest_subprocess(*QUICK, "--junitxml=out.xml", *options)
     result.assert_outcomes(passed=2, failed=1)
@@ -305,7 +305,7 @@ def test_digits_are_recorded_by_several_processes(pytester, reference):
 
 
 def test_the_guide_runs(example):
-    """Each of its Python blocks is a test file, with the settings it shows."""
+    """Each Python block of the guide is a test file, with the settings in the guide."""
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", GUIDE.read_text(), re.MULTILINE | re.DOTALL)
     (example.path / "test_my_bicycle.py").unlink()
     (example.path / "my_bicycle.py").rename(example.path / "my_code.py")
@@ -320,7 +320,7 @@ def test_the_guide_runs(example):
 
 
 def test_the_guide_is_right_about_the_sign(reference, tmp_path):
-    """A sign that is turned round changes no digit."""
+    """A flipped sign changes no digit."""
     table = np.array([reference.times, *(reference[2].rows[k] for k in BENCHMARK_COLUMNS)]).T
     table[:, [1, 2, 7, 8]] *= -1
     found = score(read_results(table, maneuver=2), reference).maneuvers[0].columns[0]

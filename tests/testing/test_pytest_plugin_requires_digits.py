@@ -14,7 +14,7 @@ def run(pytester, *options):
 
 
 def check_names(result):
-    """Tests say in their names what is to become of them."""
+    """Check outcomes against the names of the tests, which contain the expected outcome."""
     found = outcomes(result)
     assert found, result.stdout.str()
     for name, word in found.items():
@@ -136,7 +136,7 @@ def test_results_of_every_kind(pytester):
     )
     result = run(pytester)
     assert len(check_names(result)) == 18
-    # What cannot be read is told in one line, without a traceback.
+    # An unreadable file is reported in one line, without a traceback.
     result.stdout.fnmatch_lines(
         [
             "bicycle_score: array: found 7 columns, expected 9 or 25 columns, or columns named *",
@@ -441,7 +441,7 @@ def test_a_score_of_which_nothing_is_required_is_warned_of(pytester):
     assert len(check_names(result)) == 3
     assert result.parseoutcomes()["warnings"] == 1
     result.stdout.fnmatch_lines(["*bicycle_score: nothing is required of the results*"])
-    # Where warnings are errors it is a failure in one line.
+    # If warnings are errors, this is a failure of one line.
     result = run(pytester)
     assert result.parseoutcomes() == {"failed": 1, "passed": 2}
     result.stdout.no_fnmatch_line("*plugin.py*")

@@ -1,4 +1,4 @@
-"""The plugin costs nothing where it is not used, and its settings are checked before all else."""
+"""The plugin costs nothing where it is not used, and checks its settings first."""
 
 import subprocess
 import sys
@@ -44,7 +44,7 @@ print(*sorted(set(sys.modules) - before))
     assert not {name.partition(".")[0] for name in loaded} & {"numpy", "h5py", "heyoka", "rich"}
 
 
-# Looked at when all is over; nothing else in the run imports numpy, but for the plugin of zarr.
+# Checks imports at the end; nothing else in the run imports numpy, except the plugin of zarr.
 SPY = """
 import sys
 def pytest_unconfigure():
@@ -110,7 +110,7 @@ P, F = "PASSED", "FAILED"
 @pytest.mark.parametrize(
     ("ini", "options", "expected"),
     [
-        # What the call and the marker say holds whatever the settings are.
+        # Requirements of the call and the marker take precedence over the settings.
         ("", (), (F, P, P, F, P)),
         ("bicycle_scd = 8.5", (), (P, P, P, P, P)),
         ("bicycle_scd = 9.5", (), (F, P, P, F, P)),
@@ -131,7 +131,7 @@ def test_the_call_comes_before_the_marker_the_command_line_and_the_file(
 
 @pytest.fixture
 def other_set(folder, tmp_path):
-    """The published set under another version, as a set of one's own would be."""
+    """The published dataset under another version, like a custom dataset."""
     other = tmp_path / "other"
     other.mkdir()
     for path in filter(Path.is_file, folder.iterdir()):

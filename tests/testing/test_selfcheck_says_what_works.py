@@ -1,4 +1,4 @@
-"""`heyoka-bike selfcheck` says what an installation can do, also that of a wheel."""
+"""`heyoka-bike selfcheck` reports what an installation can do, also for a wheel."""
 
 import json
 import os
@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Without the runs."""
+    """Skips the runs."""
     monkeypatch.setattr(module, "PRECISIONS", ())
 
 
@@ -88,7 +88,7 @@ def test_a_missing_reference_is_named(quick, damaged, capsys):
 
 
 def test_a_text_that_is_off_its_floor_is_seen(folder, tmp_path):
-    """A value wrong in its 14th digit."""
+    """A value is wrong in its 14th digit."""
     lines = (folder / "uncontrolled-bicycle.txt").read_text().splitlines()
     fields = lines[500].split(" ")
     fields[8] = f"{float(fields[8]) * (1 + 1e-14):.17g}"
@@ -121,7 +121,7 @@ def test_a_package_that_is_broken_is_said(quick, monkeypatch, capsys, error):
     report = json.loads(out)
     for name in ("h5py", "heyoka"):
         assert report["versions"][name].startswith(f"not usable: {type(error).__name__}: ")
-    # heyoka is one that may be absent.
+    # heyoka is one of the packages that may be missing.
     assert err.count("\n") == 1
     assert "h5py" in err
 

@@ -1,4 +1,4 @@
-"""Objects that hold things by name or number say what was asked for, and what there is."""
+"""Mappings report a wrong name or number together with the available ones."""
 
 from functools import cache
 

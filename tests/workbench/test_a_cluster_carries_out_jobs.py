@@ -1,4 +1,4 @@
-"""A Dask cluster gives the same results; what of it is lost, wrong or absent is said in a line."""
+"""A Dask cluster gives the same results; lost, wrong or missing parts are reported in a line."""
 
 import os
 import signal
@@ -53,7 +53,7 @@ def test_one_job_at_a_time_in_a_worker_of_many_threads(tmp_path, capsys):
         bits = [(53 + 40 * (i % 3),) for i in range(9)]
         with using(cluster=processes.address):
             found = side_by_side(jobs.precise, bits)
-            # Of workers that come after the look at them nothing is said.
+            # Workers that join after the check are not mentioned.
         assert found == found[:3] * 3
         with using(cluster=processes.address):
             pass
@@ -66,7 +66,7 @@ def test_work_waits_for_a_worker_and_outlives_one(tmp_path, capsys):
         assert "no worker at" in capsys.readouterr().err
         for _ in range(2):
             processes.worker()
-        # One of the two is killed with its job; the other one does all.
+        # One of the two workers is killed with its job, and the other one does all jobs.
         assert side_by_side(jobs.die_once, [(str(flag),)] * 4) == ["done"] * 4
         assert sum(p.poll() is None for p in processes.all) == 2
 
@@ -91,14 +91,14 @@ def test_a_scheduler_that_ends_is_said(tmp_path):
 
         with pytest.raises(WorkerLostError, match=r"the scheduler at .* ended") as caught:
             side_by_side(jobs.begin, [(str(tmp_path), 600.0)], [("a", 1.0)], end)
-    # No fault of the program, and the line says what to do.
+    # This is not a fault of the program, and the line says what to do.
     assert caught.value.exit_code == Exit.INPUT
     assert "start it and its workers again, then repeat the command" in str(caught.value)
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_who_asked_ends_what_runs_on_workers(cluster, tmp_path, how):
-    """By Ctrl-C, and where it is killed itself; the workers stay for others."""
+    """Ctrl-C or a killed client ends the jobs, but the workers remain for others."""
     script = (
         f"{HEARS}from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
         f"with using(cluster={cluster.address!r}):\n"
@@ -124,7 +124,7 @@ def test_who_asked_ends_what_runs_on_workers(cluster, tmp_path, how):
 
 
 def test_other_versions_are_refused_by_name(tmp_path):
-    """One worker is there at the beginning, one comes later."""
+    """One worker is there at the start, and one joins later."""
     other = tmp_path / "other"
     package = other / "heyoka_bike"
     package.parent.mkdir()

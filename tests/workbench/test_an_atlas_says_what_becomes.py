@@ -1,4 +1,4 @@
-"""What an atlas says of a start is so, and does not depend on what is computed beside it."""
+"""The atlas's statements on a start are true, and independent of other starts in the batch."""
 
 import json
 import shutil
@@ -44,7 +44,7 @@ def runs(bicycle):
 
 
 def starts(*pairs):
-    """Of speed [m/s] and roll rate [rad/s]."""
+    """Return starts from pairs of speed [m/s] and roll rate [rad/s]."""
     found = np.zeros((len(pairs), len(START)))
     for row, (speed, roll_rate) in zip(found, pairs, strict=True):
         row[START.index("speed")], row[START.index("roll_rate")] = speed, roll_rate
@@ -63,22 +63,23 @@ def test_the_three_maneuvers_become_what_is_proved(runs):
     numbers = json.dumps(proved)
     for digits in ("4.03978871801", "4.62244209582643", "44.43042627212", "1.2486551661"):
         assert digits in numbers
-    # The mean is taken over samples.
+    # The mean is computed from samples.
     assert found["final_speed"][0] == pytest.approx(4.03978871801, abs=1e-4)
     assert found["final_speed"][1] == pytest.approx(4.62244209582643, abs=1e-13)
     assert np.isnan(found["final_speed"][2])
-    # An error of the steps grows over 44 s, and the time is interpolated over a thousandth.
+    # The error of the steps grows over 44 s, and the time is interpolated over a thousandth of a
+    # second.
     assert found["lift_time"][2] == pytest.approx(44.43042627212, abs=1e-4)
     assert found["lift_wheel"].tolist() == [0, 0, REAR]
     assert found["fate_time"][2] > found["lift_time"][2]
-    # Parabolas through samples.
+    # Maxima are those of parabolas through samples.
     assert found["largest_lean"][2] == pytest.approx(1.2486551661, abs=2e-5)
     assert found["largest_lean"][0] == pytest.approx(0.187013377283, abs=2e-5)
 
 
 @pytest.mark.proof
 def test_a_point_of_a_whole_chunk_is_as_alone(runs, bicycle):
-    """One of it comes to the end of a window in the very step that ends another in its vector."""
+    """One point ends a window in the step that ends another point of its vector."""
     whole = design(bicycle, [axis("2.5:8.5:200", "speed"), axis("0.02:4:200", "roll_rate")])
     place = tuple(
         np.argmin(np.abs(a.values - x)) for a, x in zip(whole.axes, (4.7613, 2.58), strict=True)
@@ -113,13 +114,13 @@ def test_conditions_are_those_of_the_sensitivities(runs):
     ]
     edge = [(4.6, rate) for rate in (1.0, 2.0, 2.4, 2.4649)]
     found = of(runs, (4.0, 0.05), (4.6, 0.5), (8.0, 0.05), *edge)["condition"]
-    # Bursts are sampled here 32 times a second, there 100 times.
+    # The atlas samples bursts 32 times a second, the expected values 100 times.
     assert found == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.proof
 def test_falls_are_those_of_another_integrator(runs, bicycle):
-    """SciPy's DOP853 on the equations themselves, with the handlebar's turning as its event."""
+    """SciPy's DOP853 integrates the equations, with the handlebar's rotation as an event."""
     from scipy.integrate import solve_ivp
 
     pairs = (3.0, 0.5), (4.6, 2.6), (5.0, 2.0), (6.0, 3.8)
@@ -147,7 +148,7 @@ def test_falls_are_those_of_another_integrator(runs, bicycle):
             assert run.t[-1] == pytest.approx(time, abs=1e-6)
         else:
             assert np.abs(run.y[[0, 2], -1]).max() < 0.05
-        # Steps of the one and samples of the other are at different times.
+        # The steps and the samples are at different times.
         assert found["largest_lean"][i] == pytest.approx(np.abs(run.y[0]).max(), rel=0.02)
     assert set(found["fate"]) == {FALLS, UPRIGHT}
 
@@ -182,7 +183,7 @@ def test_a_weave_repeats_itself_or_not(heights, is_periodic):
     found = repeats(lean)
     assert (found is not None) == is_periodic
     if found is not None:
-        # Whole periods, left and right.
+        # Whole periods, with left and right turns.
         period = len(heights) if len(heights) % 2 == 0 else 2 * len(heights)
         assert (found.stop - found.start) * SPACING % period in (0.0, pytest.approx(0.0, abs=0.1))
     assert repeats(np.abs(lean)) is None
@@ -253,7 +254,7 @@ def numbers(atlas):
 
 
 def damages(folder, random):
-    """Each file away, cut, and with a bit turned."""
+    """Yield each damage: a missing file, a cut file, and a flipped bit."""
     for file in sorted(p for p in folder.rglob("*") if p.is_file()):
         data = file.read_bytes()
         yield file, None
@@ -265,7 +266,7 @@ def damages(folder, random):
 
 @pytest.mark.proof
 def test_a_damaged_atlas_is_refused_and_mended(whole, small, tmp_path):
-    """Other numbers are never read; what is damaged in the grid is made anew by the same run."""
+    """Damaged numbers are never read, and the same run computes a damaged grid again."""
     folder = tmp_path / "damaged.zarr"
     shutil.copytree(whole, folder)
     right, outcomes = numbers(load_atlas(whole)), Counter()
@@ -282,7 +283,7 @@ def test_a_damaged_atlas_is_refused_and_mended(whole, small, tmp_path):
             outcomes["refused" if "\n" not in said else "not in one line"] += 1
             if file.parent.name in VARIABLES and not file.name.startswith("."):
                 assert f": chunk {file.name} is damaged: " in said
-            # Every twelfth: a chunk is computed each time.
+            # Every twelfth damage only, because each repair computes a chunk.
             if "makes this anew" in said and outcomes["refused"] % 12 == 0:
                 with ThreadPoolExecutor(1) as pool, using(executor=pool):
                     assert numbers(make_atlas(small, folder)) == right
@@ -340,7 +341,8 @@ def test_the_edge_of_falling_is_where_binary128_has_it(bicycle):
     assert at == [4.6]
     assert np.nextafter(stays, 3) == falls
     exact = Fraction("2.46491144053243234304")
-    # Of the binary64 number 4.6; a few units in the last place, which the motion magnifies at once.
+    # Accuracy for the binary64 number 4.6: a few units in the last place, which the motion
+    # magnifies.
     assert abs(Fraction(float(stays[0])) - exact) <= 4 * Fraction(float(np.spacing(stays[0])))
 
 
@@ -368,7 +370,7 @@ def test_a_lift_is_proved_where_it_was_found(small):
     assert proved.is_decided
     assert proved.lift.what == REAR_LIFT
     assert float(proved.lift.time) == pytest.approx(time, abs=2e-5)
-    # A candidate that ends before it proves that there is none until there.
+    # A candidate that ends before the lift proves that no wheel lifts until its end.
     sooner = prove_lift(bicycle, maneuver, time - 0.01)
     assert sooner.lift is None
     assert sooner.is_decided

@@ -1,4 +1,4 @@
-"""`heyoka-bike animate` writes a page, or says in one line why not."""
+"""`heyoka-bike animate` writes a page, or reports in one line why it cannot."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Where the replay puts the bicycle is where rolling without slip puts it."""
+"""The replay's positions of the bicycle follow from rolling without slip."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def motions(reference, equations):
 
 
 def rates(equations, reference, number, times, h=2e-3):
-    """Central differences of eighth order of all motions at some times, by name."""
+    """Return central differences of eighth order of all motions at some times, by name."""
     weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
     state = reference_state(reference[number])
     found = []
@@ -43,7 +43,7 @@ TIMES = np.linspace(0.31, 9.7, 13)
 
 @pytest.fixture(scope="module", params=MANEUVERS)
 def moving(request, reference, equations):
-    """A maneuver: its motion at some times, and the rates of it there."""
+    """A maneuver: its motion at some times, and the rates of the motion."""
     state = reference_state(reference[request.param])
     at = motion_3d(equations, state, np.concatenate(([0.0], TIMES)))
     here = {name: getattr(at, name)[1:] for name in at.__slots__}
@@ -79,7 +79,7 @@ def test_places_do_not_depend_on_how_many_are_asked_for(motions, reference, equa
 
 @pytest.mark.parametrize("number", MANEUVERS)
 def test_the_rear_track_is_the_integral_of_the_published_speed(motions, reference, number):
-    # Of the contact point, which has a column of its own; Simpson's rule with 0.5 ms.
+    # Speed of the contact point, which is a column; Simpson's rule with 0.5 ms.
     t = np.linspace(0.0, 10.0, 20001)
     found = reference[number].approximate(t, ["forward_speed_contact", "yaw"])
     speed, yaw = found["forward_speed_contact"], found["yaw"]

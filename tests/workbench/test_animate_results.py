@@ -1,4 +1,4 @@
-"""A result file moves as its own state says, from where the reference is."""
+"""A result file moves as its own state determines, from the initial position of the reference."""
 
 from dataclasses import fields
 
@@ -24,7 +24,7 @@ def table(reference):
 
 @pytest.fixture
 def shown(reference, tmp_path):
-    """The scenes of a table written to a file."""
+    """Returns the scenes of a table written to a file."""
 
     def scenes(table, **options):
         path = tmp_path / "result.txt"
@@ -51,7 +51,7 @@ def test_the_reference_as_a_file_coincides(reference):
 
 
 def test_a_perturbed_file_differs_as_it_should(table, shown):
-    # A thousandth faster all the time: the place is a thousandth of the way ahead.
+    # With a speed higher by a thousandth, the position is ahead by a thousandth of the distance.
     other = table.copy()
     other[:, 1 + 8 + SPEED] *= 1.001
     scenes = shown(other)
@@ -76,8 +76,8 @@ def test_both_wheels_of_a_result_are_on_the_floor(table, shown):
 
 
 def test_a_circle_is_a_circle(table, shown):
-    # Roll and steer that stay as they are: the rear wheel goes round a circle, at the yaw rate
-    # that its steer angle gives; judged by the places alone.
+    # With constant roll and steer the rear wheel moves on a circle, at the yaw rate that its steer
+    # angle determines. The test uses only positions.
     other = table.copy()
     other[:, 1 + 16 + ROLL], other[:, 1 + 16 + STEER] = 0.2, 0.3
     other[:, 1 + 16 + ROLL_RATE] = other[:, 1 + 16 + STEER_RATE] = 0.0
@@ -86,9 +86,9 @@ def test_a_circle_is_a_circle(table, shown):
     steps = np.gradient(m.rear_contact, m.time, axis=0)[2:-2]
     curvature = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
     assert curvature.mean() > 0
-    # As good as a line between two rows is where the reference, which moves, is taken off it.
+    # The accuracy is that of linear interpolation of the difference from the moving reference.
     np.testing.assert_allclose(curvature, curvature.mean(), rtol=5e-5)
-    # All contact points of both wheels have one centre: that of rolling without slip.
+    # The contact points of both wheels have a common centre, that of rolling without slip.
     turn = curvature.mean() / (m.time[1] - m.time[0])
     radius = np.linalg.norm(steps, axis=1).mean() / turn
     left = np.stack([-np.sin(m.yaw), np.cos(m.yaw), 0 * m.yaw], axis=1)
@@ -96,12 +96,12 @@ def test_a_circle_is_a_circle(table, shown):
     for contact in (m.rear_contact, m.front_contact):
         away = np.linalg.norm(contact - centre, axis=1)
         assert np.ptp(away) < 1e-3
-    # Ahead of the rear wheel the front wheel's circle is the larger one.
+    # The front wheel is ahead of the rear wheel, so its circle is larger.
     assert np.linalg.norm(m.front_contact - centre, axis=1).mean() > radius
 
 
 def test_another_definition_is_brought_to_the_default_one(reference):
-    # Exudyn's roll angle mixes in the yaw, which is up to 0.3 rad here.
+    # Exudyn's roll angle includes part of the yaw, which is up to 0.3 rad here.
     path = data_folder() / "peers" / "exudyn-h0.001.txt"
     for scene in replay(reference, read_results(path, count=3)).scenes:
         assert "roll angle taken as tait_bryan_xyz" in said(scene)
@@ -167,7 +167,7 @@ def test_a_bicycle_that_leaves_is_shown_until_then(table, shown):
 
 
 def test_few_rows_add_no_error_of_their_own(table, shown):
-    # Every half second, with five digits: what is between is the reference's.
+    # Every half second, with five digits; the reference provides the values in between.
     other = np.array([[float(f"{x:.5g}") for x in row] for row in table[::50]])
     for scene in shown(other).values():
         a, b = scene.reference.motion, scene.result.motion

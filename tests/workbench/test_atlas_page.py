@@ -1,4 +1,4 @@
-"""The page of an atlas needs nothing else, and a start that is chosen in it opens its replay."""
+"""The page of an atlas is self-contained, and choosing a start in it opens its replay."""
 
 import base64
 import re
@@ -18,7 +18,7 @@ POSITIVE = ("fate_time", "lift_time", "largest_lean", "largest_steer", "conditio
 
 
 def made(bicycle, x=("speed", 1.0, 9.0, 17), y=("roll_rate", 0.0, 4.0, 9)):
-    """An atlas of invented numbers: at half of the second axis falling begins."""
+    """Return an atlas of invented numbers: motions fall in the upper half of the second axis."""
     axes = tuple(GridAxis(name, np.linspace(low, high, n)) for name, low, high, n in (x, y))
     shape = tuple(len(a.values) for a in axes)
     rng = np.random.default_rng(7)
@@ -106,7 +106,7 @@ def test_the_address_opens_a_start(page, reference, opened):
     dom = shown.content()
     assert shown.complaints == []
     assert "4.6 m/s, 0.5 rad/s" in said(dom)
-    # Maneuver 2, computed here.
+    # Maneuver 2, computed by the page.
     exact = reference[2].evaluate("3.2")
     assert re.search(r'<output class="clock">3.20 s<', dom)
     values = dict(re.findall(r'<tr><th scope="row">(\w+) \[.*?</th><td>(.*?)</td>', dom))
@@ -197,7 +197,7 @@ def test_an_axis_may_change_the_bicycle(bicycle, opened):
     shapes = data(page)["shapes"]
     assert [s[0]["points"]["P3"][0] for s in shapes] == pytest.approx(np.linspace(0.9, 1.3, 9))
     weave, capsize = data(page)["stable"]["curves"]
-    # A longer one is nowhere stable.
+    # A longer bicycle has no stable speed.
     assert len(weave) == len(capsize) < 25
     ((low, high),) = linearise(bicycle.replace(w=Exact(Fraction(0.9))), 15).stable_ranges
     assert (weave[0], capsize[0]) == (

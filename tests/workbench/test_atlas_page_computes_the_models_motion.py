@@ -1,4 +1,4 @@
-"""What the page of an atlas computes in a browser is the motion of the model."""
+"""The motion that the page of an atlas computes in a browser is that of the model."""
 
 import json
 import re
@@ -32,7 +32,7 @@ ROUNDOFF = 1e-12
 
 
 def run(source, script, given):
-    """What a script prints, which finds what is given as ``given``."""
+    """Return the output of a script, which finds its input as ``given``."""
     text = f'"use strict";{source}\nconst given = {json.dumps(given)};\n{script}'
     done = subprocess.run([NODE, "-"], input=text, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
@@ -49,7 +49,7 @@ def states():
 
 @pytest.fixture(scope="module")
 def right(bicycle, states):
-    """Rates and what is observed, from the model in NumPy, one row a state."""
+    """Return rates and observed quantities from the model in NumPy, one row per state."""
     e, y = Equations.binary64(bicycle), states.T
     found, f = e.columns(y), forces(e, y)
     x, front_y, _ = Configuration.of(e, y).places()["front_contact"]
@@ -68,7 +68,7 @@ def right(bicycle, states):
 
 
 def difference(found, right):
-    """Beside the largest of each quantity."""
+    """Return the difference relative to the largest value of each quantity."""
     return np.abs(np.asarray(found, dtype=float) - right) / np.abs(right).max(axis=0)
 
 
@@ -149,13 +149,13 @@ def test_maneuvers_are_those_of_the_reference(bicycle, maneuvers, reference):
 
 
 def test_the_edge_of_falling_is_where_it_is(bicycle):
-    # docs/harder-tier.md: at 4.6 m/s between 2.4649114405324323430 and ...06 rad/s.
+    # docs/harder-tier.md: the edge at 4.6 m/s is between 2.4649114405324323430 and ...06 rad/s.
     at = [2.464911, 2.464912]
     assert [m["falls"] for m in followed(bicycle, [start(4.6, w) for w in at])] == [False, True]
 
 
 def test_a_motion_ends_where_the_equations_do(bicycle):
-    # A divisor vanishes at a steer angle of some 80 degrees; heyoka's steps stop there.
+    # A divisor vanishes at a steer angle of about 80 degrees, where heyoka's steps stop.
     (found,) = followed(bicycle, [start(4.863690887411336, 3.7550073139195383)])
     assert found["falls"]
     assert found["duration"] == pytest.approx(0.2)
@@ -189,10 +189,11 @@ def test_replays_come_to_what_the_atlas_says(bicycle, request):
     for motion, fate, time, lean in zip(motions, fates, times, leans, strict=True):
         assert motion["falls"] == (fate == FALLS)
         if motion["falls"]:
-            # The last of the frames, 0.02 s apart; what the two take for the end of the equations,
-            # where steps become short, is up to 5 ms apart.
+            # The last frame, 0.02 s after the previous one. Both stop where steps become short, at
+            # times that differ by up to 5 ms.
             assert -0.005 < time - motion["duration"] < 0.025
         else:
-            # Greatest between two frames 0.02 s apart, at accelerations of some 10 rad/s^2.
+            # Tolerance for a maximum between two frames 0.02 s apart, at accelerations of about 10
+            # rad/s^2.
             largest = max(map(abs, motion["columns"]["roll"]))
             assert largest == pytest.approx(lean, abs=1e-3)

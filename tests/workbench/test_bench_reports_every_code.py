@@ -1,6 +1,6 @@
 """`heyoka-bike bench` reports every code in every class, at the accuracy of the class.
 
-Nothing here looks at how long anything took.
+No test depends on how long anything takes.
 """
 
 import dataclasses
@@ -52,7 +52,8 @@ CODES = {
     ("SUNDIALS CVODE", "binary64"),
     ("Exudyn", "binary64"),
 }
-STEPS = ("heyoka", "Exudyn")  # what counts its steps; others count calls of the right-hand side
+# codes that count steps; the others count calls of the right-hand side
+STEPS = ("heyoka", "Exudyn")
 HAS_COMPILER = shutil.which("gcc") is not None or shutil.which("cc") is not None
 KEYS = {
     "maneuver", "class", "code", "precision", "status", "tolerance", "order", "steps", "rhs_calls",
@@ -131,22 +132,23 @@ def test_numbers_of_a_run_are_complete(document):
 
 def test_first_class_meets_the_limit_of_the_benchmark(document):
     for r in of_class(document, "performance"):
-        # 1e-3 % is the limit of the benchmark. A grid of eight tolerances a decade does not overdo
-        # it: a step of the grid changes the error of these codes by a factor of 12 at most, the
-        # ratio of two orders of heyoka.
+        # 1e-3 % is the limit of the benchmark. The grid of eight tolerances per decade does not
+        # exceed it by much: one step of the grid changes the error of these codes by a factor of at
+        # most 12, the ratio of two orders of heyoka.
         assert 1e-3 / 12 < r["performance_percent"] < 1e-3
 
 
 def test_second_class_has_small_true_error(document):
     for r in of_class(document, "state_error"):
-        # 1e-12 defines the class; below 1e-14 a code would have been run tighter than needed.
+        # 1e-12 defines the class; below 1e-14 a code would have been run with a smaller tolerance
+        # than needed.
         assert 1e-14 < r["max_state_error"] < 1e-12
 
 
 def test_third_class_is_at_roundoff(document):
-    # Units of roundoff are 1.1e-16 and 9.6e-35, the speed is near 5 m/s and some 70 steps add up.
-    # The reference itself is a sum of two binary64, good to 5e-32 of the speed in m/s. SciPy has to
-    # sum thousands of steps of binary64.
+    # Units of roundoff are 1.1e-16 and 9.6e-35, the speed is near 5 m/s, and about 70 steps add up.
+    # The reference itself is a sum of two binary64, accurate to 5e-32 of the speed in m/s. SciPy
+    # has to sum thousands of steps of binary64.
     limit = {("heyoka", "binary64"): 1e-14, ("heyoka", "binary128"): 2e-31}
     for r in of_class(document, "roundoff"):
         assert r["max_state_error"] < limit.get((r["code"], r["precision"]), 1e-12)
@@ -154,11 +156,11 @@ def test_third_class_is_at_roundoff(document):
 
 def test_measuring_sees_an_error(problem):
     rows = np.tile(problem.start(float), (problem.maneuver.rows, 1))
-    # Standing still in the initial state keeps the energy and is wrong by the largest roll rate.
+    # Remaining in the initial state conserves energy and has an error of the largest roll rate.
     performance, error = problem.measure(rows, problem.expected)
-    assert performance < 1e-60  # of the 256 bits it is measured with
+    assert performance < 1e-60  # the test measures with 256 bits
     assert 0.5 < error < 1
-    rows[500, 5] *= 1 + 1e-9  # the speed: kinetic energy is most of 1837 J
+    rows[500, 5] *= 1 + 1e-9  # the speed: kinetic energy is most of the 1837 J
     performance, _ = problem.measure(rows, problem.expected)
     assert performance == pytest.approx(100 * 2e-9 * 1037 / 1837, rel=0.02)
     assert problem.measure(rows[:-1], problem.expected) == (np.inf, np.inf)
@@ -168,7 +170,7 @@ def test_measuring_sees_an_error(problem):
 
 @pytest.mark.parametrize("slope", [0.7, 1, 1.2])
 def test_search_finds_the_loosest_tolerance(slope):
-    # Errors that fall with the tolerance, here as a power of it, cross the limit once.
+    # Errors that decrease with the tolerance, here as a power of it, cross the limit once.
     for loosest in range(129):
 
         def excess(i, loosest=loosest):
@@ -211,14 +213,14 @@ def test_the_fast_path_is_tuned_by_one_number(problem):
         assert tighter.tolerance < looser.tolerance
         assert tighter.error < looser.error / 10
         assert tighter.count > looser.count
-        # What is compiled is the same.
+        # The compiled code is the same.
         assert tighter.build == looser.build
 
 
 def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
     rows = reference[2].rows.hi
     given = np.array([rows[race._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
-    # Values that are right but for binary64, in definitions that differ by 1e-3 and more.
+    # Values that are right to binary64, in definitions that differ by 1e-3 and more.
     assert problem.measure_columns(given, race._EXUDYN)[1] == 0
     assert problem.measure_columns(given, {})[1] > 1e-3
     assert problem.measure_columns(given[:, :-1], {}) == (np.inf, np.inf)
@@ -291,7 +293,7 @@ def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, refer
         if code.name == "heyoka_bike simulate" or (code.name == "C DOPRI5" and HAS_COMPILER):
             whole = code.at(1e-5)
             single = [type(code)(code.name, [x]).at(1e-5) for x in problems]
-            # One by one the fast path rounds differently, which may cost the last step.
+            # Single runs of the fast path round differently, which may change the last step.
             assert abs(whole.count - sum(x.count for x in single)) <= len(problems)
             assert whole.error == pytest.approx(max(x.error for x in single), rel=1e-6)
             assert whole.performance == pytest.approx(max(x.performance for x in single), rel=1e-6)
@@ -308,8 +310,8 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate):
         wholes["C extrapolation"] = True
     assert {x["code"]: x["measured_over"] == 10 for x in found} == wholes
     for x in found:
-        # binary128 has units of 1e-34; some 70 steps of a speed near 5 add up. The extrapolation is
-        # asked for 1e-30.
+        # Units of roundoff of binary128 are 1e-34; about 70 steps of a speed near 5 add up. The
+        # extrapolation has a tolerance of 1e-30.
         assert x["error"] < (1e-30 if x["code"] == "C extrapolation" else 1e-31)
     assert precise._part(candidate[1], Fraction(10)) == 1
     assert 0 < precise._part(candidate[1], span) < 1 / 78
@@ -321,11 +323,11 @@ def test_costs_are_scaled_to_the_maneuver(candidate):
     for precision, limit in (("longdouble", 1e9), (25, 0.0)):
         (x,) = precise.costs(published, (precision,), longest=limit)
         assert x["order"] == integrate(published.bicycle, short, precision).order
-        # Where one step is timed, the rest is as many as the published run took.
+        # If only one step is timed, the others are counted as in the published run.
         assert (x["steps"] == 1) == (limit == 0)
         count = published.steps if limit == 0 else x["steps"] + 1
         assert x["seconds"] == pytest.approx(x["seconds_per_step"] * count)
-    assert order_of(5000) == 1734  # a tolerance that binary64 does not hold
+    assert order_of(5000) == 1734  # binary64 cannot represent this tolerance
 
 
 def test_long_runs_are_judged_at_their_end(bicycle, maneuvers):

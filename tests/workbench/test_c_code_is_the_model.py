@@ -1,4 +1,4 @@
-"""The C written from the model computes what the model does, and its integrators converge."""
+"""The C code generated from the model computes its values, and its integrators converge."""
 
 import random
 
@@ -44,7 +44,7 @@ def peers(bicycle):
 
 @pytest.fixture(scope="module")
 def start(bicycle, maneuvers, balls):
-    """Of maneuver 2."""
+    """The start of maneuver 2."""
     with balls.precision():
         state = initial_state(Equations.of(bicycle, balls, is_regular=False), maneuvers[1])
         return np.array([float(x.mid()) for x in state[:6]])
@@ -65,7 +65,8 @@ def test_rates_and_columns_are_the_models(bicycle, balls, peers):
             o, u = unfold(k, balls, exact, is_regular=False)
             every = columns(k, balls, o, u, *exact[:3], flint.arb(0))
             right_columns = [float(every[c].mid()) for c in BENCHMARK_COLUMNS]
-        # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest.
+        # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest
+        # value.
         assert np.abs(rates - right).max() < 1e-12 * np.abs(right).max()
         assert np.allclose(found, right_columns, rtol=1e-13, atol=1e-13)
 
@@ -74,7 +75,7 @@ def test_every_operation_is_written_once(bicycle):
     lines = [x.strip() for x in slope_source(bicycle).splitlines() if " = " in x]
     right = [x.partition(" = ")[2] for x in lines if x.startswith("const")]
     assert len(right) == len(set(right)) == sum(operations(bicycle).values())
-    # docs/model.md counts 437 variables in heyoka's decomposition, the six states among them.
+    # docs/model.md counts 437 variables in heyoka's decomposition, including the six states.
     assert 400 < len(right) < 500
     assert operations(bicycle)["sin"] == operations(bicycle)["cos"] == 3
 
@@ -96,8 +97,8 @@ def test_signs_and_literals_are_worked_out():
 
 @pytest.mark.parametrize(
     ("method", "tolerances", "least"),
-    # By ten in tolerance, or by two in the step, errors fall by at least so much: about ten for an
-    # adaptive method, and 2^4 for RK4.
+    # With a tenth of the tolerance, or half the step, errors fall by at least this factor: about
+    # ten for an adaptive method, and 2^4 for RK4.
     [("DOPRI5", (1e-7, 1e-9), 10), ("DOP853", (1e-8, 1e-10), 10), ("RK4", (0.02, 0.01), 12)],
 )
 def test_integrators_converge_to_the_reference(peers, start, reference, method, tolerances, least):
@@ -116,7 +117,7 @@ def test_integrators_converge_to_the_reference(peers, start, reference, method, 
 
 @pytest.mark.parametrize(("method", "name"), [("DOPRI5", "RK45"), ("DOP853", "DOP853")])
 def test_errors_are_those_of_scipy(peers, start, method, name):
-    # The same formulas and dense output at the same tolerance; only the laws of the step differ.
+    # The same formulas and dense output at the same tolerance; only the step size control differs.
     scipy = pytest.importorskip("scipy.integrate")
     times = np.linspace(0, 2, 201)
     right, _, _ = peers.solve("DOP853", start, times, 1e-14)
@@ -147,7 +148,7 @@ def test_without_a_compiler(bicycle, monkeypatch, tmp_path):
 
 
 def test_the_floor_counts_products(bicycle):
-    # Order 1: three products a product of variables, two a product with a constant.
+    # Order 1: three products for a product of variables, two for a product with a constant.
     given = {"products_per_second": 1e9, "products": 10, "scales": 5}
     assert floor_seconds(order=1, steps=2, **given) == pytest.approx(80e-9)
     count = operations(bicycle)

@@ -1,4 +1,4 @@
-"""The header's judge and `score` say the same: definitions, units, signs, digits and grades."""
+"""The header and `score` agree on definitions, units, signs, digits and grades."""
 
 from itertools import islice
 
@@ -36,7 +36,7 @@ def some():
 
 
 def wrong_in_degrees(tmp_path):
-    """A file whose rows after the first are in the reverse order, angles and rates in degrees."""
+    """Write a file with reversed rows after the first, with angles and rates in degrees."""
     table = np.loadtxt(data_folder() / "peers" / "exudyn-h0.01.txt")
     table[1:, 1:] = table[:0:-1, 1:]
     for first in range(0, 24, 8):
@@ -84,12 +84,12 @@ def test_files_of_the_games(checker, game, least):
 
 
 CHANGES = [
-    # The default is always taken; a degree that is none; another limit; no zero elsewhere.
+    # Mutants: always the default definition, a wrong degree, another limit, only one zero.
     ("#define UB_EXPECTED 1.6094379124341003", "#define UB_EXPECTED 30.0"),
     ('"degree", 0.017453292519943295', '"degree", 0.0175'),
     ("#define BICYCLE_CLOSE_DIGITS 3.0", "#define BICYCLE_CLOSE_DIGITS 2.4"),
     ("- u->offset - exact);", "- exact);"),
-    # The first row tells nothing.
+    # Mutant: the first row is ignored.
     ("told = ub_told_way(key, starts);", "told = 0;"),
 ]
 

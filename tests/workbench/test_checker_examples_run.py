@@ -1,4 +1,4 @@
-"""docs/examples/checker: copied beside the header, run, right; and failing once they are wrong."""
+"""docs/examples/checker runs correctly next to the header, and fails if the example is wrong."""
 
 import subprocess
 

@@ -42,7 +42,7 @@ def library(folder):
 
 
 def loaded(folder):
-    """The header in a folder as a shared library."""
+    """Load the header in a folder as a shared library."""
     command = [need("cc"), "-x", "c", "-std=c99", "-O1", "-DBICYCLE_API=", "-shared", "-fPIC"]
     run([*command, HEADER, "-o", "libbicycle.so", "-lm"], folder)
     found = ctypes.CDLL(str(folder / "libbicycle.so"))
@@ -82,7 +82,7 @@ def values(library, names, maneuver, times):
 
 
 def largest_errors(library, reference, times):
-    """Of every definition over the maneuvers, in scales; a short decimal means itself."""
+    """Return the largest error of every definition over the maneuvers, in scales."""
     names = [c.name for c in columns(reference)]
     rest = [float(Fraction(repr(t)) - Fraction(t)) if len(repr(t)) < 10 else 0.0 for t in times]
     for n in reference:
@@ -114,7 +114,7 @@ def test_what_is_not_there_is_not_a_number(library):
 
 
 def check_table(library, table, first=1, size=100):
-    """The grade, the digits and the line of a NumPy table of any strides."""
+    """Return the grade, the digits and the line of a NumPy table with any strides."""
     count = (table.shape[1] - 1) // 8
     digits = np.full(8 * count, -1.0)
     line = ctypes.create_string_buffer(size)
@@ -228,7 +228,7 @@ def test_a_set_of_ones_own_has_a_judge_of_its_own(small_set, tmp_path):
 
 @pytest.mark.proof
 def test_no_byte_is_read_that_is_not_given(folder, reference):
-    """With the compiler's own checks of memory and arithmetic."""
+    """Test with the compiler's own checks of memory and arithmetic."""
     table = published(reference, 100)
     rows = ",\n".join(", ".join(map(repr, row)) for row in table.tolist())
     (folder / "table.c").write_text(f"""

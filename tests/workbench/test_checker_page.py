@@ -1,4 +1,4 @@
-"""The page of ``export --page`` judges in the browser: alone, offline, and as `score` does."""
+"""The page of ``export --page`` judges in the browser, alone and offline, as `score` does."""
 
 import base64
 import json
@@ -24,7 +24,7 @@ from support.pages import Page
 
 PEERS = data_folder() / "peers"
 EXUDYN = PEERS / "exudyn-h0.01.txt"
-# What a link or a file becomes: a result, or the reason why there is none.
+# True once a link or a file has led to a result, or to the reason why there is none.
 IS_OVER = """document.getElementById("problem").textContent !== ""
     || !document.getElementById("result").hidden"""
 
@@ -55,7 +55,7 @@ def test_the_page_stands_alone(page):
 
 
 def test_every_control_has_a_name(page):
-    # Those of the stage stand in their labels, or say their own.
+    # Fields of the stage stand inside their labels, or have labels of their own.
     inside = re.findall(r"<label(?: class=\"\w+\")?><(?:input|select) .*?</label>", page)
     inside += re.findall(r"<label(?: class=\"\w+\")?>\w+ <select .*?</label>", page)
     assert all(Page(x).text for x in inside)
@@ -66,7 +66,7 @@ def test_every_control_has_a_name(page):
 
 
 def test_the_judge_in_it_is_that_of_the_header():
-    """If not: python docs/_site/checker_wasm.py, with clang and lld."""
+    """If this fails, run python docs/_site/checker_wasm.py, with clang and lld."""
     assert source_hash().encode() in KEPT.read_bytes()
 
 
@@ -88,10 +88,10 @@ def packed(kind, content):
 
 @pytest.fixture
 def judged(page, opened):
-    """The page once it has judged what an address holds."""
+    """Opens the page and waits until it has judged the content of an address."""
 
     def judge(within, **how):
-        # Nothing is reached, were it asked for.
+        # Offline, so that no request could succeed.
         return opened(page, within, until=IS_OVER, offline=True, **how)
 
     return judge
@@ -106,7 +106,7 @@ def said(dom, name):
 
 
 def matrix(dom):
-    """Digits by column and maneuver."""
+    """Return the digits by column and maneuver."""
     found = {}
     dom = dom.replace("<wbr>", "")
     for key, row in re.findall(r'<tr><th scope="row">(\w+)</th>(.*?)</tr>', dom):
@@ -168,7 +168,7 @@ def test_texts_of_many_kinds(judged, reference):
     degrees = one[:, [0, 7, 1]] * np.array([1, -180 / np.pi, -180 / np.pi])
     heading = "time,maneuver_2_steer_angle,m2_roll_angle [deg]"
     constant = one.copy()
-    constant[:, 6] = np.round(one[0, 6], 1)  # of five digits, beside others of 17
+    constant[:, 6] = np.round(one[0, 6], 1)  # five digits, while others have 17
     cases = {
         "comma": (as_text(rows, ","), "right, worst column 1", 24),
         "semicolon": (as_text(rows, "; ", "a line; of text"), "right, worst column 1", 24),
@@ -207,7 +207,8 @@ def test_what_cannot_be_read_is_told_as_score_tells_it(judged, tmp_path):
         with pytest.raises(BicycleError) as raised:
             read_results(path)
         line = str(raised.value).replace(str(path), "mine.txt")
-        # What is found is said in the same words; what is expected of headings and options is not.
+        # The words for what was found are the same; those for what was expected of headings and
+        # options differ.
         found, expected = line.split(", expected ", 1)
         same = f"{found}, expected {re.split(',| columns', expected)[0]}"
         assert said(dom, "problem").startswith(same), line
@@ -313,7 +314,7 @@ def test_the_verdict_of_a_link_follows_from_its_cells(judged):
 @pytest.mark.proof
 @browser
 def test_rows_outside_the_run_are_no_verdict(judged, reference):
-    """Of negative times one row was left, and was right."""
+    """With negative times one row remained, and was right."""
     rows = table(reference, (2,))
     rows[:, 0] *= -1
     shown = judged(of_text("x", as_text(rows[::-1])))
@@ -344,7 +345,7 @@ def test_nothing_is_cut_off_in_a_narrow_window(page, opened, judged):
     hidden_by_width = []
     for width in WIDTHS:
         shown = judged(address, width=width)
-        # Letters of the axes that leave their drawing, of those that are drawn.
+        # Labels of axes that leave their drawing, and all labels that are drawn.
         cut, every = shown.evaluate("""() => {
             const drawn = [...document.querySelectorAll(".curve")].filter((s) => s.clientWidth);
             const letters = drawn.flatMap((svg) => {
@@ -387,13 +388,13 @@ def test_before_a_file_is_there_the_exact_motion_is_shown(page, opened):
 
 
 def test_the_replay_is_that_of_animate(page):
-    """One script and one style for both; the page once drew a T of its own."""
+    """Both use one script and one style; formerly the page drew a T of its own."""
     assert SCRIPT.read_text(encoding="utf-8") in page
     assert STYLE.read_text(encoding="utf-8") in page
     assert len(Page(page).all("canvas")) == 1
 
 
-# What is shown of a text: the scenes, and what is said of them; a chart of it is left out.
+# Returns the scenes shown for a text, and the text about them, without charts.
 SCENES = """() => {
   const found = scenesBeside(shown, exactly).map(({ scene, notes }) => ({ ...scene, notes }));
   const notes = [...document.querySelectorAll("#moving li")].map((x) => x.textContent);
@@ -439,7 +440,7 @@ def test_the_replay_shows_a_result_where_animate_shows_it(judged, reference):
 @pytest.mark.proof
 @browser
 def test_the_replay_says_what_is_not_of_the_file(judged, tmp_path, reference):
-    """In the words of `animate`: what is the reference's, and where a bicycle ends."""
+    """The page uses `animate`'s words for parts from the reference, and for the end of a run."""
     one = table(reference, (2,))
     rolls = one[:, :2].copy()
     falls = rolls.copy()
@@ -470,7 +471,7 @@ def test_the_replay_says_what_is_not_of_the_file(judged, tmp_path, reference):
 @pytest.mark.proof
 @browser
 def test_the_replay_rests_until_it_is_asked(page, opened):
-    """It moves for nobody who did not ask, and takes no key from the rest of the page."""
+    """The replay starts only on request, and does not capture keys of the rest of the page."""
     shown = opened(page, is_stopped=True)
     shown.clock.run_for(1500)
     assert shown.inner_text(".clock") == "0.00 s"

@@ -1,4 +1,4 @@
-"""What is said of every bicycle in a box of parameters holds for those that are tried."""
+"""Statements on every bicycle in a box of parameters are true of all bicycles that are tried."""
 
 import json
 import random
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.proof
 
 MEASURED = ("browser", "crescendo", "pista", "rigid", "rigid-jason", "yellow", "yellowrev")
 SAMPLES = 25
-# The box's speeds are computed to this, and rounded outward.
+# Digits to which the box's speeds are computed, before they are rounded outward.
 DIGITS = 15
 
 
@@ -36,7 +36,7 @@ def _bicycle(name):
 
 @cache
 def _box(name):
-    """Of one standard deviation; several tests look at each."""
+    """Return the box of one standard deviation, cached for several tests."""
     return stability_box(_bicycle(name), Fraction(1), DIGITS)
 
 
@@ -45,7 +45,7 @@ def _exact(v):
 
 
 def _somewhere(bicycle, rng, sigmas=1):
-    """A bicycle of the box: mostly corners, where speeds are extreme."""
+    """Return a bicycle of the box, mostly at corners, where speeds are extreme."""
     changes = {}
     for symbol, u in bicycle.uncertainties.items():
         k = (
@@ -89,14 +89,14 @@ def test_the_bounds_are_attained(name):
     box = _box(name)
     for bound in (*box.weave, *(box.capsize or ())):
         assert bound.low <= bound.least < bound.most <= bound.high
-        # Of the width, what is lost where a derivative changes sign inside the box.
+        # Fraction of the width that is lost where a derivative changes sign inside the box.
         lost = Fraction(1, 1000) * (bound.high - bound.low)
         assert bound.least - bound.low <= lost
         assert bound.high - bound.most <= lost
 
 
 def test_attained_speeds_are_those_of_a_bicycle_of_the_box():
-    """Found again by linearising the corner that differences point at."""
+    """Linearising the corner indicated by differences reproduces the speeds."""
     bicycle = _bicycle("pista")
     (bound,) = _box("pista").weave
 
@@ -127,7 +127,7 @@ def test_the_standard_deviation_is_that_of_differences():
             for k in (step, -step)
         )
         total += ((ahead - behind) / (2 * mpmath.mpf(float(step)))) ** 2
-    # Differences over 1e-6 of a standard deviation, at 20 digits.
+    # Differences over 1e-6 of a standard deviation, with 20 digits.
     assert abs(mpmath.sqrt(total) - float(box.capsize[0].deviation)) < 1e-9
 
 
@@ -159,7 +159,7 @@ def test_a_box_outside_the_model_is_refused():
 
 
 def test_what_cannot_be_proved_is_not_said(capsys):
-    """The trail is uncertain by 24 %, the tilt by 10 %."""
+    """The uncertainty of the trail is 24 %, that of the tilt 10 %."""
     box = stability_box(_bicycle("balanceassistv1"), Fraction(1), 6)
     assert box.weave is None
     assert box.every is None
@@ -206,7 +206,7 @@ def test_bad_numbers_of_deviations_are_refused_in_one_line(sigmas, capsys):
 
 
 def _expression(x, y, a):
-    """Something of every operation."""
+    """Return an expression with every operation."""
     return a.sqrt(2 + x * y) / (3 - a.sin(x) * a.cos(y)) + 1 / (4 + x) - (5 - y) * x
 
 
@@ -282,7 +282,7 @@ POLYNOMIALS = {"a": 1, "b": 2, "c": (1, 1), "d": (-1, 1), "e": (4, -1)}
 
 
 def with_signs(**changes):
-    """A box of one bicycle whose characteristic polynomial has these coefficients."""
+    """Return the box of a bicycle whose characteristic polynomial has these coefficients."""
     balls = Balls(64)
     with balls.precision():
         numbers = {
@@ -309,7 +309,7 @@ def test_a_speed_is_claimed_only_where_signs_show_that_there_is_one():
         {"d": (1, 1)},  # d does not vanish
         {"d": (-1, 0)},
         {"e": (-4, 1)},  # e is negative where d vanishes
-        {"c": (1, 0)},  # Hurwitz' determinant falls at last
+        {"c": (1, 0)},  # Hurwitz' determinant is negative for large v
     ):
         assert with_signs(**changes)[0] is None, changes
     assert with_signs(d=(-1, -1))[0] == ()  # never stable

@@ -1,4 +1,4 @@
-"""Every figure of `heyoka-bike plot` draws, the same each time, and its lines are the reference."""
+"""Every figure of `heyoka-bike plot` is reproducible, and its lines show the reference."""
 
 import json
 import re
@@ -21,7 +21,7 @@ from heyoka_bike.workbench.figures import eigenvalues, motions
 from heyoka_bike.workbench.style import render
 from support.texts_apart import assert_texts_are_apart
 
-# A figure is laid out anew in each format, from where the one before left it: SVG comes first.
+# A figure is laid out again in each format, starting from the previous layout, so SVG comes first.
 FORMATS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 ANCHORS = Path(__file__).parents[1] / "anchors"
 
@@ -33,7 +33,7 @@ def _no_heyoka(monkeypatch):
 
 @pytest.fixture(scope="module")
 def stability(reference):
-    """The axes of the figure, which takes a second; not to be changed."""
+    """The axes of the figure, which takes a second to draw; tests must not change them."""
     return eigenvalues.stability(reference).axes
 
 
@@ -42,11 +42,11 @@ def stability(reference):
 def test_every_figure_is_drawn_in_every_format_and_the_same_again(name, reference):
     draw = next(iter(plates(reference, name).values()))
     figure, again = draw(), draw()
-    # SVG first: where things are placed depends on what was drawn before.
+    # SVG first, because the layout depends on what was drawn before.
     for file_format, start in sorted(FORMATS.items(), reverse=True):
         first = render(figure, file_format)
         assert first.startswith(start)
-        # In every format of one figure; all formats draw with the same.
+        # All formats for one figure only, because they share the drawing code.
         if file_format == "svg" or name == "phase":
             assert render(again, file_format) == first, file_format
 
@@ -103,7 +103,7 @@ def test_eigenvalues_are_those_of_the_published_matrices(stability):
             below = -np.linalg.solve(m, np.hstack((stiffness, v * c1)))
             a = np.vstack((np.eye(4)[2:], below))
             nearest = np.abs(np.linalg.eigvals(a) - (x + 1j * y)).min()
-            # Near a double root the printed digits are good for half as many of the eigenvalue.
+            # Near a double root an eigenvalue has half as many digits as are printed.
             assert nearest < 1e-6, (line.get_label(), v)
             checked += 1
     assert checked > 60
@@ -141,7 +141,7 @@ def test_portraits_are_the_dense_output(reference):
                 assert np.abs(drawn[::50] - values[name]).max() < 1e-14 * scale
             assert (start.get_xdata()[0], start.get_ydata()[0]) == tuple(curve.get_xydata()[0])
             assert (end.get_xdata()[0], end.get_ydata()[0]) == tuple(curve.get_xydata()[-1])
-    # The published start: upright and straight, rolling at 0.5 rad/s.
+    # The published start: upright and straight, with a roll rate of 0.5 rad/s.
     assert grid[1, 0].lines[0].get_xydata()[0] == pytest.approx((0.0, 0.5), abs=1e-15)
 
 
@@ -169,7 +169,7 @@ def test_paths_are_those_of_the_contact_point(reference):
             # The points of the path are the rows.
             np.testing.assert_allclose(drawn, rows[f"rear_contact_{axis}"], atol=1e-13)
         assert len(dots.get_xdata()) == 11
-        # A line that turns by the yaw bends by its change over its length.
+        # The curvature of a line that turns by the yaw is the change of yaw over its length.
         x, y = line.get_data()
         length = np.hypot(np.diff(x), np.diff(y))
         turned = np.diff(reference[number].rows["yaw"])

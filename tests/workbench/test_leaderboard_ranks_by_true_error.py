@@ -1,4 +1,4 @@
-"""The leaderboard: by true error alone; what breaks a rule is refused and stops nothing."""
+"""The leaderboard ranks by true error only; a submission that breaks a rule is rejected."""
 
 import gzip
 import hashlib
@@ -29,12 +29,12 @@ from heyoka_bike.workbench.leaderboard.ranking import (
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder with two of the published submissions, SciPy's the better one."""
+    """A folder with two of the published submissions; SciPy's is the better one."""
     return copied(tmp_path / "results")
 
 
 def entry(folder, change=lambda text: text, file=None, name="another"):
-    """One more submission: SciPy's, with its text changed, perhaps of another file."""
+    """Add a submission: SciPy's with changed text, and optionally another file."""
     text = (RESULTS / SCIPY).read_text()
     if file is not None:
         before = read_submission(RESULTS / SCIPY).files[0]
@@ -69,7 +69,7 @@ def test_a_time_that_is_claimed_ranks_nothing(folder):
     entry(folder, lambda text: text.replace('"0.058"', '"1e-9"').replace("SciPy DOP853", "A lie"))
     first, second, *_ = leaderboard(folder, [load_reference()]).entries["H1"]
     assert (first.submission.name[:5], second.submission.name[:5]) == ("A lie", "SciPy")
-    assert first.digits == second.digits  # by name, not by time
+    assert first.digits == second.digits  # sorted by name, not by time
 
 
 REFUSED = {
@@ -103,7 +103,7 @@ def test_what_breaks_a_rule_is_one_line_and_stops_nothing(folder, capsys):
 
 
 def turned(row):
-    """The roll rates of a row turned round, but not the roll angles."""
+    """Flip the signs of a row's roll rates, but not of its roll angles."""
     values = row.split()
     for i in (2, 10, 18):
         values[i] = repr(-float(values[i]))
@@ -185,7 +185,7 @@ def board(folder, capsys):
 
 
 def told(report, reference, *_):
-    """A report with a diagnosis, that none of the usual mistakes is it first."""
+    """Return a report with a diagnosis whose first finding is that no usual mistake fits."""
     nothing = Finding("no_mistake_found", "none of them", Severity.INFO)
     number = min(reference)
     return replace(
@@ -196,7 +196,7 @@ def told(report, reference, *_):
 
 @pytest.mark.proof
 def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, capsys):
-    """A small set takes the place of H4: another bicycle, one short maneuver."""
+    """A small dataset replaces H4: another bicycle, one short maneuver."""
     pytest.importorskip("heyoka")
     maneuvers = tmp_path / "m.toml"
     maneuvers.write_text(
@@ -217,7 +217,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     page = tmp_path / "board.html"
     assert main(["leaderboard", str(folder), "--reference", str(sets), "-o", str(page)]) == 0
     assert [f'id="{p}"' in page.read_text() for p in ("H1", "H2", "H4")] == [True, False, True]
-    # Without its set the submission is refused, and H1 stands.
+    # Without its dataset the submission is rejected, and H1 remains.
     assert main(["leaderboard", str(folder)]) == 3
     assert "problem H4, whose reference is not here" in capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""Bounds and derivatives of `nearby` hold for motions that start in the box, and for its worst."""
+"""Bounds and derivatives of `nearby` are valid for motions that start in the box."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -29,7 +29,7 @@ def run_from(bicycle, start, **shift):
 
 
 def boxed(run, radius):
-    """The motions of `run`, with the roll rate and the steer rate in a box around its."""
+    """Return the motions near `run` with roll rate and steer rate in a box."""
     with flint.ctx.workprec(MATRIX_BITS):
         radii = [flint.arb(0)] * SIZE
         for i in (3, 4):
@@ -61,7 +61,7 @@ def wide(run):
 
 @pytest.fixture(scope="module")
 def other(bicycle, start):
-    """From a corner of the wide box."""
+    """Return a motion from a corner of the wide box."""
     return run_from(bicycle, start, roll_rate=BOX, steer_rate=-BOX)
 
 
@@ -73,7 +73,7 @@ def test_derivatives_are_those_of_the_motion(bicycle, start, tight):
         up, down = (run.state(TIME) for run in runs)
         for i in range(6):
             slope = (up[i] - down[i]) / (2 * flint.fmpq(step.numerator, step.denominator))
-            # Differences are off by roundoff over their step, and by its square.
+            # Differences have errors of roundoff divided by the step, and of the step's square.
             assert abs(found[i, 3].mid() - slope) < found[i, 3].rad() + 1e-19
             assert found[i, 3].rad() < 1e-15
 
@@ -86,7 +86,7 @@ def test_every_motion_of_the_box_stays_within_the_bounds(run, wide, other):
             for x, y, bound in zip(other.state(TIME), run.state(TIME), bounds, strict=True)
         ]
     assert max(moved) < 1
-    # Of a bound over a whole piece for the worst corner.
+    # Fraction of a bound over a whole piece for the worst corner.
     assert max(moved) > 0.1
 
 
@@ -98,7 +98,7 @@ def test_derivatives_hold_for_every_motion_of_the_box(tight, wide, other):
         for j in range(6):
             assert all_of_them[i, j].contains(corner[i, j])
             differ += not middle[i, j].overlaps(corner[i, j])
-    # The two motions have derivatives of their own: a box that ignored this would not hold both.
+    # The two motions have different derivatives, so a box that ignored this would not contain both.
     assert differ > 10
 
 

@@ -1,6 +1,6 @@
-"""The page of ``export --page`` under damaged and forged links and files: each has a message.
+"""The page of ``export --page`` has a message for every damaged or forged link or file.
 
-Whatever it is given, the page has a result or says why not, and raises nothing.
+For every input the page shows a result or a reason, and raises no error.
 """
 
 import base64
@@ -17,7 +17,7 @@ from support.browser import browser
 
 pytestmark = pytest.mark.proof
 
-# What a page says of each thing that it is given, one after the other.
+# Returns the page's result for each link or file, one after the other.
 DRIVER = """
 const raised = [];
 addEventListener("error", (e) => raised.push(`${e.message} ${e.lineno}`));
@@ -73,8 +73,8 @@ def rows(reference):
 
 
 def outcomes(opened, page, steps):
-    """What the page becomes by each step of a script in one window; its complaints."""
-    # What a step calls is no script of the page's own.
+    """Return the page after each step of a script in one window, and its complaints."""
+    # The script of a step is not one of the page, so the policy is relaxed.
     allowed = "script-src 'unsafe-inline' 'wasm-unsafe-eval'"
     page = re.sub(r"script-src [^\"]*", allowed, page)
     shown = opened(page.replace("</body>", f"<script>{DRIVER}</script></body>"))
@@ -125,7 +125,7 @@ def test_files(page, rows, opened, way):
 
 @browser
 def test_what_cannot_be_read_has_a_message(page, opened):
-    """A folder that is dropped, and a file that is gone, are files whose text cannot be read."""
+    """A dropped folder and a missing file count as files whose text cannot be read."""
     steps = """
         const gone = new File(["0 1"], "gone.txt");
         gone.text = () => Promise.reject(new DOMException("it is gone", "NotFoundError"));

@@ -1,4 +1,4 @@
-"""`heyoka-bike plot --figure atlas` writes the page of an atlas, or says in one line why not."""
+"""`heyoka-bike plot --figure atlas` writes an atlas's page, or reports why it cannot."""
 
 import json
 import re

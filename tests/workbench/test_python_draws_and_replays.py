@@ -1,4 +1,4 @@
-"""`plot` and `animate` in Python give what the commands write, and show it in a notebook."""
+"""`plot` and `animate` in Python return what the commands write, and show it in a notebook."""
 
 from html import unescape
 

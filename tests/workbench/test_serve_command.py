@@ -1,4 +1,4 @@
-"""``heyoka-bike serve`` starts, answers, ends when it is told to, and leaves nothing behind."""
+"""``heyoka-bike serve`` starts, answers, ends on request, and leaves no files behind."""
 
 import json
 import os
@@ -22,7 +22,7 @@ from heyoka_bike.system.resources import data_folder
 
 @contextmanager
 def started(tmp_path, *options):
-    """A server, which ends with the test, whatever happens in it."""
+    """Start a server that ends with the test in any case."""
     with subprocess.Popen(
         [sys.executable, "-m", "heyoka_bike", "serve", "--port", "0", *options],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -62,7 +62,7 @@ def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
         for _ in range(3):
             with socket.create_connection(("127.0.0.1", port)) as client:
                 client.sendall(head.encode() + body[: int(share * len(body))])
-        # Who stays is answered, and a moment later nothing is left of the others.
+        # A client that stays is answered, and soon after nothing remains of the others.
         address = f"http://127.0.0.1:{port}/"
         asked = urllib.request.Request(f"{address}score", body, {"Content-Type": "text/plain"})
         with urllib.request.urlopen(asked, timeout=30) as answer:
@@ -90,7 +90,7 @@ def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
             os.utime(folder, (0, 0))
         with started(tmp_path) as following:
             following.stdout.readline()
-            # Its own, and that of the one that lives.
+            # The folder of this server, and that of the other one that is alive.
             assert len(set(tmp_path.glob("heyoka-bike-serve-*")) - set(left)) == 1
             assert len(set(tmp_path.glob("heyoka-bike-serve-*")) & set(left)) == 1
             following.terminate()
@@ -106,7 +106,7 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path):
     kept = tmp_path / "others" / "file"
     kept.parent.mkdir()
     kept.touch()
-    # Opened as a file the pipe waits for somebody who writes.
+    # Opening the pipe as a file would wait for a writer.
     os.mkfifo(tmp_path / "heyoka-bike-serve-pipe")
     (tmp_path / "heyoka-bike-serve-link").symlink_to(kept.parent)
     for name, processes in (("old", "pymp-1"), ("odd", "others"), ("off", "../pymp-2")):
@@ -116,7 +116,7 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path):
         (tmp_path / name).mkdir()
     running.sweep(tmp_path, new=-1.0)
     assert kept.exists()
-    # Of a server that was killed; the other one is nobody's that is known.
+    # The folder of a killed server; the owner of the other one is unknown.
     assert sorted(p.name for p in tmp_path.glob("pymp-*")) == ["pymp-2"]
     left = sorted(p.name for p in tmp_path.glob("heyoka*"))
     assert left == ["heyoka-bike-serve-link", "heyoka-bike-serve-pipe"]

@@ -1,4 +1,4 @@
-"""A submission is one archive: the text, the two numbers of the form, and the true digits."""
+"""A submission is one archive: the text, the form's two numbers, and the true digits."""
 
 from io import BytesIO
 from zipfile import ZipFile

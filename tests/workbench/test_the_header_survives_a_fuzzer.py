@@ -1,6 +1,6 @@
-"""The header of ``export --checker`` under libFuzzer, with sanitizers: no input breaks a promise.
+"""libFuzzer with sanitizers finds no input that breaks the header of ``export --checker``.
 
-For longer: ``-max_total_time=600`` in the place of ``-runs``.
+For a longer run use ``-max_total_time=600`` instead of ``-runs``.
 """
 
 import shutil

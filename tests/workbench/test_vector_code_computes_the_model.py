@@ -1,4 +1,4 @@
-"""What is written in LLVM's language computes what the model does, in every place of a vector."""
+"""Code in LLVM's language computes the model's values, in every element of a vector."""
 
 import ctypes
 import math
@@ -13,7 +13,7 @@ from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function,
 
 
 def called(source, name, given, count):
-    """What a function of vectors gives: `count` vectors from those given."""
+    """Return `count` vectors that a function of vectors computes from the given ones."""
     run = function(source, name, None, ctypes.c_void_p, ctypes.c_void_p)
     given, found = np.ascontiguousarray(given, dtype=float), np.empty((count, POINTS))
     run(given.ctypes.data, found.ctypes.data)
@@ -31,7 +31,7 @@ def test_sines_and_cosines_are_rounded_once_or_nearly(size):
     angles[0] = size * np.linspace(-1, 1, POINTS)
     for x in angles:
         sine, cosine = called(source, "turns", x, 2)
-        # Two units of roundoff: the last parts of pi/2 and of the polynomials.
+        # Two units of roundoff: the last terms of pi/2 and of the polynomials.
         assert np.abs(sine - [math.sin(t) for t in x]).max() < 4.5e-16
         assert np.abs(cosine - [math.cos(t) for t in x]).max() < 4.5e-16
         assert np.allclose(sine, [math.sin(t) for t in x], rtol=1e-15, atol=1e-17 * size)
@@ -48,13 +48,13 @@ def test_rates_of_eight_states_are_those_of_each(bicycle, is_regular):
     source = module(rates_code(equations)).replace("internal ", "")
     found = called(source, "rates", states, 6)
     right = np.array(equations.rates(list(states)))
-    # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest.
+    # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest value.
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
     assert np.ptp(found, axis=1).min() > 1e-3
 
 
 def test_loops_and_branches_do_what_they_say():
-    """The sum of odd numbers up to a limit, in each place."""
+    """Compute the sum of odd numbers up to a limit, in each element."""
     c = Code("void @odd(ptr, ptr)")
     limit, total = (a.vectors() for a in c.arguments)
     most = limit[0].over_places("fmax")
@@ -83,11 +83,11 @@ def test_the_constants_are_those_of_radaus_method():
     for degree in range(8, 15):
         assert m.integral[-1] @ m.points**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
     assert abs(m.integral[-1] @ m.points**15 - 1 / 16) > 1e-10
-    # Modes: the inverse falls into blocks of two by two.
+    # Modes: the inverse consists of blocks of two by two.
     blocks = m.to_modes @ np.linalg.inv(m.integral) @ m.from_modes
     re, im = np.diag(m.eigenvalues.real), np.diag(m.eigenvalues.imag)
     assert np.abs(blocks - np.block([[re, -im], [im, re]])).max() < 1e-9
-    # Series: of a polynomial without constant part at the beginning.
+    # Series of a polynomial without a constant part at the start.
     x = 2 * m.points - 1
     increments = np.polynomial.chebyshev.chebval(x, [1, 0, -1, 0, 0, 0, 0, 0.5, 0.5])
     assert m.series @ increments == pytest.approx([0, -1, 0, 0, 0, 0, 0.5, 0.5], abs=1e-14)

@@ -1,4 +1,4 @@
-"""after-ten-seconds.json says what its candidates prove, and `certify` refuses all else."""
+"""after-ten-seconds.json contains what its candidates prove, and `certify` rejects changes."""
 
 import json
 import shutil
@@ -32,7 +32,7 @@ def published():
 
 @pytest.fixture(scope="module")
 def motions():
-    """The candidates: of the cycle, and of the fall."""
+    """The candidates for the cycle and for the fall."""
     path = after_folder() / CANDIDATE
     return parse_candidate(path.read_bytes(), path)
 
@@ -44,7 +44,7 @@ def copy(tmp_path):
 
 @pytest.fixture
 def proved(monkeypatch, published):
-    """Has the facts be proved in no time: what the file says, to more digits than it says."""
+    """Replaces the slow proof with the published facts, to more digits."""
 
     def enclosed(text):
         low, high = (Fraction(text) + side * Fraction(1, 10**45) for side in (-1, 1))
@@ -71,7 +71,7 @@ def test_the_published_file_is_read_and_compared(proved, copy, capsys):
 
 
 def changed(document):
-    """Every way to say something else, with what is then said of it."""
+    """Yield every change of the file, with the expected message."""
     cycle, settling, fall = (x["numbers"] for x in document["proved"])
     name = "period [s]"
     digits = cycle[name]
@@ -148,7 +148,7 @@ def test_the_final_speed_is_proved_again(bicycle, maneuvers, published):
 
 @pytest.fixture(scope="module")
 def cycle(motions, maneuvers):
-    """The published cycle, proved; the bounds of its candidate are kept for other energies."""
+    """The published cycle, proved; the bounds of its candidate are reused for other energies."""
     with pytest.MonkeyPatch.context() as patch:
         for name in ("enclose", "nearby"):
             patch.setattr(limit_cycle, name, once(getattr(limit_cycle, name)))
@@ -156,7 +156,7 @@ def cycle(motions, maneuvers):
 
 
 def once(prove):
-    """Gives what it gave the first time."""
+    """Cache the first result of a proof."""
     kept = []
 
     def again(*arguments):
@@ -187,7 +187,7 @@ def test_no_cycle_of_another_energy_is_there(cycle, motions, maneuvers, faster):
 
 @pytest.mark.proof
 def test_a_motion_that_only_comes_near_the_cycle_is_refused(cycle, motions, maneuvers):
-    """The run is the same; that it starts elsewhere by 1e-25 is an error of its start."""
+    """The run is the same, but a start that differs by 1e-25 is an error of its initial state."""
     start = motions[0].maneuver
     moved = replace(start, steer=Exact(start.steer.rational + Fraction(1, 10**25)))
     with pytest.raises(NotCertifiedError, match="Krawczyk's operator leaves the box"):
@@ -203,7 +203,7 @@ def test_a_cycle_comes_upright_once(cycle, motions, maneuvers, monkeypatch):
 
 
 def test_energy_and_floor_determine_spin_and_pitch(motions):
-    """But not at rest, where the kinetic energy has its minimum."""
+    """This fails at rest, where the kinetic energy has its minimum."""
     run = motions[0]
     balls = Balls(128)
     equations = Equations.of(run.bicycle, balls)
@@ -250,7 +250,7 @@ def test_multipliers_that_are_not_real_and_single_are_refused(motions, matrix, r
 
 
 def test_the_mean_speed_is_that_of_the_motion(motions, published):
-    """It has half the period of the cycle: equal steps in time converge exponentially."""
+    """Half the period of the cycle is covered: equal steps in time converge exponentially."""
     run = motions[0]
     numbers = published["proved"][0]["numbers"]
     half = Fraction(numbers["period [s]"]) / 2
@@ -263,7 +263,7 @@ def test_the_mean_speed_is_that_of_the_motion(motions, published):
 
 @pytest.fixture(scope="module")
 def short(bicycle, maneuvers):
-    """One second of maneuver 3, with bounds that are true of a run in binary64."""
+    """One second of maneuver 3, with bounds that are valid for a run in binary64."""
     run = integrate(bicycle, replace(maneuvers[2], duration=Fraction(1)))
     bound = (Fraction(1, 10**12),) * 7
     return run, Certificate(run.states, (bound,) * run.steps, bound)

@@ -1,4 +1,4 @@
-"""docs/after-ten-seconds.md: its numbers, each found again in another way."""
+"""Another method reproduces each number in docs/after-ten-seconds.md."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -17,7 +17,7 @@ from heyoka_bike.workbench.after_ten_seconds.making import COLUMNS, MIRRORED, Se
 
 @pytest.fixture(scope="module")
 def said():
-    """Numbers of the page by table and quantity, as text; of equal names the last."""
+    """Numbers of the page by table and quantity, as text; the last one of equal names."""
     return {name: {row[0]: number(row[1]) for row in rows} for name, rows in committed().items()}
 
 
@@ -70,7 +70,7 @@ def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
         crossings = []
         for i, e in enumerate(events(run, (UPRIGHT,))):
             there = at.columns(e.time)
-            # The first one after the start leans to the left.
+            # The first maximum after the start leans to the left.
             signs = MIRRORED if i % 2 == 0 else (1,) * 4
             crossings.append([s * float(there[c]) for s, c in zip(signs, COLUMNS, strict=True)])
         leans = [
@@ -79,7 +79,7 @@ def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
         ]
     away = np.linalg.norm(np.array(crossings) - upright, axis=1)
     rates = away[51:71] / away[50:70]
-    # The next multiplier is half as large: its part is below 1e-14 by then, that of roundoff 1e-4.
+    # The next multiplier is half as large: its part is below 1e-14 here, that of roundoff 1e-4.
     assert np.allclose(rates, -float(said["cycle"]["half-period multiplier 1"]), rtol=3e-4)
     assert leans[-1] == pytest.approx(float(said["cycle"]["largest roll angle [rad]"]), abs=1e-10)
     assert settled(bicycle, maneuvers[0]) == pytest.approx(upright, abs=1e-11)
@@ -98,7 +98,7 @@ def test_multipliers_of_a_period_are_squares_and_below_one(said):
 
 @pytest.mark.proof
 def test_the_final_speed_of_maneuver_2_follows_from_masses_and_inertias(bicycle, said):
-    """Kinetic energy of the upright bicycle, rolling and leaning, by rational arithmetic."""
+    """Compute the kinetic energy of the upright bicycle, rolling and leaning, with rationals."""
     p = {symbol: x.rational for symbol, x in bicycle.values.items()}
     rolling = sum(p[f"m{b}"] for b in "RBHF")
     rolling += p["IRyy"] / p["rR"] ** 2 + p["IFyy"] / p["rF"] ** 2
@@ -132,7 +132,7 @@ def test_maneuver_3_falls_when_the_page_says(bicycle, maneuvers, said):
     event = follow(bicycle, maneuvers[2], "longdouble").event
     assert event.what == REAR_LIFT
     key = "lift-off, time [s]"
-    # Errors grow a hundred-millionfold by then: binary64 is off by 1e-8, long double by 1e-11.
+    # Errors grow a hundred-millionfold until then: 1e-8 in binary64, 1e-11 in long double.
     assert float(event.time) == pytest.approx(float(said["fall"][key]), abs=3e-10)
 
 

@@ -1,6 +1,6 @@
-"""Page, leaderboard and plugin give the verdict of `score`, or say that they cannot read a file.
+"""Page, leaderboard and plugin give the verdict of `score`, or report an unreadable file.
 
-The header is held beside `score` in `test_checker_agrees_with_score.py`.
+`test_checker_agrees_with_score.py` compares the header with `score`.
 """
 
 from collections import Counter
@@ -66,7 +66,7 @@ def write(path, names, rows, separator=",", quote=""):
 
 
 HEADINGS = [
-    # What is written, what is multiplied by; as `score` takes it, whatever that is.
+    # Heading and factor of the written times; the expected result is that of `score`.
     ("t [ms]", 1000.0), ("time [s]", 1.0), ("time", 1.0), ("t", 1.0), ("t [min]", 1 / 60),
     ("time_ms", 1000.0), ("seconds", 1.0), ("timestamp [ns]", 1e9),
 ]  # fmt: skip
@@ -113,7 +113,7 @@ def test_what_is_not_understood_is_refused(judge, changed, refused, tmp_path, re
 
 @node
 def test_a_page_that_is_more_generous_is_seen(tmp_path, reference):
-    """The page as it was: whatever a heading says of the unit."""
+    """The test would notice the old page, which ignored units in headings."""
     judge = PageJudge(tmp_path)
     script = tmp_path / "reading.js"
     script.write_text(script.read_text().replace('unit: unit ? named : ""', 'unit: ""'))
@@ -127,11 +127,11 @@ def test_a_page_that_is_more_generous_is_seen(tmp_path, reference):
 
 
 class FailedError(Exception):
-    """What the plugin raises in a test."""
+    """Raised by the plugin in a failing test."""
 
 
 def passes(report, reference):
-    """Whether a test with ``require(scd=6)`` passes."""
+    """Return whether a test with ``require(scd=6)`` passes."""
 
     def fail(message):
         raise FailedError(message)

@@ -1,1 +1,1 @@
-"""All that follows from a state, in any number type."""
+"""Everything that follows from a state, in any number type."""

@@ -1,18 +1,19 @@
-"""The four bodies of a bicycle, each by itself: masses, places and inertias in SI units.
+"""The four bodies of a bicycle: masses, positions and inertias in SI units.
 
-The equations of motion join each wheel with the body that holds it (see `constants`). Forces in
-the axles and places of centres of mass need them apart. The *axes of a frame* are those of the
-parameters, x forward, y right along the axle, z down in the upright, straight position: the rear
-frame's are fixed in it, the front frame's in the fork; they coincide where steer is zero.
+The equations of motion combine each wheel with the body that carries it (see `constants`). Forces
+in the axles and positions of centres of mass need separate bodies. The *axes of a frame* are those
+of the parameters, x forward, y right along the axle, z down in the upright, straight position:
+those of the rear frame are fixed in it, those of the front frame in the fork. They coincide at zero
+steer.
 
-`Axes` turns vectors from one of these to another:
+`Axes` converts vectors between these axes:
 
 ========== ======================================================================================
 heading    x along the heading of the rear wheel, y right, z down: the ground axes turned by yaw
-rear       of the rear frame: x forward, y along the axle to the right, z down when upright
-front      of the fork: the same as rear where steer is zero
-steer      z down the steer axis, y right along the front axle, x forward, across both
-========== ======================================================================================
+rear       of the rear frame: x forward, y along the axle to the right, z down when upright front
+of the fork: equal to rear at zero steer steer      z down the steer axis, y right along the front
+axle, x forward, across both ==========
+======================================================================================
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ class Half(
     x, z
         Centre of mass of the frame from the hub, along the frame's axes [m].
     m, ixx, iyy, izz, ixz
-        Mass of the frame [kg], its inertia matrix about that centre [kg m^2].
+        Mass of the frame [kg], and its inertia matrix about the centre of mass [kg m^2].
     pivot_x, pivot_z
         The pivot from the hub: the point of the steer axis that is on the floor when the bicycle is
         upright and straight [m].
@@ -51,12 +52,12 @@ class Half(
     __slots__ = ()
 
     def inertia_times(self, v: Vector) -> Vector:
-        """The frame's inertia times a vector."""
+        """Return the frame's inertia times a vector."""
         x, y, z = v
         return self.ixx * x + self.ixz * z, self.iyy * y, self.ixz * x + self.izz * z
 
     def wheel_inertia_times(self, v: Vector) -> Vector:
-        """The wheel's inertia times a vector."""
+        """Return the wheel's inertia times a vector."""
         return self.diametral * v[0], self.axial * v[1], self.diametral * v[2]
 
 
@@ -67,7 +68,7 @@ class Bodies(namedtuple("Bodies", "rear front sin_tilt cos_tilt g")):
     ----------
     rear, front : Half
     sin_tilt, cos_tilt
-        Of the steer axis.
+        Sine and cosine of the steer axis tilt.
     g
         Gravity [m/s^2].
     """
@@ -80,13 +81,13 @@ class Bodies(namedtuple("Bodies", "rear front sin_tilt cos_tilt g")):
 
 
 def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
-    """The bodies of a bicycle in the number type of `a`."""
+    """Return the bodies of a bicycle in the number type of `a`."""
     p = {symbol: value.rational for symbol, value in bicycle.values.items()}
     return bodies_of(p, a.number(bicycle["lam"]), a)
 
 
 def bodies_of(p: Mapping[str, Number], tilt: Number, a: Arithmetic) -> Bodies:
-    """The bodies from the parameters as fractions or numbers of `a`, and the tilt."""
+    """Return the bodies from the tilt and the parameters, as fractions or numbers of `a`."""
     pivot = p["w"] + p["c"]
 
     def part(frame: str, wheel: str, hub_x: Number) -> Half:
@@ -118,9 +119,9 @@ class Axes:
     Attributes
     ----------
     o
-        With those of roll and steer.
+        Posture with those of roll and steer.
     sin_pitch, cos_pitch, sin_tilt, cos_tilt
-        Of the pitch, and of the tilt of the steer axis.
+        Sines and cosines of the pitch and of the steer axis tilt.
     """
 
     o: Posture
@@ -131,65 +132,65 @@ class Axes:
 
     @classmethod
     def of(cls, b: Bodies, o: Posture) -> Axes:
-        """The axes in a posture."""
+        """Construct the axes in a posture."""
         s, c = b.sin_tilt, b.cos_tilt
         return cls(o, o.sb * c - o.cb * s, o.cb * c + o.sb * s, s, c)
 
     def from_rear(self, v: Vector) -> Vector:
-        """Heading components of a vector given in rear axes."""
+        """Return heading components of a vector in rear axes."""
         o = self.o
         pitched = from_turned("y", self.sin_pitch, self.cos_pitch, v)
         return from_turned("x", o.sin_roll, o.cos_roll, pitched)
 
     def to_rear(self, v: Vector) -> Vector:
-        """Rear components of a vector given in heading axes."""
+        """Return rear components of a vector in heading axes."""
         o = self.o
         rolled = from_turned("x", -o.sin_roll, o.cos_roll, v)
         return from_turned("y", -self.sin_pitch, self.cos_pitch, rolled)
 
     def from_steer(self, v: Vector) -> Vector:
-        """Heading components of a vector given in steer axes."""
+        """Return heading components of a vector in steer axes."""
         o = self.o
         unsteered = from_turned("y", o.sb, o.cb, from_turned("z", o.s, o.c, v))
         return from_turned("x", o.sin_roll, o.cos_roll, unsteered)
 
     def to_steer(self, v: Vector) -> Vector:
-        """Steer components of a vector given in heading axes."""
+        """Return steer components of a vector in heading axes."""
         o = self.o
         rolled = from_turned("x", -o.sin_roll, o.cos_roll, v)
         return from_turned("z", -o.s, o.c, from_turned("y", -o.sb, o.cb, rolled))
 
     def from_front(self, v: Vector) -> Vector:
-        """Heading components of a vector given in front axes."""
+        """Return heading components of a vector in front axes."""
         return self.from_steer(self.across_tilt(v, back=True))
 
     def to_front(self, v: Vector) -> Vector:
-        """Front components of a vector given in heading axes."""
+        """Return front components of a vector in heading axes."""
         return self.across_tilt(self.to_steer(v))
 
     def across_tilt(self, v: Vector, *, back: bool = False) -> Vector:
-        """From steer to front axes, or back; the same for the rear before it is steered."""
+        """Convert from steer to front axes, or back; also from steer to rear axes at zero steer."""
         return from_turned("y", -self.sin_tilt if back else self.sin_tilt, self.cos_tilt, v)
 
     @property
     def front_heading(self) -> Vector:
-        """Heading of the front wheel, where its plane meets the floor."""
+        """Heading of the front wheel, along the line where its plane meets the floor."""
         return self.from_steer((self.o.cb_f, 0, self.o.sb_f))
 
     @property
     def front_down(self) -> Vector:
-        """From the front hub towards the lowest point of its wheel, a unit vector."""
+        """Unit vector from the front hub towards the lowest point of the front wheel."""
         return self.from_steer((-self.o.sb_f, 0, self.o.cb_f))
 
     @property
     def rear_down(self) -> Vector:
-        """From the rear hub towards the lowest point of its wheel."""
+        """Unit vector from the rear hub towards the lowest point of the rear wheel."""
         return 0, -self.o.sin_roll, self.o.cos_roll
 
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points of the bicycle from the rear contact point, in heading axes [m]."""
+    """Points of the bicycle relative to the rear contact point, in heading axes [m]."""
 
     rear_hub: Vector
     front_hub: Vector
@@ -197,7 +198,7 @@ class Points:
 
     @classmethod
     def of(cls, b: Bodies, axes: Axes) -> Points:
-        """The points in a posture: from the rear hub to the pivot, and from there on."""
+        """Compute the points in a posture, from the rear hub to the pivot and onward."""
         rear_pivot, front_pivot = ((part.pivot_x, 0, part.pivot_z) for part in (b.rear, b.front))
         hub = scaled(-b.rear.wheel_r, axes.rear_down)
         hub_f = minus(plus(hub, axes.from_rear(rear_pivot)), axes.from_front(front_pivot))

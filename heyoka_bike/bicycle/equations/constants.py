@@ -4,9 +4,9 @@ The bicycle is two *gyrostats* joined at the steer axis: the rear assembly (fram
 rear wheel R) and the front assembly (fork and handlebar H with front wheel F). Each is a rigid body
 carrying a wheel that spins about its axle.
 
-Lengths are in units of the rear wheel radius and masses in units of the rear assembly's mass, which
-makes two constants one and their products disappear from the equations; time stays in seconds, so
-angles and their rates are the same in all units.
+Lengths are in units of the rear wheel radius and masses in units of the rear assembly's mass, so
+two constants are 1 and their products disappear from the equations. Time stays in seconds, so
+angles and their rates do not depend on the units.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Assembly(
     i11, i13, i33
         Inertia matrix elements about the centre of mass, wheel included.
     i22
-        The same about e2, without the wheel's own axial inertia.
+        Inertia about e2, without the wheel's own axial inertia.
     spin
         Axial inertia of the wheel over its radius.
     mass_v, mass_q
@@ -51,7 +51,7 @@ class Assembly(
 class Constants(
     namedtuple("Constants", "rear front tilt d1 d2 d3 h0 h1 h2 h3 lever1 lever3 g length mass")
 ):
-    """Everything the equations need from a bicycle.
+    """Everything that the equations need from a bicycle.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Constants(
 
 
 def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
-    """Constants of the equations in the number type of `a`.
+    """Return the constants of the equations in the number type of `a`.
 
     Positions and inertias are combined in rational arithmetic, in the upright axes; only the
     rotation by the tilt uses the number type.
@@ -93,7 +93,7 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
 def constants_of(
     p: Mapping[str, Number], tilt: Number, a: Arithmetic, *, is_vertical: bool
 ) -> Constants:
-    """Constants from the parameters as fractions, or dual numbers of fractions, and the tilt."""
+    """Return constants from the tilt and the parameters, as fractions or duals of fractions."""
     s, c = a.sin(tilt), a.cos(tilt)
     length, mass = p["rR"], p["mB"] + p["mR"]
 
@@ -123,7 +123,7 @@ def constants_of(
         i11 = ixx * c * c - 2 * ixz * s * c + izz * s * s
         i13 = (ixx - izz) * s * c + ixz * (c * c - s * s)
         i33 = ixx * s * s + 2 * ixz * s * c + izz * c * c
-        # With all mass on a line along the axis i33 is zero, and then so is i13.
+        # With all mass on a line along the axis, i33 is zero, and then i13 is zero too.
         on_axis = value_of(zz) == value_of(xz) == 0 and (value_of(xx) == 0 or is_vertical)
         skew = 0 * i13 if on_axis else i13 / i33
         return Assembly(

@@ -1,12 +1,12 @@
-"""The bicycle as a multibody program has it: redundant coordinates, and forces of the floor.
+"""The bicycle in multibody form: redundant coordinates, and contact forces as multipliers.
 
 The frames and wheels move in `COORDINATES`; six velocities of the wheels' lowest points vanish, and
-the forces of the floor along them are the `MULTIPLIERS`. With the energy T - V = L(q, v),
+the contact forces along them are the `MULTIPLIERS`. With the energy T - V = L(q, v),
 
     q' = v,    d/dt dL/dv - dL/dq = G(q)^T lambda,    G(q) v = 0,
 
-an equation of index 2. In that of index 3 the wheels' heights h(q) = 0 stand in place of their
-vertical velocities. Nothing here uses the reduced equations, except for `from_reduced`.
+a system of index 2. In the system of index 3, the conditions h(q) = 0 on the wheels' heights
+replace those on the vertical velocities. Only `from_reduced` uses the reduced equations.
 
 This is not the form in which the reference is integrated.
 """
@@ -28,7 +28,7 @@ COORDINATES = (
     "rear_hub_x", "rear_hub_y", "rear_hub_z", "yaw", "roll", "pitch", "steer", "rear_wheel_angle",
     "front_wheel_angle",
 )  # fmt: skip
-"""In the ground frame [m, rad], see `whole_motion`."""
+"""Coordinates in the ground frame [m, rad], see `whole_motion`."""
 
 MULTIPLIERS = (
     "rear_longitudinal_force", "rear_lateral_force", "rear_normal_force",
@@ -52,7 +52,7 @@ class _Moving:
     down
         Vertical unit vector.
     depth
-        Place of the hub along it.
+        Position of the hub along `down`.
     """
 
     part: Half
@@ -63,7 +63,7 @@ class _Moving:
     depth: Number
 
     def lagrangian2(self, g: Number) -> Number:
-        """Twice the kinetic minus the potential energy [J]."""
+        """Return twice the difference of kinetic and potential energy [J]."""
         p, arm = self.part, (self.part.x, 0, self.part.z)
         centre = plus(self.hub, cross(self.turning, arm))
         depth = self.depth + _dot(self.down, arm)
@@ -75,7 +75,7 @@ class _Moving:
         )
 
     def contact(self, a: Arithmetic) -> tuple[Number, Number, Number, Number]:
-        """Velocity of the wheel's lowest point ahead, aside and up, and its height."""
+        """Return the velocity of the wheel's lowest point ahead, aside and up, and its height."""
         x, _, z = self.down
         cos_lean = a.sqrt(x * x + z * z)
         ahead, below = (z / cos_lean, 0, -x / cos_lean), (x / cos_lean, 0, z / cos_lean)
@@ -93,7 +93,7 @@ def _dot(u: Vector, v: Vector) -> Number:
 def _moving(
     b: Bodies, a: Arithmetic, q: Sequence[Number], v: Sequence[Number]
 ) -> tuple[_Moving, _Moving]:
-    """Both halves of the bicycle at some coordinates and their rates."""
+    """Return both halves of the bicycle at some coordinates and their rates."""
     (s_yaw, s_roll, s_pitch, s_steer), (c_yaw, c_roll, c_pitch, c_steer) = (
         [f(angle) for angle in q[3:7]] for f in (a.sin, a.cos)
     )
@@ -131,7 +131,7 @@ class Descriptor:
     Attributes
     ----------
     b : Bodies
-        In the numbers of `a`, or those that it takes.
+        Bodies in the number type of `a`, or one that `a` accepts.
     a : Arithmetic
     """
 
@@ -141,7 +141,7 @@ class Descriptor:
     def inertia_forces(
         self, q: Sequence[Number], v: Sequence[Number], acceleration: Sequence[Number]
     ) -> list[Number]:
-        """d/dt dL/dv - dL/dq: what the forces of the floor have to give."""
+        """Return d/dt dL/dv - dL/dq, which the contact forces have to balance."""
         found = self._lagrange(
             [Dual(x, (rate,)) for x, rate in zip(q, v, strict=True)],
             [Dual(x, (rate,)) for x, rate in zip(v, acceleration, strict=True)],
@@ -149,13 +149,13 @@ class Descriptor:
         return [p.slopes[0] - f.value for p, f in zip(*found, strict=True)]
 
     def mass(self, q: Sequence[Number]) -> list[list[Number]]:
-        """Mass matrix: derivatives of the momenta by the rates."""
+        """Return the mass matrix: derivatives of the momenta with respect to the rates."""
         rates = Duals(self.a).variables([self.a.number(0)] * _N)
         momenta, _ = self._lagrange([Dual(x, (0,) * _N) for x in q], rates)
         return [list(p.slopes) for p in momenta]
 
     def _lagrange(self, q: Sequence[Dual], v: Sequence[Dual]) -> tuple[list[Dual], list[Dual]]:
-        """Derivatives of L by v and by q."""
+        """Return the derivatives of L with respect to v and to q."""
         traces = Traces(Duals(self.a))
         variables = [Traced(x) for x in (*q, *v)]
         rear, front = _moving(self.b, traces, variables[:_N], variables[_N:])
@@ -167,26 +167,26 @@ class Descriptor:
         return found[_N:], found[:_N]
 
     def rolling(self, q: Sequence[Number]) -> list[list[Number]]:
-        """Constraint Jacobian G: derivatives of the velocities that vanish by the rates."""
+        """Return the constraint Jacobian G: derivatives of the velocities by the rates."""
         rates = Duals(self.a).variables([self.a.number(0)] * _N)
         found = self.over(Duals(self.a)).velocities(q, rates)
         return [list(u.slopes) for u in found]
 
     def over(self, a: Arithmetic) -> Descriptor:
-        """Descriptor form of these constants in another number type that takes them."""
+        """Return the form with these constants in another number type that accepts them."""
         return Descriptor(self.b, a)
 
     def velocities(self, q: Sequence[Number], v: Sequence[Number]) -> list[Number]:
-        """G v: of the wheels' lowest points along the `MULTIPLIERS` [m/s]."""
+        """Return G v: velocities of the wheels' lowest points along the `MULTIPLIERS` [m/s]."""
         return [u for half in _moving(self.b, self.a, q, v) for u in half.contact(self.a)[:3]]
 
     def heights(self, q: Sequence[Number]) -> list[Number]:
-        """Heights of the wheels' lowest points above the floor [m]."""
+        """Return the heights of the wheels' lowest points above the floor [m]."""
         zero = [self.a.number(0)] * _N
         return [half.contact(self.a)[3] for half in _moving(self.b, self.a, q, zero)]
 
     def residual(self, z: Sequence[Number], rates: Sequence[Number], *, index: int) -> list[Number]:
-        """Return the residual of coordinates, their rates and multipliers, and the derivative.
+        """Return the residual of coordinates, their rates and multipliers, and its derivative.
 
         Parameters
         ----------
@@ -213,13 +213,13 @@ class Descriptor:
 
 
 def from_reduced(equations: Equations, y: Sequence[Number]) -> tuple[list[Number], list[Number]]:
-    """A state of the descriptor form, with its derivative, from one of the reduced equations.
+    """Return the state of the descriptor form and its derivative from a reduced state.
 
     Parameters
     ----------
     equations : Equations
     y
-        Of their form, with the yaw and `whole_motion.INTEGRALS`.
+        State in the form of the equations, with the yaw and `whole_motion.INTEGRALS`.
     """
     once = Duals(equations.a)
     moving = [Dual(x, (f,)) for x, f in zip(y, whole_rates(equations, y), strict=True)]
@@ -244,7 +244,7 @@ def _coordinates(equations: Equations, y: Sequence[Number]) -> list[Number]:
 
 
 def to_reduced(b: Bodies, a: Arithmetic, z: Sequence[Number]) -> list[Number]:
-    """The state of the regular reduced equations, with yaw and integrals, of a descriptor state."""
+    """Return the state of the regular reduced equations, with yaw and integrals."""
     q, v = z[:_N], z[_N : 2 * _N]
     x, y, _, yaw, roll, pitch, steer, *wheels = q
     rear, _ = _moving(b, a, q, v)

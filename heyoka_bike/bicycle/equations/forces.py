@@ -1,17 +1,18 @@
-"""Forces of the floor on the wheels and in the joints, by Newton's and Euler's laws.
+"""Forces of the floor on the wheels and in the joints, from Newton's and Euler's laws.
 
 The motion is known: the state, and its rates from the equations of motion. Every speed is a dual
-number whose slope is its rate of change, so the accelerations of all bodies follow from the same
-lines as their speeds, and what each body needs of force and moment from those. Then
+number whose slope is its rate of change, so the code for the speeds of all bodies also gives their
+accelerations, and these give the force and moment on each body. Then
 
-- about its axle nothing but the floor turns a wheel: its longitudinal force;
-- about the rear contact point nothing but the front contact turns the whole bicycle: its normal
-  force, and across the line of the contact points its horizontal one;
-- the rear contact carries the rest of the bicycle's weight and inertia, the axles and the steer
-  bearing those of their wheels and of the front assembly.
+- only the floor exerts a moment on a wheel about its axle: this gives the longitudinal force;
+- apart from gravity, only the front contact exerts a moment on the whole bicycle about the rear
+  contact point: this gives the front normal force, and the horizontal force across the line of the
+  contact points;
+- the rear contact carries the rest of the bicycle's weight and inertia, the axles carry those of
+  their wheels, and the steer bearing those of the front assembly.
 
-There are 24 conditions for 21 reactions. The three that are left over are the equations of motion:
-the moments of the bearings about their own axes vanish.
+There are 24 conditions for 21 reactions. The remaining three are the equations of motion: the
+moments of the bearings about their own axes vanish.
 
 With NumPy arrays::
 
@@ -49,7 +50,7 @@ class Contact:
     lateral: Number
 
     def friction(self, a: Arithmetic) -> Number:
-        """Tangential over normal force: the friction coefficient that rolling needs at least."""
+        """Return tangential over normal force: the friction coefficient needed for rolling."""
         along, across = self.longitudinal, self.lateral
         return a.sqrt(along * along + across * across) / self.normal
 
@@ -58,7 +59,7 @@ class Contact:
 class Wrench:
     """A force [N], and a moment [N m] about a point.
 
-    Of a bearing the component of the moment about its own axis is zero, by the equations of motion.
+    The moment in a bearing about its own axis is zero, by the equations of motion.
     """
 
     force: Vector
@@ -73,9 +74,10 @@ class Wrench:
 
 @dataclass(frozen=True, slots=True)
 class Forces:
-    """All reactions; those of the joints are found when asked for.
+    """All reactions; those of the joints are computed on first use.
 
-    A joint gives what the motion of the parts beyond it needs, less what the floor gives.
+    A joint supplies the force that the motion of the parts beyond it needs, less the contact forces
+    on them.
 
     Attributes
     ----------
@@ -94,7 +96,7 @@ class Forces:
 
     @property
     def rear_axle(self) -> Wrench:
-        """On the rear wheel at its hub, along the rear frame's axes; y is the axle."""
+        """Wrench on the rear wheel at its hub, along the rear frame's axes; y is the axle."""
         axes = self._axes
         at_wheel = axes.to_rear(self._on_rear)
         arm = scaled(self._bodies.rear.wheel_r, axes.to_rear(axes.rear_down))
@@ -102,14 +104,14 @@ class Forces:
 
     @property
     def front_axle(self) -> Wrench:
-        """On the front wheel at its hub, along the fork's axes; y is the axle."""
+        """Wrench on the front wheel at its hub, along the fork's axes; y is the axle."""
         return self._front_wheel - self._floor_on_front
 
     @property
     def steer(self) -> Wrench:
-        """On the fork at the pivot (see `bodies`).
+        """Wrench on the fork at the pivot (see `bodies`).
 
-        z down the steer axis, y right along the front axle, x forward across both.
+        The axes are z down the steer axis, y right along the front axle, and x forward across both.
         """
         part = self._bodies.front
         push = self._front_frame + self._front_wheel - self._floor_on_front
@@ -118,7 +120,7 @@ class Forces:
 
     @property
     def _floor_on_front(self) -> Wrench:
-        """Of the floor on the front wheel, about its hub, in front axes."""
+        """Wrench of the floor on the front wheel, about its hub, in front axes."""
         axes = self._axes
         at_wheel = axes.to_front(self._on_front)
         arm = scaled(self._bodies.front.wheel_r, axes.to_front(axes.front_down))
@@ -126,13 +128,13 @@ class Forces:
 
 
 def forces(equations: Equations, state: Sequence[Number]) -> Forces:
-    """Reactions in a state; a seventh entry, the yaw, is ignored.
+    """Compute the reactions in a state; a seventh entry, the yaw, is ignored.
 
     Parameters
     ----------
     equations : Equations
     state
-        Of their form, rad, rad/s, see `kinematics`.
+        State in the form of the equations [rad, rad/s], see `kinematics`.
     """
     k, b, a = equations.k, equations.b, equations.a
     rates = equations.rates(state)
@@ -150,9 +152,9 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
         b.front, axes, (u.w1_f, u.q_f, u.w3_f),
         (v_f * o.cb_f, b.front.wheel_r * p_f, v_f * o.sb_f), v_f, axes.to_front(weight),
     )  # fmt: skip
-    # The contact forces give the whole bicycle what it needs.
+    # The contact forces balance the inertia and weight of the whole bicycle.
     points = Points.of(b, axes)
-    x, y, _ = points.front_contact  # the floor is level
+    x, y, _ = points.front_contact  # The z component is not needed, as the floor is level.
     whole, whole_f = frame + wheel, frame_f + wheel_f
     force, force_f = axes.from_rear(whole.force), axes.from_front(whole_f.force)
     about_rear = plus(
@@ -160,8 +162,9 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
         plus(axes.from_front(whole_f.moment), cross(points.front_hub, force_f)),
     )
     ahead, aside, _ = axes.front_heading
-    # Three conditions for two horizontal components; they agree, so least squares is exact, and
-    # regular where any two are: along each heading, and turning about the rear contact point.
+    # Three consistent conditions determine two horizontal components: one along each heading, and
+    # one for turning about the rear contact point. Least squares is therefore exact, and regular if
+    # any two conditions are independent.
     spin = wheel.moment[1] / b.rear.wheel_r
     spin_f = wheel_f.moment[1] / b.front.wheel_r
     rest = force[0] + force_f[0] - spin
@@ -191,9 +194,9 @@ def forces(equations: Equations, state: Sequence[Number]) -> Forces:
 def _loads(
     part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector
 ) -> tuple[Wrench, Wrench]:
-    """Return what the motion of a frame and its wheel needs, less their weight, about the hub.
+    """Return the wrench that the motion of a frame and its wheel needs, less their weight.
 
-    By Newton's and Euler's laws, in the frame's axes.
+    The moment is about the hub. Newton's and Euler's laws are applied in the frame's axes.
 
     Parameters
     ----------

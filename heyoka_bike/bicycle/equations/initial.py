@@ -1,4 +1,4 @@
-"""From a maneuver to the initial state: the pitch and the rates that rolling demands."""
+"""From a maneuver to the initial state: the pitch, and the rates that rolling requires."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.equations.reduced import Equations
 
 _CONTINUATION_STEPS = 24
-_LARGEST_GAP = 1e-12  # [m], some thousand roundoffs of a height
+_LARGEST_GAP = 1e-12  # [m], about a thousand times the roundoff of a height
 
 
 def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
-    """State at t = 0, with the yaw: seven balls, rad and rad/s.
+    """Return the state at t = 0, with the yaw: seven balls, rad and rad/s.
 
     Parameters
     ----------
     equations : Equations
-        In `Balls`; their form is that of the state.
+        Equations over `Balls`; the state is in their form.
     maneuver : Maneuver
 
     Raises
@@ -55,10 +55,10 @@ def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
 def varied_state(
     k: Constants, a: Duals, start: Mapping[str, Dual], pitch: Number, *, is_regular: bool
 ) -> list[Number]:
-    """State at t = 0 with its derivatives, by those of the constants and of the start.
+    """Return the state at t = 0 with its derivatives by the unknowns of constants and start.
 
-    The pitch is given as a number; how it follows roll, steer and the constants is known from its
-    being a root (the implicit function).
+    The pitch is passed as a number. Its derivatives with respect to roll, steer and the constants
+    follow from the implicit function theorem, because it is a root.
     """
     inner, still = a.inner, (0,) * len(start["roll"].slopes)
     roll, steer = start["roll"], start["steer"]
@@ -80,7 +80,7 @@ def _regular_state(
 
 
 def few_product_state(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
-    """A state of the regular form in the variables of the few-product form."""
+    """Convert a state of the regular form to the variables of the few-product form."""
     roll, pitch, steer, roll_rate, steer_rate, spin, yaw = state
     o = posture(k, a, roll, pitch, steer)
     w1, w3 = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
@@ -88,10 +88,10 @@ def few_product_state(k: Constants, a: Arithmetic, state: Sequence[Number]) -> l
 
 
 def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
-    """Pitch that puts the front wheel on the floor, enclosed.
+    """Return an enclosure of the pitch that puts the front wheel on the floor.
 
-    With zero steer the frames of front and rear coincide and the pitch is zero at any roll. The
-    root wanted is the one that grows from there, followed in the steer angle.
+    With zero steer the frames of front and rear coincide and the pitch is zero at any roll. This
+    function follows that root while the steer angle grows.
     """
     k, balls = equations.k, equations.a
     if maneuver.steer.is_zero:
@@ -108,18 +108,18 @@ def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
     roll, steer = balls.number(maneuver.roll), balls.number(maneuver.steer)
 
     def height(pitch: flint.arb) -> Dual:
-        """Of the front wheel, with its derivative by the pitch."""
+        """Return the height of the front wheel, with its derivative with respect to the pitch."""
         (x,) = Duals(balls).variables([pitch])
         found: Dual = front_contact_height(k, Duals(balls), roll, x, steer)
         return found
 
-    # A sign change over a tiny interval proves the root.
+    # A sign change over a tiny interval proves that there is a root.
     centre, radius = _root(height, near), balls.number(Fraction(2) ** (16 - flint.ctx.prec))
     below, above = (height(centre + side * radius).value for side in (-1, 1))
     if not ((below > 0 and above < 0) or (below < 0 and above > 0)):
         raise unreachable
     enclosed = flint.arb(centre, radius)
-    # ... and a slope that does not vanish there that it is the only one.
+    # A slope that does not vanish in the interval proves that the root is the only one.
     slope = height(enclosed).slopes[0]
     if not abs(slope) > 0:
         raise unreachable
@@ -127,7 +127,7 @@ def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
 
 
 def _root(function: Callable[[flint.arb], Dual], near: float) -> flint.arb:
-    """The root near a binary64, to flint's precision: each of Newton's steps doubles the digits."""
+    """Return the root near a binary64 in flint's precision; each Newton step doubles the digits."""
     x = flint.arb(near)
     for _ in range(flint.ctx.prec.bit_length()):
         there = function(x)
@@ -136,7 +136,7 @@ def _root(function: Callable[[flint.arb], Dual], near: float) -> flint.arb:
 
 
 def _followed(k: Constants, roll: float, steer: float) -> float | None:
-    """The root of `pitch_at_start` in binary64, if there is one up to this steer angle."""
+    """Return the root of `pitch_at_start` in binary64, or None if it ends before this angle."""
     pitch = 0.0
     with np.errstate(all="ignore"):
         for step in range(1, _CONTINUATION_STEPS + 1):
@@ -149,9 +149,10 @@ def _followed(k: Constants, roll: float, steer: float) -> float | None:
 
 
 def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:
-    """Pitch with both wheels on the floor [rad], for floats or arrays; `pitch` is where to begin.
+    """Return the pitch with both wheels on the floor [rad], near the initial guess `pitch`.
 
-    Pitch is a few hundredths: Newton's iteration is there from zero after a few rounds.
+    All arguments may be floats or arrays. The pitch is a few hundredths, so a few Newton iterations
+    from zero suffice.
     """
     a = Arrays()
     for _ in range(ROUNDS_OF_NEWTON):

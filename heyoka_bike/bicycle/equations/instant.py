@@ -1,6 +1,6 @@
-"""All that a program can compute of a bicycle at one instant, in any number type.
+"""Everything that a program can compute for one state of a bicycle, in any number type.
 
-What each quantity means, and of which level it is, is in `columns`.
+The module `columns` lists the meaning and the level of each quantity.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
 
 Quantities = Mapping[str, Number]
 
-_ROOTS = 1e-50  # width of the eigenvalues
+_ROOTS = 1e-50  # maximum width of the eigenvalues
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class Instant:
     Attributes
     ----------
     equations : Equations
-        Of the regular form.
+        Equations of the regular form.
     state, rates
-        Its variables with the yaw, then `whole_motion.INTEGRALS`, and their rates of change.
+        State variables with the yaw and `whole_motion.INTEGRALS`, and their time derivatives.
     """
 
     equations: Equations
@@ -48,7 +48,7 @@ class Instant:
 
     @classmethod
     def of(cls, equations: Equations, state: Sequence[Number]) -> Instant:
-        """Return the instant of a state that moves by the equations."""
+        """Return the instant of a state, with rates from the equations."""
         return cls(equations, state, whole_rates(equations, state))
 
     def columns(self) -> Quantities:
@@ -59,7 +59,7 @@ class Instant:
         }
 
     def moving(self) -> tuple[Equations, list[Dual]]:
-        """Equations and state whose numbers carry their rates of change."""
+        """Return equations and state whose numbers carry their rates of change."""
         pairs = zip(self.state, self.rates, strict=True)
         return self.equations.over(Duals(self.equations.a)), [Dual(x, (r,)) for x, r in pairs]
 
@@ -70,7 +70,7 @@ class Instant:
 
 
 def quantities(instant: Instant) -> dict[str, Number]:
-    """Every quantity of `LEVELS` but the last one's by name, SI units; see `linear_quantities`."""
+    """Return all quantities of `LEVELS` except the last level by name, in SI units."""
     velocities = _place_velocities(instant)
     masses = instant.equations.masses(instant.state[:3])
     found = {
@@ -166,8 +166,8 @@ def linear_quantities(
 ) -> dict[str, flint.arb]:
     """Return the quantities of the last level, at a forward speed [m/s]; see `linear.matrices`.
 
-    The eigenvalues are ordered by real, then by imaginary part; without a value where they cannot
-    be told apart.
+    The eigenvalues are ordered by real, then by imaginary part. They are NaN if they cannot be
+    separated.
     """
     found = {
         f"{name}_{row}_{by}": matrices[name][i][j]
@@ -184,9 +184,9 @@ def linear_quantities(
     try:
         roots = quartic.roots(_ROOTS)
     except ValueError:
-        # Roots that are not apart, as those of a bicycle without gravity at rest.
+        # Some roots cannot be separated, for example those of a bicycle without gravity at rest.
         roots = [flint.acb("nan")] * 4
-    # A root of real coefficients that is alone in a box about the real axis is real.
+    # If a box about the real axis contains exactly one root of a real polynomial, the root is real.
     parts = [
         (z.real, flint.arb(0) if z.is_finite() and z.imag.contains(0) else z.imag) for z in roots
     ]

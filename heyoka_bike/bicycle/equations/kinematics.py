@@ -1,4 +1,4 @@
-"""Angles and speeds of the bicycle: how everything follows from three independent speeds.
+"""Angles and speeds of the bicycle, which follow from three independent speeds.
 
 Frames. The *roll frame* of an assembly has x along the heading of its wheel (where the wheel plane
 meets the floor), y along its axle, z = x cross y. The assembly frame e is the roll frame turned
@@ -37,7 +37,7 @@ from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 MatrixRow = tuple[Number, Number, Number]
-"""Coefficients of a dependent speed in the three independent ones."""
+"""Coefficients of a dependent speed with respect to the three independent speeds."""
 
 
 class Posture(
@@ -59,11 +59,11 @@ class Posture(
     kappa
         cos(front lean) / cos(roll), taken from the contact of the front wheel, where it is linear.
     y, tau
-        kappa times sin(beta_f) and times tan(front lean).
+        kappa times sin(beta_f), and kappa times tan(front lean).
     sb_f, cb_f, t_f
         Sine and cosine of beta_f, tangent of the front lean.
     e, den
-        Coefficients of w1 sin(steer) and of q when v_f has been eliminated.
+        Coefficients of w1 sin(steer) and of q after v_f is eliminated.
     trail, g1
         Mechanical trail, and its counterpart up the axis.
     q, x_f, y_f
@@ -74,7 +74,7 @@ class Posture(
 
 
 def posture(k: Constants, a: Arithmetic, roll: Number, pitch: Number, steer: Number) -> Posture:
-    """Angles and the velocity coefficients that follow from them."""
+    """Compute angles and the velocity coefficients that follow from them."""
     beta = pitch + k.tilt
     sin_roll, cos_roll = a.sin(roll), a.cos(roll)
     sb, cb = a.sin(beta), a.cos(beta)
@@ -113,7 +113,7 @@ class Speeds(namedtuple("Speeds", "v w1 q w3 p n nu y v_f w1_f q_f w3_f n_f nu_f
     y
         Velocity of the joint along e2.
     v_f, w1_f, q_f, w3_f, n_f, nu_f, y_f
-        The same of the front assembly, in its own frames.
+        The same speeds of the front assembly, in its own frames.
     steer_rate
         Rate of the steer angle.
     """
@@ -124,10 +124,10 @@ class Speeds(namedtuple("Speeds", "v w1 q w3 p n nu y v_f w1_f q_f w3_f n_f nu_f
 def speeds(
     k: Constants, o: Posture, v: Number, w1: Number, w3: Number, steer_rate: Number | None = None
 ) -> Speeds:
-    """All speeds from (v, w1, w3).
+    """Compute all speeds from (v, w1, w3).
 
-    Without `steer_rate`, (C2) gives the front's w3 by a division by the mechanical trail; with it
-    (taken from a state that satisfies (C2)) nothing is divided by the trail.
+    Without `steer_rate`, (C2) gives the front's w3 after a division by the mechanical trail. No
+    division by the trail is needed with a `steer_rate` from a state that satisfies (C2).
     """
     p = o.cb * w1 + o.sb * w3
     n = o.cb * w3 - o.sb * w1
@@ -152,7 +152,7 @@ def speeds(
 
 
 def lateral_condition(o: Posture) -> MatrixRow:
-    """(C2) as ``row . (v, w1, w3) = trail steer_rate``."""
+    """Return (C2) as ``row . (v, w1, w3) = trail steer_rate``."""
     return (
         o.y_f[0] - o.g1 * (o.s * o.q[0]),
         o.y_f[1] - o.g1 * (o.c + o.s * o.q[1]),
@@ -163,15 +163,15 @@ def lateral_condition(o: Posture) -> MatrixRow:
 def turn_divisor(o: Posture) -> Number:
     """Return the divisor of roll and steer rate in the turn rate.
 
-    The wheel base in rear wheel radii when upright and straight; where it is zero they do not
-    determine the turn rate.
+    In the upright, straight position it is the wheel base in rear wheel radii. If it is zero, roll
+    and steer rate do not determine the turn rate.
     """
     _, c1, c3 = lateral_condition(o)
     return c3 * o.cb - c1 * o.sb
 
 
 def turn_row(o: Posture) -> MatrixRow:
-    """Turn rate n per (v, roll_rate, steer_rate)."""
+    """Return the turn rate n per (v, roll_rate, steer_rate)."""
     cv, c1, c3 = lateral_condition(o)
     divisor = turn_divisor(o)
     return -cv / divisor, -(c1 * o.cb + c3 * o.sb) / divisor, o.trail / divisor
@@ -180,7 +180,7 @@ def turn_row(o: Posture) -> MatrixRow:
 def rear_rates(
     o: Posture, v: Number, roll_rate: Number, steer_rate: Number
 ) -> tuple[Number, Number]:
-    """Rates w1 and w3 from roll rate and steer rate, regular where the trail is zero."""
+    """Return w1 and w3 from roll and steer rate; regular where the trail is zero."""
     row = turn_row(o)
     n = row[0] * v + row[1] * roll_rate + row[2] * steer_rate
     return o.cb * roll_rate - o.sb * n, o.sb * roll_rate + o.cb * n
@@ -189,9 +189,9 @@ def rear_rates(
 def front_contact_height(
     k: Constants, a: Arithmetic, roll: Number, pitch: Number, steer: Number
 ) -> Number:
-    """Height of the front wheel's lowest point above the floor [m]; zero for a state of the model.
+    """Return the height of the front wheel's lowest point [m]; zero for a state of the model.
 
-    Taken from the front wheel's true lean, not from the linear relation that the equations use.
+    It uses the true lean of the front wheel, not the linear relation in the equations.
     """
     o = posture(k, a, roll, pitch, steer)
     hub = o.cos_roll * o.kappa * k.front.r
@@ -200,7 +200,7 @@ def front_contact_height(
 
 
 def state_names(regular: bool) -> Sequence[str]:
-    """Names of the state variables of the few-product or the regular form."""
+    """Return the names of the state variables of the few-product or the regular form."""
     rates = ("roll_rate", "steer_rate") if regular else ("w1", "w3")
     return ("roll", "pitch", "steer", *rates, "spin")
 
@@ -208,7 +208,7 @@ def state_names(regular: bool) -> Sequence[str]:
 def unfold(
     k: Constants, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
 ) -> tuple[Posture, Speeds]:
-    """Posture and speeds from the state of either form; a seventh entry, the yaw, is ignored."""
+    """Return posture and speeds of a state in either form; a seventh entry, the yaw, is ignored."""
     roll, pitch, steer, rate1, rate3, spin = state[:6]
     o = posture(k, a, roll, pitch, steer)
     v = k.rear.r * spin

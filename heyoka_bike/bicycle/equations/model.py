@@ -3,11 +3,11 @@
 This is the Carvallo-Whipple bicycle of Meijaard, Papadopoulos, Ruina and Schwab (2007),
 doi:10.1098/rspa.2007.1857, without linearisation. State, frames and symbols: see `kinematics`.
 
-The method is Kane's. For each assembly the accelerations and the moment of momentum are written in
-its own speeds (w1, q, w3, v). Velocity and acceleration of the joint give the dependent speeds and
+The method is Kane's. The accelerations and the angular momentum of each assembly are written in its
+own speeds (w1, q, w3, v). Velocity and acceleration of the joint give the dependent speeds and
 their rates. Squares are completed in the front's speeds so that their mass matrix is diagonal; what
-remains is a sum of weighted squares of rows, a 3 by 3 system, solved by LDL^T. A Taylor step costs
-the number of products times the square of the order, so products are what the form saves.
+remains is a sum of weighted squares of rows, a 3 by 3 system, solved by LDL^T. The cost of a Taylor
+step is the number of products times the square of the order, so this form has few products.
 
 Two choices of independent speeds give the same motion. `few_products` has (spin, w1, w3) and
 divides by the mechanical trail; `regular` has (spin, roll rate, steer rate), is regular where the
@@ -31,7 +31,7 @@ from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 
 def few_products(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
-    """Time derivatives of (roll, pitch, steer, w1, w3, spin).
+    """Return the time derivatives of (roll, pitch, steer, w1, w3, spin).
 
     Singular where the mechanical trail is zero; see `regular`.
     """
@@ -39,7 +39,7 @@ def few_products(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[N
 
 
 def few_product_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> list[Number]:
-    """Rates of the few-product form, from the posture and the speeds of a state."""
+    """Return the rates of the few-product form, from the posture and the speeds of a state."""
     rates = _dependent_rates(k, a, o, u)
     w3_f = (rates.lateral - o.g1 * rates.w1_f) / o.trail
     w1_f_row = (o.s * o.q[0], o.c + o.s * o.q[1], o.s * o.q[2])
@@ -50,17 +50,17 @@ def few_product_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> lis
 
 
 def regular(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
-    """Time derivatives of (roll, pitch, steer, roll_rate, steer_rate, spin)."""
+    """Return the time derivatives of (roll, pitch, steer, roll_rate, steer_rate, spin)."""
     return regular_rates(k, a, *unfold(k, a, state, is_regular=True), state[3])
 
 
 def regular_rates(
     k: Constants, a: Arithmetic, o: Posture, u: Speeds, roll_rate: Number
 ) -> list[Number]:
-    """Rates of the regular form, from the posture, the speeds and the roll rate of a state."""
+    """Return the rates of the regular form from posture, speeds and roll rate of a state."""
     rates = _dependent_rates(k, a, o, u)
-    # w1 = cos(beta) p - sin(beta) n and w3 = sin(beta) p + cos(beta) n; at zero rates of
-    # (v, p, steer_rate) they change by the turn of the frame and by the rate of n that keeps (C2).
+    # w1 = cos(beta) p - sin(beta) n and w3 = sin(beta) p + cos(beta) n. At constant v, p and
+    # steer_rate they change because the frame turns, and because n changes to satisfy (C2).
     beta_rate = u.q - u.nu
     turn1, turn3 = -(beta_rate * u.w3), beta_rate * u.w1
     _, c1, c3 = lateral_condition(o)
@@ -78,7 +78,7 @@ def regular_rates(
 
 
 class _Basis(namedtuple("_Basis", "w1 w3 w3_f w1_rate w3_rate w3_f_rate")):
-    """w1, w3 and w3_f per independent speed, and their rates when those speeds are constant.
+    """w1, w3 and w3_f per independent speed, and their rates at constant independent speeds.
 
     v is independent in both forms: its row is (1, 0, 0) and its rate zero.
     """
@@ -89,15 +89,15 @@ class _Basis(namedtuple("_Basis", "w1 w3 w3_f w1_rate w3_rate w3_f_rate")):
 class _DependentRates(namedtuple("_DependentRates", "q w1_f q_f v_f lateral")):
     """Rates of the dependent speeds when (v, w1, w3) are constant.
 
-    ``lateral`` is what the accelerations of the joint, taken from the rear and from the front,
-    leave over along e2 of the front.
+    ``lateral`` is the difference of the joint's accelerations, computed from the rear and from the
+    front, along e2 of the front.
     """
 
     __slots__ = ()
 
 
 def _dependent_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> _DependentRates:
-    """The joint conditions (C1) to (C3) differentiated, as accelerations of one point."""
+    """Differentiate the joint conditions (C1) to (C3), as accelerations of one point."""
     pull, pull_f = u.v * u.nu, u.v_f * u.nu_f
     q2, q2_f = u.q * u.q, u.q_f * u.q_f
     a1 = a.sum([pull * o.sb, -k.d1 * q2, -(u.w3 * u.y)])
@@ -129,7 +129,7 @@ def _loads(
     a: Arithmetic, b: Assembly, g: Number, ahead: Number, side_speed: Number, sin_lean: Number,
     cos_lean: Number, w1: Number, q: Number, w3: Number, v: Number, n: Number, nu: Number,
 ) -> _Loads:  # fmt: skip
-    """Inertia forces minus gravity.
+    """Return inertia forces minus gravity.
 
     `ahead` is the mass times the distance of the centre of mass ahead of the hub, `side_speed` the
     velocity of the centre of mass along the axle.
@@ -165,7 +165,7 @@ def _accelerations(
     def extra(row: MatrixRow) -> Number:
         return row[1] * basis.w1_rate + row[2] * basis.w3_rate
 
-    # Rows: each dependent speed per independent speed.
+    # Rows: each dependent speed as a function of the independent speeds.
     q, x_f, y_f = dependent(o.q), dependent(o.x_f), dependent(o.y_f)
     w1_f = _row(lambda i: o.c * w1[i] + o.s * q[i])
     q_f = _row(lambda i: o.c * q[i] - o.s * w1[i])
@@ -175,8 +175,8 @@ def _accelerations(
     side = _row(lambda i: a.sum([y_f[i], k.lever3 * w3_f[i], -k.lever1 * w1_f[i]]))
     zeta = _row(lambda i: w3_f[i] + front.skew * w1_f[i])
     eta = _row(lambda i: v_f[i] + shift * q_f[i])
-    # Masses of w1_f and q_f once side, zeta and eta have taken their squares. Since
-    # w1_f^2 + q_f^2 = w1^2 + q^2, the part they share is counted at w1 and q of the rear.
+    # Masses of w1_f and q_f after the squares of side, zeta and eta are split off. Since w1_f^2 +
+    # q_f^2 = w1^2 + q^2, their common part is counted at w1 and q of the rear.
     shared = front.rest
     q_f_mass = (front.mass_q - shared) - shift * height_f
 
@@ -217,7 +217,7 @@ def _accelerations(
     on_w1_f = a.sum([f_f.w1, -front.skew * f_f.w3, shared * w1_f_rate])
     on_q_f = a.sum([f_f.q, -(shift * f_f.v), (q_f_mass + shared) * q_f_rate])
 
-    # Gathered at v, w1, w3 and q.
+    # Sums of the coefficients at v, w1, w3 and q.
     m11 = rear.m * (arm1 * arm1) + rear.i11
     m13 = rear.m * (arm1 * arm3) + rear.i13
     m33 = rear.m * (arm3 * arm3) + rear.i33
@@ -267,7 +267,7 @@ def _scaled(weight: Number, row: MatrixRow) -> MatrixRow:
 
 
 def _solve(a: Arithmetic, m: Callable[[int, int], Number], force: MatrixRow) -> MatrixRow:
-    """The x with ``m x + force = 0``, m symmetric and positive definite, by LDL^T."""
+    """Return the x with ``m x + force = 0``, m symmetric and positive definite, by LDL^T."""
     m00, m01, m02 = m(0, 0), m(0, 1), m(0, 2)
     l10, l20 = m01 / m00, m02 / m00
     d1 = m(1, 1) - l10 * m01

@@ -1,6 +1,6 @@
-"""The columns of the benchmark, with every definition of them, from the state.
+"""The columns of the benchmark, in every definition, as functions of the state.
 
-What each column means is in `columns`.
+The module `columns` lists the meaning of each column.
 
 The rear frame has attitude R = Rz(yaw) Rx(roll) Ry(pitch); z is down, so a positive roll leans to
 the right and a positive yaw turns to the right.
@@ -29,12 +29,12 @@ class Energies:
 
 
 def yaw_rate(o: Posture, u: Speeds) -> Number:
-    """Rate of the rear heading [rad/s]; not that of the front's, which differs."""
+    """Return the yaw rate of the rear heading [rad/s]; the front heading turns at another rate."""
     return u.n / o.cos_roll
 
 
 def energies(k: Constants, o: Posture, u: Speeds) -> Energies:
-    """Energies of the whole bicycle."""
+    """Return the energies of the whole bicycle."""
     rear, front = k.rear, k.front
     height = o.cos_roll * (rear.r + rear.l1 * o.sb - rear.l3 * o.cb)
     height_f = o.cos_roll * (front.r * o.kappa + front.l1 * o.y - front.l3 * o.cb)
@@ -49,14 +49,14 @@ def energies(k: Constants, o: Posture, u: Speeds) -> Energies:
 def _kinetic2(
     b: Assembly, velocity: Vector, w1: Number, q: Number, w3: Number, v: Number
 ) -> Number:
-    """Twice the kinetic energy of one assembly."""
+    """Return twice the kinetic energy of one assembly."""
     x, y, z = velocity
     turning = b.i11 * w1 * w1 + 2 * b.i13 * w1 * w3 + b.i33 * w3 * w3 + b.i22 * q * q
     return b.m * (x * x + y * y + z * z) + turning + b.spin / b.r * (v * v)
 
 
 def _centre_velocity(k: Constants, o: Posture, u: Speeds) -> tuple[Vector, Vector]:
-    """Velocities of the two centres of mass, each in its own assembly frame."""
+    """Return the velocities of the two centres of mass, each in its own assembly frame."""
     rear, front = k.rear, k.front
     p_f = o.cb_f * u.w1_f + o.sb_f * u.w3_f
     return (
@@ -77,7 +77,7 @@ def columns(
     k: Constants, a: Arithmetic, o: Posture, u: Speeds, roll: Number, pitch: Number,
     steer: Number, yaw: Number, *, is_smooth: bool = False,
 ) -> Mapping[str, Number]:  # fmt: skip
-    """Every column of `columns.COLUMNS` by name, SI units; where that is smooth without `NORMS`."""
+    """Return every column of `columns.COLUMNS` by name, SI units; without `NORMS` if smooth."""
     sp, cp = o.sin_roll, o.cos_roll
     s_pitch, c_pitch = a.sin(pitch), a.cos(pitch)
     s_yaw, c_yaw = a.sin(yaw), a.cos(yaw)
@@ -97,7 +97,7 @@ def columns(
 
     (a1, a2, a3), (b1, b2, b3) = _centre_velocity(k, o, u)
     rear_m, front_m = k.rear.m, k.front.m
-    # Front centre of mass in the rear's frame, then the mean.
+    # Front centre of mass in the rear assembly's frame, then the weighted mean.
     mean = (
         rear_m * a1 + front_m * (o.c * b1 - o.s * b2),
         rear_m * a2 + front_m * (o.s * b1 + o.c * b2),

@@ -1,8 +1,8 @@
 """The reduced equations of one bicycle, in one number type and one form.
 
 Everything that follows from a state starts here: the rates of the state, its columns, its energies.
-Constants are made once; formulas are then evaluated in their number type, or in another one that
-takes such numbers (a series over balls, a dual number over a series; see `Equations.over`).
+Constants are computed once. Formulas are then evaluated in the number type of the constants, or in
+one that accepts them (a series over balls, a dual number over a series; see `Equations.over`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from heyoka_bike.bicycle.equations.outputs import Energies, columns, energies, y
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
 
-_DIGITS_BEFORE_ROUNDING = 25  # of what is then rounded to binary64
+_DIGITS_BEFORE_ROUNDING = 25  # digits of constants before they are rounded to binary64
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,13 +31,13 @@ class Equations:
     ----------
     bicycle : Bicycle
     k : Constants
-        Of the reduced equations.
+        Constants of the reduced equations.
     b : Bodies
-        The four bodies by themselves, for forces and places.
+        The four separate bodies, for forces and positions.
     a : Arithmetic
-        In which formulas are evaluated.
+        Number type in which formulas are evaluated.
     is_regular : bool
-        The form of the equations and so of the state, see `model`.
+        Form of the equations and of the state, see `model`.
     """
 
     bicycle: Bicycle
@@ -59,15 +59,15 @@ class Equations:
         return exact.convert(float, Arrays())
 
     def over(self, a: Arithmetic) -> Equations:
-        """Equations of these constants in another number type that takes them."""
+        """Return equations with these constants in another number type that accepts them."""
         return replace(self, a=a)
 
     def convert(self, make: Callable[[Number], Number], a: Arithmetic) -> Equations:
-        """Every constant passed through `make`, for formulas in `a`."""
+        """Return equations with every constant passed through `make`, for formulas in `a`."""
         return replace(self, k=self.k.convert(make), b=self.b.convert(make), a=a)
 
     def precision(self) -> AbstractContextManager[None]:
-        """Context manager that sets the working precision, where the number type has one."""
+        """Return a context manager that sets the working precision, if the number type has one."""
         return _precision(self.a)
 
     @property
@@ -76,39 +76,40 @@ class Equations:
         return (*state_names(self.is_regular), "yaw")
 
     def unfold(self, state: Sequence[Number]) -> tuple[Posture, Speeds]:
-        """Posture and speeds of a state; the yaw does not enter and may be left out."""
+        """Return posture and speeds of a state; the yaw does not enter and may be left out."""
         return unfold(self.k, self.a, state, is_regular=self.is_regular)
 
     def rates(self, state: Sequence[Number]) -> list[Number]:
-        """Time derivatives of the six state variables that drive one another."""
+        """Return the time derivatives of the six state variables that determine the motion."""
         return self._rates(state, *self.unfold(state))
 
     def rates_with_yaw(self, state: Sequence[Number]) -> list[Number]:
-        """Time derivatives of all seven state variables."""
+        """Return the time derivatives of all seven state variables."""
         o, u = self.unfold(state)
         return [*self._rates(state, o, u), yaw_rate(o, u)]
 
     def columns(self, state: Sequence[Number], *, is_smooth: bool = False) -> Mapping[str, Number]:
-        """Every column of `columns.COLUMNS` by name, SI units; the yaw is the seventh entry.
+        """Return every column of `columns.COLUMNS` by name, SI units.
 
-        Without `NORMS` if only those are wanted that are smooth at rest, too.
+        The yaw is the seventh entry of the state. `is_smooth` leaves out `NORMS`, which are not
+        smooth at rest.
         """
         o, u = self.unfold(state)
         roll, pitch, steer = state[:3]
         return columns(self.k, self.a, o, u, roll, pitch, steer, state[6], is_smooth=is_smooth)
 
     def every_column(self, state: Sequence[Number]) -> list[Number]:
-        """All columns in the order of `columns.COLUMNS`."""
+        """Return all columns in the order of `columns.COLUMNS`."""
         values = self.columns(state)
         return [values[c.name] for c in COLUMNS]
 
     def smooth_columns(self, state: Sequence[Number]) -> list[Number]:
-        """The same without `NORMS`."""
+        """Return all columns except `NORMS`, in the order of `columns.COLUMNS`."""
         values = self.columns(state, is_smooth=True)
         return [values[c.name] for c in COLUMNS if c.name not in NORMS]
 
     def norms(self, state: Sequence[Number]) -> list[Number]:
-        """`NORMS` in their order."""
+        """Return `NORMS` in their order."""
         values = self.columns(state)
         return [values[name] for name in NORMS]
 
@@ -118,13 +119,14 @@ class Equations:
         return few_product_rates(self.k, self.a, o, u)
 
     def energies(self, state: Sequence[Number]) -> Energies:
-        """Potential and kinetic energy [J]."""
+        """Return potential and kinetic energy [J]."""
         return energies(self.k, *self.unfold(state))
 
     def masses(self, posture: Sequence[Number]) -> dict[tuple[int, int], Number]:
-        """Mass matrix of roll rate, steer rate and forward speed, by row and column, row <= column.
+        """Return the entries of the mass matrix by (row, column), with row <= column.
 
-        From the kinetic energies of unit speeds and of their sums, in the regular form.
+        The matrix is for roll rate, steer rate and forward speed, and follows from the kinetic
+        energies of unit speeds and of their sums, in the regular form.
         """
         zero, units = 0 * posture[0], (1, 1, 1 / self.k.length)
 

@@ -1,10 +1,11 @@
-"""The whole motion: places, attitudes and turning of all parts, and the columns of motion.h5.
+"""The whole motion: positions, attitudes and rotation of all parts; columns of motion.h5.
 
-What each column means is in `columns`.
+The module `columns` lists the meaning of each column.
 
-The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
-rear wheel touches the floor at the start. Yaw, place and the angles of the wheels drive nothing;
-they are integrals of what the state gives. All else here follows from the state and from them.
+The *ground frame* has x along the initial heading, y to the right, z down, and its origin at the
+initial rear contact point. Yaw, position and wheel angles do not enter the equations of motion;
+they are integrals of functions of the state. All other columns follow from the state and these
+integrals.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ INTEGRALS = ("rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_whee
 
 
 def wheel_rates(k: Constants, u: Speeds) -> tuple[Number, Number]:
-    """Rates of the wheels about y in the frames that hold them [rad/s]: forward is negative."""
+    """Return the rates of the wheels about y in their frames [rad/s]; forward is negative."""
     return -(u.v / k.rear.r + u.q), -(u.v_f / k.front.r + u.q_f)
 
 
 def track_speeds(k: Constants, u: Speeds) -> tuple[Number, Number]:
-    """Speeds of the contact points along their tracks [m/s].
+    """Return the speeds of the contact points along their tracks [m/s].
 
-    The contact point of a rolling wheel moves along its heading by as much as the rim turns past
-    it: with the roll frame's rate nu about the axle (see `kinematics`), v + r nu.
+    The contact point of a rolling wheel moves along its heading by the length of rim that passes
+    it. With the roll frame's rate nu about the axle (see `kinematics`), the speed is v + r nu.
     """
     return k.length * (u.v + k.rear.r * u.nu), k.length * (u.v_f + k.front.r * u.nu_f)
 
 
 def rates_of_integrals(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """Time derivatives of `INTEGRALS`; the yaw is the seventh entry of the state."""
+    """Return the time derivatives of `INTEGRALS`; the yaw is the seventh entry of the state."""
     k, a, yaw = equations.k, equations.a, state[6]
     _, u = equations.unfold(state)
     speed, _ = track_speeds(k, u)
@@ -50,15 +51,15 @@ def rates_of_integrals(equations: Equations, state: Sequence[Number]) -> list[Nu
 
 
 def whole_rates(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """Time derivatives of the state with the yaw and `INTEGRALS`."""
+    """Return the time derivatives of the state with the yaw and `INTEGRALS`."""
     return [*equations.rates_with_yaw(state), *rates_of_integrals(equations, state)]
 
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """Places [m] in the ground frame, attitudes, and angular velocities [rad/s].
+    """Positions [m] in the ground frame, attitudes, and angular velocities [rad/s].
 
-    Each is found when asked for.
+    Each is computed on first use.
 
     Attributes
     ----------
@@ -68,7 +69,7 @@ class Configuration:
     angles
         Roll, pitch, steer and yaw [rad].
     x, y
-        Of the rear contact point [m].
+        Coordinates of the rear contact point [m].
     """
 
     equations: Equations
@@ -80,7 +81,7 @@ class Configuration:
 
     @classmethod
     def of(cls, equations: Equations, state: Sequence[Number]) -> Configuration:
-        """Return the configuration of a state with the yaw, and then `INTEGRALS`."""
+        """Return the configuration of a state that includes the yaw and `INTEGRALS`."""
         roll, pitch, steer, *_, yaw = state[:7]
         o, u = equations.unfold(state)
         return cls(equations, o, u, (roll, pitch, steer, yaw), state[7], state[8])
@@ -90,7 +91,7 @@ class Configuration:
         return Axes.of(self.equations.b, self.o)
 
     def _turned(self, v: Vector) -> Vector:
-        """A vector given in heading axes, in the ground frame."""
+        """Convert a vector from heading axes to the ground frame."""
         yaw = self.angles[3]
         a = self.equations.a
         return from_turned("z", a.sin(yaw), a.cos(yaw), v)
@@ -131,9 +132,9 @@ class Configuration:
         }
 
     def quaternions(self) -> dict[str, Quaternion]:
-        """The attitudes as unit quaternions: yaw, roll, pitch, and then steer about its axis.
+        """Attitudes as unit quaternions: yaw, roll, pitch, and then steer about its axis.
 
-        The signs are those of half the angles, so they never jump.
+        The signs follow from half the angles, so the quaternions are continuous.
         """
         a, b = self.equations.a, self.equations.b
         sines, cosines = ([f(x / 2) for x in self.angles] for f in (a.sin, a.cos))
@@ -151,7 +152,7 @@ class Configuration:
         }
 
     def spins(self) -> dict[str, Number]:
-        """Angular velocities of the wheels about their axles; else they turn with their frames."""
+        """Absolute angular velocities of the wheels about their axles [rad/s]."""
         k = self.equations.k
         return {
             "rear_wheel": -(self.u.v / k.rear.r),
@@ -160,9 +161,9 @@ class Configuration:
 
 
 class NonnegativeRoots(Balls):
-    """Ball arithmetic in which no radicand is negative, even where its ball reaches below zero.
+    """Ball arithmetic for square roots of nonnegative numbers whose balls may reach below zero.
 
-    The roots of the columns are those of sums of squares: of velocities, of a tangential force.
+    The radicands in the columns are sums of squares: of velocities, or of a tangential force.
     """
 
     def sqrt(self, x: flint.arb) -> flint.arb:
@@ -174,13 +175,13 @@ class NonnegativeRoots(Balls):
 
 
 def motion_columns(equations: Equations, state: Sequence[Number]) -> dict[str, Number]:
-    """Every column of `MOTION_COLUMNS` by name, SI units.
+    """Return every column of `MOTION_COLUMNS` by name, SI units.
 
     Parameters
     ----------
     equations : Equations
     state
-        Of their form, with the yaw, and then `INTEGRALS`.
+        State in the form of the equations, with the yaw and then `INTEGRALS`.
     """
     f, a = forces(equations, state), equations.a
     found = _dense(Configuration.of(equations, state), f, state)
@@ -189,7 +190,7 @@ def motion_columns(equations: Equations, state: Sequence[Number]) -> dict[str, N
 
 
 def dense_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """`motion_columns` of `DENSE_COLUMNS` only: analytic functions, with no root of a force."""
+    """Return only the `DENSE_COLUMNS`, which are analytic, without square roots of forces."""
     found = _dense(Configuration.of(equations, state), forces(equations, state), state)
     return [found[name] for name in DENSE_COLUMNS]
 

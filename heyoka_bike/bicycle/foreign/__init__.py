@@ -1,1 +1,1 @@
-"""Bicycles from files of others: parameter files of BicycleParameters, and models of engines."""
+"""Bicycles from files of other programs: BicycleParameters, and models of physics engines."""

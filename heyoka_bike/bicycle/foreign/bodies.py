@@ -1,4 +1,4 @@
-"""Moving bodies of a model at zero angles, and the 26 parameters that they are."""
+"""Moving bodies of a model at zero angles, and the 26 parameters that they correspond to."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 
 Matrix = Any
-"""A matrix of mpmath; a column is a vector."""
+"""A matrix of mpmath; a vector is a single column."""
 
 _DIGITS = 15  # what is left of numbers that were rounded to binary64
 _LENGTHS = ("w", "c", "xB", "zB", "xH", "zH")
 """Differences of places in the file, so that their rounding is that of the wheel base."""
 _OFF = Fraction(1, 10**9)
-"""What is more than rounding [m, kg m^2, and of unit vectors]."""
+"""Largest deviation that counts as rounding [m, kg m^2; dimensionless for unit vectors]."""
 
 
 @dataclass
 class Mass:
-    """A mass with its centre and the inertia about it, along the axes of the model."""
+    """A mass with its centre and the inertia about the centre, along the axes of the model."""
 
     mass: Any
     centre: Matrix
     inertia: Matrix
 
     def joined(self, other: Mass) -> Mass:
-        """Both as one body."""
+        """Return both masses as one body."""
         total = self.mass + other.mass
         if not total:
             return self
@@ -39,27 +39,27 @@ class Mass:
         return Mass(total, centre, self.about(centre) + other.about(centre))
 
     def about(self, point: Matrix) -> Matrix:
-        """Inertia about another point."""
+        """Return the inertia about another point."""
         d = self.centre - point
         return self.inertia + self.mass * ((d.T * d)[0] * MP.eye(3) - d * d.T)
 
 
 @dataclass
 class Body:
-    """A body that moves, with the hinge that holds it; the base has none.
+    """A moving body, with the hinge that connects it to its parent; the base has none.
 
     Attributes
     ----------
     name
     mass : Mass
     parent
-        Name of the body that holds it; empty for the base.
+        Name of the parent body; empty for the base.
     point, axis
-        Of its hinge.
+        Point and direction of the hinge.
     radius
-        Of its round shape, if it has one.
+        Radius of a round shape, if the body has one.
     element : Element
-        Where it stands in the file.
+        The element of the file that defines the body.
     """
 
     name: str
@@ -71,22 +71,22 @@ class Body:
     element: Element
 
     def error(self, message: str) -> InputError:
-        """An `InputError` at this body."""
+        """Return an `InputError` located at this body."""
         return self.element.error(f"{self.name}: {message}")
 
 
 def vector(numbers: Sequence[Any]) -> Matrix:
-    """A column."""
+    """Return a column vector."""
     return MP.matrix(list(numbers))
 
 
 def tensor(xx: Any, yy: Any, zz: Any, xy: Any, xz: Any, yz: Any) -> Matrix:
-    """A symmetric matrix."""
+    """Return a symmetric matrix."""
     return MP.matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def turn(axis: Matrix, angle: Any) -> Matrix:
-    """Rotation about a unit vector."""
+    """Return the rotation about a unit vector."""
     x, y, z = axis
     k = MP.matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return MP.eye(3) + MP.sin(angle) * k + (1 - MP.cos(angle)) * k * k
@@ -100,7 +100,7 @@ def rotation(scalar: Any, x: Any, y: Any, z: Any) -> Matrix:
 
 
 def unit(v: Matrix, element: Element) -> Matrix:
-    """The vector of length one in this direction."""
+    """Return the unit vector in this direction."""
     length = MP.norm(v)
     if not length:
         raise element.error("found an axis of length zero, expected a direction")
@@ -108,15 +108,15 @@ def unit(v: Matrix, element: Element) -> Matrix:
 
 
 def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:
-    """Parameters of a base B that holds the wheel R and the fork H, which holds the wheel F.
+    """Compute parameters from a base B with the wheel R, and the fork H with the wheel F.
 
-    The axes of the bicycle follow from its shape: up is z, sideways the axle of the rear wheel,
-    forward where the front wheel is.
+    The axes of the bicycle follow from its shape: z is up, the axle of the rear wheel points
+    sideways, and the front wheel is forward.
 
     Raises
     ------
     InputError
-        The bodies are no such tree, the wheels do not stand on one level or are not parallel, or
+        The bodies form another tree, the wheels do not stand on one level or are not parallel, or
         the steer axis leans sideways.
     """
     rear_wheel, base, fork, wheel = _roles(bodies, root)
@@ -166,7 +166,7 @@ def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:
 
 
 def _roles(bodies: Sequence[Body], root: Element) -> tuple[Body, Body, Body, Body]:
-    """Rear wheel, base, fork and front wheel."""
+    """Return rear wheel, base, fork and front wheel."""
     names = ", ".join(body.name for body in bodies)
     if len(bodies) != 4:
         raise root.error(

@@ -1,4 +1,4 @@
-"""What a reader finds in a file of others."""
+"""The content of a bicycle file of another program."""
 
 from dataclasses import dataclass, field
 
@@ -12,11 +12,11 @@ class Found:
     Attributes
     ----------
     name
-        Of the bicycle; empty if the file has none.
+        Name of the bicycle; empty if the file has none.
     values, uncertainties : dict
-        By symbol, in SI units and the benchmark's axes.
+        Numbers by symbol, in SI units and the benchmark's axes.
     notes : list of str
-        What was left out or taken for granted, each on one line.
+        Omissions and assumptions, one per line.
     """
 
     name: str = ""

@@ -1,4 +1,4 @@
-"""A file of others, read to the 26 parameters, and as a TOML file."""
+"""Read a file of another program to the 26 parameters, and write them as TOML."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _DIGITS = 17
 
 @dataclass(frozen=True)
 class Imported:
-    """A bicycle of a file.
+    """A bicycle read from a file of another program.
 
     Attributes
     ----------
     bicycle : Bicycle
-        With its uncertainties and warnings.
+        The bicycle, with uncertainties and warnings.
     notes : tuple of str
-        What the file has and the parameters cannot hold, or what was taken for granted.
+        Content of the file that the parameters cannot represent, and assumptions.
     source
         The file.
     """
@@ -36,7 +36,7 @@ class Imported:
     source: str
 
     def toml(self) -> str:
-        """The file that `read_bicycle` takes."""
+        """Return the bicycle as a file that `read_bicycle` reads."""
         lines = [f"name = {_quoted(self.bicycle.name)}", f"source = {_quoted(self.source)}", ""]
         lines += ["# Axes: x forward, y to the right, z down, from the rear contact point.", ""]
         lines += ["[parameters]"]
@@ -55,7 +55,8 @@ def import_bicycle(path: str | Path) -> Imported:
     Raises
     ------
     InputError
-        With file, line and column: the file cannot be read, is no such file, or is no bicycle.
+        The file cannot be read, has another format, or does not describe a bicycle; the message has
+        file, line and column.
     """
     file = Path(path)
     text = _text(file)
@@ -100,6 +101,6 @@ def _decimal(x: Exact) -> str:
 
 
 def _quoted(text: str) -> str:
-    """A basic string of TOML: one of JSON with DEL escaped, and without halves of surrogates."""
+    """Return a TOML basic string: a JSON string with DEL escaped and no lone surrogates."""
     whole = text.encode("utf-8", "replace").decode("utf-8")
     return json.dumps(whole, ensure_ascii=False).replace("\x7f", "\\u007f")

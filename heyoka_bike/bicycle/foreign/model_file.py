@@ -24,13 +24,13 @@ from heyoka_bike.bicycle.foreign.xml_source import MP, Element, parse
 _HINGES = ("continuous", "revolute")
 _ORIENTATIONS = ("axisangle", "xyaxes", "zaxis")
 _GRAVITY = "9.81"
-"""Of files that tell none [m/s^2]: MuJoCo's own."""
+"""Gravity for files that do not state it [m/s^2]: MuJoCo's default."""
 
 _NOT_READ = ("default", "include")
 
 
 def read(text: str, file: str) -> Found:
-    """The parameters of a model.
+    """Read the parameters of a model.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _link_of(joint: Element, end: str, links: Mapping[str, Element]) -> str:
 
 
 def _origin(element: Element) -> tuple[Matrix, Matrix]:
-    """Place and rotation that an element of URDF gives."""
+    """Return the position and rotation in an element of URDF."""
     origin = element.first("origin")
     if origin is None:
         return vector([0, 0, 0]), MP.eye(3)
@@ -182,7 +182,7 @@ def _mjcf(root: Element) -> Found:
 
 
 def _pose(element: Element, in_degrees: bool) -> tuple[Matrix, Matrix]:
-    """Place and rotation that an element of MJCF gives."""
+    """Return the position and rotation in an element of MJCF."""
     for name in _ORIENTATIONS:
         if name in element.attributes:
             raise element.error(f"found {name} of <{element.tag}>, expected quat or euler")

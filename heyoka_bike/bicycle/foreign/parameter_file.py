@@ -13,18 +13,18 @@ from heyoka_bike.numbers.exact import Exact
 _LINE = re.compile(r"\s*(?P<symbol>[A-Za-z]\w*)\s*[=:,]\s*(?P<value>.*?)\s*")
 _POSITIVE = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"(?P<value>[-+]?{_POSITIVE})(?:\s*\+/-\s*(?P<uncertainty>{_POSITIVE}))?")
-# As the package uncertainties writes small values: (3.0+/-0.1)e-05.
+# The package uncertainties writes small values in this form: (3.0+/-0.1)e-05.
 _SCALED = re.compile(r"\((?P<both>[^()]*)\)(?P<power>[eE][-+]?\d+)")
 _NOT_OF_THE_BICYCLE = ("v",)
 
 
 def read(text: str, file: str) -> Found:
-    """The parameters of a file.
+    """Read the parameters of a file.
 
     Raises
     ------
     InputError
-        A line is none of such a file, or a parameter is missing or there twice.
+        A line has another form, or a parameter is missing or occurs twice.
     """
     found = Found()
     lines: dict[str, int] = {}

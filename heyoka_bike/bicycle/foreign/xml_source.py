@@ -1,4 +1,4 @@
-"""XML whose elements know where they stand."""
+"""XML whose elements know their position in the file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from heyoka_bike.numbers.exact import Exact
 
 _MAX_DEPTH = 200
 MP = mpmath.mp.clone()
-"""Numbers of the elements, of more digits than any file has."""
+"""Context for numbers of the elements, with more digits than any file has."""
 MP.dps = 40
 
 
@@ -25,7 +25,7 @@ class Element:
     ----------
     tag, attributes
     file, line, column
-        Where it begins.
+        Position where the element begins.
     children : list of Element
     content
         Text between its tags, without that of its children.
@@ -40,31 +40,31 @@ class Element:
     content: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Its own elements of a tag."""
+        """Return the direct children with a tag."""
         return (x for x in self.children if x.tag == tag)
 
     def first(self, *path: str) -> Element | None:
-        """The first element of a path of tags."""
+        """Return the first element on a path of tags."""
         if not path:
             return self
         inner = (x.first(*path[1:]) for x in self.all(path[0]))
         return next((x for x in inner if x is not None), None)
 
     def needed(self, *path: str) -> Element:
-        """The same; `InputError` if there is none."""
+        """Return the first element on a path of tags; raise `InputError` if there is none."""
         found = self.first(*path)
         if found is None:
             raise self.error(f"found no <{'> <'.join(path)}> in <{self.tag}>, expected one")
         return found
 
     def text(self, name: str) -> str:
-        """An attribute that has to be there."""
+        """Return the text of a required attribute."""
         if name not in self.attributes:
             raise self.error(f"found no {name} in <{self.tag}>, expected one")
         return self.attributes[name]
 
     def numbers(self, name: str, count: int, default: str | None = None) -> list[mpmath.mpf]:
-        """The numbers of an attribute."""
+        """Return the numbers of an attribute."""
         text = self.text(name) if default is None else self.attributes.get(name, default)
         return self._parsed(text, count, f"{name} of <{self.tag}>")
 
@@ -84,17 +84,17 @@ class Element:
         return found
 
     def error(self, message: str) -> InputError:
-        """An `InputError` at this element."""
+        """Return an `InputError` located at this element."""
         return InputError(message, file=self.file, line=self.line, column=self.column)
 
 
 def parse(text: str, file: str) -> Element:
-    """The root of a document.
+    """Parse a document and return its root.
 
     Raises
     ------
     InputError
-        It is not well-formed, has entities of its own, or is too deep.
+        The text is not well-formed, defines entities, or is nested too deeply.
     """
     parser = expat.ParserCreate()
     open_elements: list[Element] = []

@@ -6,8 +6,8 @@ To first order in roll and steer, pitch and speed are constant and, with q = (ro
 
 in the notation of Meijaard, Papadopoulos, Ruina and Schwab (2007), doi:10.1098/rspa.2007.1857.
 `matrices` takes no formula from there: M comes from the kinetic energy of the nonlinear model, the
-other matrices from derivatives of its accelerations. These are taken by dual numbers, which are
-exact up to rounding. `closed_form` has the formulas.
+other matrices from derivatives of its accelerations. The derivatives use dual numbers, which are
+exact up to rounding. `closed_form` has the published formulas.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Linearisation:
     g : mpf
         Gravity [N/kg].
     digits : int
-        Significant decimal digits to which each number here is rounded.
+        Significant decimal digits to which each number is rounded.
     """
 
     M: Matrix
@@ -64,7 +64,7 @@ class Linearisation:
     _quartic: _Quartic = field(repr=False, compare=False)
 
     def eigenvalues(self, speed: Fraction | int | mpmath.mpf) -> tuple[mpmath.mpc, ...]:
-        """Four eigenvalues [1/s] at a speed [m/s], ordered by real, then by imaginary part."""
+        """Return four eigenvalues [1/s] at a speed [m/s], by real, then by imaginary part."""
         q = self._quartic
         with q.balls.precision():
             if isinstance(speed, int | Fraction):
@@ -112,10 +112,10 @@ class Linearisation:
 
     @cached_property
     def stable_ranges(self) -> tuple[tuple[mpmath.mpf, mpmath.mpf | None], ...]:
-        """Ranges of forward speed [m/s] where all real parts are negative; None if without end.
+        """Ranges of forward speed [m/s] where all real parts are negative; None if unbounded above.
 
-        Every coefficient and Hurwitz' determinant are positive there. Without gravity there is
-        none: an eigenvalue is zero.
+        Every coefficient and Hurwitz' determinant are positive there. Without gravity there is no
+        such range, because an eigenvalue is zero.
         """
         q = self._quartic
         if q.g == 0:
@@ -178,7 +178,7 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
 
 
 def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
-    """Return M, C1, K0 and K2 in the number type of `a`, unrounded: zeros are up to rounding.
+    """Return unrounded M, C1, K0 and K2 in the number type of `a`; zeros contain roundoff.
 
     Raises
     ------
@@ -193,14 +193,14 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
             "expected mass or inertia that resists both"
         )
     mass = np.array([[m11, m12], [m12, m22]], dtype=object)
-    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
+    # The derivatives by the angles are linear in g and in v^2, those by the rates linear in v.
     weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
     motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
     return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
 
 
 def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int) -> Array:
-    """Derivatives of roll and steer acceleration by (roll, steer, roll rate, steer rate).
+    """Return derivatives of roll and steer acceleration by (roll, steer, roll rate, steer rate).
 
     The pitch is fixed: by the symmetry of left and right it is of second order.
     """
@@ -214,17 +214,17 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
 
 
 def _working_bits(digits: int) -> int:
-    # A double eigenvalue has half of the digits of the matrices.
+    # A double eigenvalue has half as many digits as the matrices.
     return ceil((2 * (digits + _GUARD_DIGITS) + _GUARD_DIGITS) * log2(10))
 
 
 def _with_zero(x: flint.arb) -> flint.arb:
-    """Zero for a ball that holds it: it is zero up to rounding."""
+    """Replace a ball that contains zero with zero: it is zero up to rounding."""
     return flint.arb(0) if x.contains(0) else x
 
 
 def _rounded(x: flint.arb, digits: int) -> mpmath.mpf:
-    """The nearest number of so many decimal digits, in a context that holds little more."""
+    """Return the nearest number with this many decimal digits."""
     exact = dyadic(x.mid())
     many = _context(flint.ctx.dps).mpf(exact.numerator) / exact.denominator
     return _context(digits).mpf(mpmath.nstr(many, digits))
@@ -238,9 +238,9 @@ def _context(digits: int) -> mpmath.ctx_mp.MPContext:
 
 
 def _roots(p: flint.arb_poly, digits: int) -> list[flint.acb]:
-    """Roots of a real polynomial, each part exact to `digits` or zero.
+    """Return the roots of a real polynomial, each part exact to `digits` or zero.
 
-    A double root comes out with half of the digits of the coefficients.
+    A double root has half as many digits as the coefficients.
     """
     middles = [dyadic(c.mid()) for c in p.coeffs()]
     exact = flint.fmpq_poly([flint.fmpq(x.numerator, x.denominator) for x in middles])
@@ -257,9 +257,10 @@ Pair = tuple[Number, Number]
 
 
 def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, Pair, Pair, Pair]:
-    """Coefficients of the characteristic polynomial, without gravity.
+    """Return the coefficients of the characteristic polynomial, without gravity.
 
-    It is a s^4 + v b s^3 + (g c0 + c1 x) s^2 + v (g d0 + d1 x) s + g (g e0 + e1 x) with x = v^2.
+    The polynomial is a s^4 + v b s^3 + (g c0 + c1 x) s^2 + v (g d0 + d1 x) s + g (g e0 + e1 x) with
+    x = v^2.
     """
 
     def det(p: Any) -> Number:
@@ -270,7 +271,7 @@ def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, P
         return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
 
     c, d = (mixed(m, k0), mixed(m, k2) + det(c1)), (mixed(c1, k0), mixed(c1, k2))
-    # K2 has no first column, and so no determinant.
+    # The first column of K2 is zero, and so is its determinant.
     return det(m), mixed(m, c1), c, d, (det(k0), mixed(k0, k2))
 
 
@@ -278,8 +279,8 @@ def characteristic(m: Any, c1: Any, k0: Any, k2: Any) -> tuple[Number, Number, P
 class _Quartic:
     """Characteristic polynomial s^4 + v b s^3 + c s^2 + v d s + e, b to e polynomials of x = v^2.
 
-    Here s is in units of 1/sqrt(w) and v of sqrt(w), with w the wheel base, and gravity is 1: all
-    critical speeds and eigenvalues are proportional to sqrt(g).
+    The unit of s is 1/sqrt(w) and that of v is sqrt(w), where w is the wheel base, and gravity is
+    1: all critical speeds and eigenvalues are proportional to sqrt(g).
     """
 
     balls: Balls
@@ -301,13 +302,13 @@ class _Quartic:
         return cls(balls, digits, g, w.sqrt(), b, c, d, e)
 
     def at(self, v: flint.arb, g: flint.arb) -> flint.arb_poly:
-        """The polynomial of s at a speed and gravity."""
+        """Return the polynomial in s at a speed and gravity."""
         x = v * v
         c, d, e = (p[0] * g + p[1] * x for p in (self.c, self.d, self.e))
         return flint.arb_poly([g * e, v * d, c, v * self.b[0], 1])
 
     def changes(self, p: flint.arb_poly) -> list[flint.arb]:
-        """Positive x where p changes sign, ascending, if there is gravity."""
+        """Return the positive x where p changes sign, ascending; none without gravity."""
         p = flint.arb_poly([_with_zero(c) for c in p.coeffs()])
         if self.g == 0 or p.degree() < 1:
             return []
@@ -318,16 +319,16 @@ class _Quartic:
         for x, after in zip(roots, signs[1:], strict=True):
             if before * after < 0:
                 found.append(x)
-            # Between roots that are equal up to rounding it is zero.
+            # The sign is zero between roots that are equal up to rounding.
             before = after or before
         return found
 
     def hurwitz(self) -> flint.arb_poly:
-        """Hurwitz' determinant over x."""
+        """Return Hurwitz' determinant as a polynomial in x."""
         return self.b * self.c * self.d - self.d * self.d - self.b * self.b * self.e
 
     def discriminant(self) -> flint.arb_poly:
-        """27 times the discriminant of the quartic."""
+        """Return 27 times the discriminant of the quartic."""
         b, c, d, e = self.b, self.c, self.d, self.e
         x = flint.arb_poly([0, 1])
         i = e * 12 - b * d * x * 3 + c * c
@@ -336,11 +337,11 @@ class _Quartic:
 
 
 def closed_form(p: Mapping[str, Number], a: Arithmetic) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-    """M, C1, K0 and K2 from the parameters by symbol, over any number type.
+    """Return M, C1, K0 and K2 from the parameters by symbol, over any number type.
 
-    Typed from Meijaard, Papadopoulos, Ruina and Schwab (2007), Appendix A, in its symbols. These
-    need fewer operations than `matrices`, which is what intervals and affine numbers ask for. The
-    tests compare the two.
+    The formulas are those of Meijaard, Papadopoulos, Ruina and Schwab (2007), Appendix A, in its
+    symbols. They need fewer operations than `matrices`, which makes intervals and affine numbers
+    narrower. The tests compare the two.
     """
     w, c = p["w"], p["c"]
     sin, cos = a.sin(p["lam"]), a.cos(p["lam"])
@@ -366,7 +367,8 @@ def closed_form(p: Mapping[str, Number], a: Arithmetic) -> tuple[Matrix, Matrix,
         + (p["mH"] * p["xH"] * p["xH"] + p["mF"] * w * w)
     )
 
-    # Front assembly A: its inertia about the steer axis, from each body's distance u to it, ahead.
+    # Front assembly A: its inertia about the steer axis, from the distance u of each body ahead of
+    # the axis.
     u_h = (p["xH"] - w - c) * cos - p["zH"] * sin
     u_f = p["rF"] * sin - c * cos
     moment = p["mH"] * u_h + p["mF"] * u_f

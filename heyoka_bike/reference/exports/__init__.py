@@ -1,1 +1,1 @@
-"""The reference and its equations as plain files for programs without HDF5 or Python."""
+"""The reference and its equations as plain files, for programs without HDF5 or Python."""

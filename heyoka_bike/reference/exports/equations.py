@@ -1,6 +1,6 @@
 """The equations of motion of a bicycle as source code, with its parameters as constants.
 
-All functions are written from the one `Equations`, see `numbers.straight_line`.
+`Equations` generates all functions, see `numbers.straight_line`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from heyoka_bike.version import __version__
 _BITS_OF_CONSTANTS = 200
 
 _Numbers = Sequence[Number]
-# Name, what is said of it, and the arguments of `Language.function`.
+# Name, description, and the arguments of `Language.function`.
 _Function = tuple[Any, ...]
 
 
@@ -52,19 +52,20 @@ class _SourceFile:
     ----------
     language : Language
     suffixes
-        Of the file, after that of a header which declares its functions.
+        Suffix of the file, after that of a header that declares its functions, if any.
     mark
         Begins a comment.
     use
         The way to compile or call it.
     opening, closing
-        Of the file, with ``{about}``, its comment.
+        First and last lines of the file, with ``{about}`` for its comment.
     each
-        Is said of each function's ``{name}`` at ``{each}`` in the opening.
+        Text about each function's ``{name}``, which replaces ``{each}`` in the opening.
     named
-        A function's name outside of the file. It and all others may have the file's ``{stem}``.
+        Name of a function outside of the file. All of these texts may contain the file's
+        ``{stem}``.
     is_descriptor
-        True if the descriptor form is written too.
+        True if the file also has the descriptor form.
     """
 
     language: Language
@@ -130,13 +131,13 @@ LANGUAGES = {
         "fn cos(x: f64) -> f64 {{\n    x.cos()\n}}\n",
     ),
 }  # fmt: skip
-"""By the names that the command line takes."""
+"""Languages by the names that the command line accepts."""
 
 
 def render(
     language: str, bicycle: Bicycle, maneuvers: Sequence[Maneuver], stem: str
 ) -> dict[str, bytes]:
-    """Source files by their suffixes.
+    """Return the source files by their suffixes.
 
     Raises
     ------
@@ -257,7 +258,7 @@ def _given(values: Sequence[float]) -> Callable[[StraightLine], _Numbers]:
 
 
 def _start(bicycle: Bicycle, m: Maneuver) -> list[list[float]]:
-    """State, descriptor state and its derivative."""
+    """Return state, descriptor state and its derivative at the start of a maneuver."""
     equations = Equations.of(bicycle, Balls(_BITS_OF_CONSTANTS))
     state = initial_state(equations, m)
     with equations.precision():

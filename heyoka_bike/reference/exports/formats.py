@@ -1,7 +1,7 @@
 """The formats of an export, and those that are tables: CSV, JSON and netCDF.
 
-Of a selection and the stem of a file's name a format gives the bytes of each file, by the ending
-that its name has after the stem (``.h``, ``-1.csv``).
+A format is a function of a selection and the stem of a file name. It returns the bytes of each file
+by the part of the name after the stem (``.h``, ``-1.csv``).
 """
 
 import csv
@@ -42,7 +42,7 @@ AXES = (
 )
 
 _WIDTH_OF_COMMENTS = 96
-_DIGITS_OF_COMMENTS = 17  # of values that no decimal equals
+_DIGITS_OF_COMMENTS = 17  # for values that no decimal equals
 _NAME_OF_MATLAB = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 
@@ -54,7 +54,7 @@ class Selection:
     ----------
     reference : Reference
     numbers : tuple of int
-        Maneuvers, by their numbers in the reference.
+        Numbers of the maneuvers in the reference.
     columns : tuple of Column
     """
 
@@ -64,18 +64,18 @@ class Selection:
 
     @property
     def maneuvers(self) -> Iterator[tuple[int, ReferenceManeuver]]:
-        """The maneuvers with their numbers."""
+        """Yield the maneuvers with their numbers."""
         return ((n, self.reference[n]) for n in self.numbers)
 
     @property
     def terms(self) -> int:
-        """Coefficients of a piece."""
+        """Number of coefficients of a piece."""
         first = self.reference[self.numbers[0]]
         return int(first.dense.hi[self.columns[0].name].shape[-1])
 
 
 def choose(reference: Reference, maneuver: int | None, columns: str | None) -> Selection:
-    """The maneuver, or all, and the columns as the command line names them.
+    """Return the maneuver (or all) and the columns, as named on the command line.
 
     Raises
     ------
@@ -103,18 +103,18 @@ def choose(reference: Reference, maneuver: int | None, columns: str | None) -> S
 
 
 def _licence(reference: Reference) -> str:
-    """A sentence; nothing for a set of one's own, whose maker's licence is not known."""
+    """Return a sentence on the licence; empty for a custom dataset, whose licence is not known."""
     return "" if reference.dataset_version == CUSTOM else f" Licence: {COPYRIGHT}."
 
 
 def about(selection: Selection, content: str, use: str) -> list[str]:
-    """Lines that say what a file is, in printable ASCII.
+    """Return lines that describe a file, in printable ASCII.
 
     Parameters
     ----------
     selection
     content
-        Contents of the file.
+        Description of the content of the file.
     use
         The way to compile or read it.
     """
@@ -139,7 +139,7 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
 
 
 def wrapped(paragraphs: Iterable[str]) -> list[str]:
-    """Paragraphs as lines in printable ASCII."""
+    """Return paragraphs as lines in printable ASCII."""
     lines = []
     for text in paragraphs:
         ascii_only = text.encode("ascii", "backslashreplace").decode()
@@ -151,25 +151,25 @@ def wrapped(paragraphs: Iterable[str]) -> list[str]:
 
 
 def described(column: Column) -> str:
-    """A column, its unit and its definition on one line."""
+    """Return a column, its unit and its definition on one line."""
     positive = f"; positive {column.positive}" if column.positive else ""
     return f"{column.name} [{column.unit}]: {column.long_name}: {column.meaning}{positive}"
 
 
 def commented(lines: list[str], mark: str) -> str:
-    """The lines as a comment."""
+    """Return the lines as a comment."""
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
 
 
 def parameter_lines(bicycle: Bicycle) -> Iterator[str]:
-    """Every parameter with its meaning, for `wrapped`; digits where no decimal equals it."""
+    """Yield every parameter with its value and meaning, for `wrapped`."""
     for symbol, p in PARAMETERS.items():
         value = f"{symbol} = {value_text(bicycle[symbol])} {p.unit}".rstrip()
         yield f"  {value}: {p.description}"
 
 
 def value_text(x: Exact) -> str:
-    """A value as a decimal, or as an expression with pi."""
+    """Return a value as a decimal, or as an expression with pi."""
     return shortest_decimal(x.rational, _DIGITS_OF_COMMENTS) if x.is_rational else str(x)
 
 
@@ -184,7 +184,7 @@ _RESERVED = frozenset(keyword.kwlist) | frozenset(_WORDS.split())
 
 
 def check_name(stem: str, of: str) -> None:
-    """Refuse a name that cannot be that of a function or module.
+    """Reject a name that cannot be that of a function or module.
 
     Raises
     ------
@@ -202,9 +202,10 @@ def check_name(stem: str, of: str) -> None:
 
 
 def sharing_times(selection: Selection) -> dict[str, Selection]:
-    """The maneuvers that fit into one table, by what is added to the name of its file.
+    """Group the maneuvers that fit into one table, by the suffix of its file name.
 
-    One table if all have the same times, else one for each maneuver, as in the reference folder.
+    There is one table if all have the same times, else one for each maneuver, as in the reference
+    folder.
     """
     grids = {(m.inputs["duration"], m.inputs["spacing"]) for _, m in selection.maneuvers}
     if len(grids) == 1:
@@ -215,27 +216,27 @@ def sharing_times(selection: Selection) -> dict[str, Selection]:
 
 
 SCHEMA_VERSION = 1
-"""Of the JSON document, which `export-1.schema.json` describes."""
+"""Version of the JSON document, which `export-1.schema.json` describes."""
 
 DIGITS = {
     17: "Values read back as the correctly rounded binary64",
     32: "Values are hi + lo of the reference, to 32 digits",
 }
-"""Meaning of the values of CSV, by the number of their digits."""
+"""Meaning of the values in CSV, by their number of digits."""
 
-# Of a time that is no decimal, as in the reference's text.
+# Digits of a time without an exact decimal, as in the reference's text files.
 _TIME_DIGITS = 50
 
 _FILTERS: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
-# What ACDD-1.3 calls the kinds of variables.
+# Names of ACDD-1.3 for the kinds of variables.
 _COORDINATE_TYPE, _VALUE, _REST = "coordinate", "modelResult", "auxiliaryInformation"
 
 
 def as_csv(selection: Selection, stem: str, digits: int = 17) -> dict[str, bytes]:
-    """CSV: the rows, exact times and a heading line, after lines of comment.
+    """Write CSV: comment lines, a heading line, and the rows with exact times.
 
-    A table of all maneuvers, or one for each if their times differ.
+    One table contains all maneuvers, or each has its own if their times differ.
     """
     parts = sharing_times(selection)
     return {f"{tag}.csv": _table(part, digits).encode("ascii") for tag, part in parts.items()}
@@ -276,7 +277,7 @@ def _decimal(x: Fraction, digits: int) -> str:
 
 
 def as_json(selection: Selection, stem: str) -> dict[str, bytes]:
-    """JSON: the rows and the dense output; each number reads back as the same binary64."""
+    """Write JSON: rows and dense output; each number reads back as the same binary64."""
     use = (
         "rows: the value is <name> + <name>_lo at the time time + time_lo. pieces: the column is "
         "sum_k c_k T_k(x), c = <name>[p] + <name>_lo[p], x = 2 (t - a) / (b - a) - 1, "
@@ -304,7 +305,7 @@ def as_json(selection: Selection, stem: str) -> dict[str, bytes]:
 
 
 def _lists(selection: Selection, values: Values, **times: Array) -> dict[str, list[float]]:
-    """Times and columns by name, hi and lo."""
+    """Return times and columns by name, hi and lo."""
     found = dict(times)
     for column in selection.columns:
         found[column.name] = values.hi[column.name]
@@ -313,17 +314,17 @@ def _lists(selection: Selection, values: Values, **times: Array) -> dict[str, li
 
 
 def as_netcdf(selection: Selection, stem: str) -> dict[str, bytes]:
-    """NetCDF-4 with CF and ACDD attributes: the rows, each column over maneuver and row.
+    """Write netCDF-4 with CF and ACDD attributes: the rows, each column by maneuver and row.
 
-    A file of all maneuvers, or one for each if their times differ. The time is no dimension: CF has
-    a time coordinate count from a date, and ours counts from the start of each maneuver. It is an
-    auxiliary coordinate of the rows.
+    One file contains all maneuvers, or each has its own if their times differ. The time is an
+    auxiliary coordinate of the rows, not a dimension: in CF a time coordinate counts from a date,
+    but this one counts from the start of each maneuver.
     """
     return {f"{tag}.nc": _netcdf(part) for tag, part in sharing_times(selection).items()}
 
 
 def _netcdf(selection: Selection) -> bytes:
-    # The netCDF library keeps variables and attributes in the order of their creation.
+    # The netCDF library preserves the order in which variables and attributes are created.
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
         f.attrs.update(_about_file(selection))

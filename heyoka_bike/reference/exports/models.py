@@ -1,7 +1,7 @@
-"""The bicycle as a file that physics engines read: URDF, SDFormat, MJCF.
+"""The bicycle as a file for physics engines: URDF, SDFormat, MJCF.
 
-Numbers are exact until they are written, with 17 digits. What the formats share is in
-`bicycle.tree`.
+Numbers are exact until they are written with 17 digits. The module `bicycle.tree` contains the
+common part of the formats.
 """
 
 from __future__ import annotations
@@ -73,23 +73,23 @@ _MJCF_SCENE = (
 )
 
 THINNEST = Fraction(1, 10**6)
-"""Width of a wheel that has none [m]: what every engine takes."""
+"""Width of a wheel without width [m], which every engine accepts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Posture and velocities of a tree at the start of a maneuver; vectors along the ground's axes.
+    """Posture and velocities of a tree at the start of a maneuver, along the ground axes.
 
     Attributes
     ----------
     place, attitude
-        Of the base: its origin [m], and a unit quaternion with the scalar first.
+        Origin of the base [m], and its attitude as a unit quaternion, scalar first.
     angles
-        Of the hinges [rad], in their order.
+        Angles of the hinges [rad], in their order.
     velocity, turning
-        Of the base: of its origin [m/s], and its angular velocity [rad/s].
+        Velocity of the base's origin [m/s], and angular velocity of the base [rad/s].
     rates
-        Of the hinges [rad/s]; both wheels roll.
+        Angular rates of the hinges [rad/s]; both wheels roll.
     """
 
     place: Vector
@@ -101,18 +101,18 @@ class Start:
 
 
 def start_of(equations: Equations, maneuver: Maneuver) -> Start:
-    """Where a maneuver starts, in balls.
+    """Return the initial state of a maneuver, in balls.
 
     Parameters
     ----------
     equations : Equations
-        Of the regular form, in `Balls`.
+        Equations of the regular form, over `Balls`.
     maneuver : Maneuver
 
     Raises
     ------
     InputError
-        It cannot start, see `initial_state`.
+        The maneuver cannot start, see `initial_state`.
     """
     with equations.precision():
         nothing = equations.a.number(0)
@@ -142,21 +142,21 @@ def start_of(equations: Equations, maneuver: Maneuver) -> Start:
 
 
 def _turned(v: Vector) -> Vector:
-    """A vector along axes with z down, along those with z up."""
+    """Convert a vector from axes with z down to axes with z up."""
     return v[0], -v[1], -v[2]
 
 
 @dataclass(frozen=True, slots=True)
 class _Model:
-    """What a file says.
+    """Content of a model file.
 
     Attributes
     ----------
     bicycle : Bicycle
     tree : Tree
-        In balls.
+        Tree in balls.
     starts : tuple of Start
-        Of the maneuvers, in their order.
+        Initial states of the maneuvers, in their order.
     maneuvers
     gravity, width, quarter
         Gravity [m/s^2], width of the wheels [m], and a quarter turn [rad].
@@ -182,15 +182,15 @@ def render(
     *,
     has_visuals: bool = True,
 ) -> bytes:
-    """The file of a bicycle.
+    """Return the model file of a bicycle.
 
     Parameters
     ----------
     name
-        Of the format, see `MODELS`.
+        Name of the format, see `MODELS`.
     bicycle
     maneuvers
-        Whose starts it has.
+        Maneuvers whose initial states the file contains.
     width
         Of the wheels where they touch the floor [m]; zero is `THINNEST`.
     has_visuals
@@ -280,13 +280,13 @@ def _start_lines(model: _Model) -> Iterator[str]:
 
 
 def _comment(paragraphs: Sequence[str]) -> str:
-    """The paragraphs as a comment, which may hold no two hyphens."""
+    """Return paragraphs as an XML comment, which must not contain two hyphens in a row."""
     text = "\n".join(wrapped(paragraphs))
     return "<!--\n" + re.sub("-(?=-)", "- ", text) + "\n-->"
 
 
 def _text(x: Number) -> str:
-    """The middle of a ball in decimals; zero if it holds zero."""
+    """Return the middle of a ball as a decimal; zero if the ball contains zero."""
     text = "0" if x.contains(0) else x.mid().str(_DIGITS, radius=False)
     digits, mark, power = text.partition("e")
     return (digits.rstrip("0").rstrip(".") if "." in digits else digits) + mark + power
@@ -423,7 +423,7 @@ def _sdf(model: _Model) -> Iterator[str]:
         yield f"        <child>{hinge.child}</child>"
         yield "        <axis>"
         yield f"          <xyz>{_words(hinge.axis)}</xyz>"
-        # These are none, and PyBullet refuses a joint without them.
+        # These limits are never reached, but PyBullet rejects a joint without limits.
         yield "          <limit><lower>-1e16</lower><upper>1e16</upper></limit>"
         yield "          <dynamics><damping>0</damping><friction>0</friction></dynamics>"
         yield "        </axis>"
@@ -458,7 +458,7 @@ def _mjcf(model: _Model) -> Iterator[str]:
     for n, start in enumerate(model.starts, 1):
         yield f'    <key name="start_{n}"'
         yield f'         qpos="{_words((*start.place, *start.attitude, *start.angles))}"'
-        # MuJoCo has the angular velocity of a free body along its own axes.
+        # MuJoCo expects the angular velocity of a free body along the body's own axes.
         turning = _back(start.attitude, start.turning)
         yield f'         qvel="{_words((*start.velocity, *turning, *start.rates))}"/>'
     yield "  </keyframe>"
@@ -504,7 +504,7 @@ def _mjcf_body(model: _Model, link: Link, indent: str) -> Iterator[str]:
 
 
 def _back(attitude: Quaternion, v: Vector) -> Vector:
-    """A vector along the ground's axes, along those of a body of this attitude."""
+    """Convert a vector from the ground axes to those of a body of this attitude."""
     scalar, *along = attitude
     axis = (-along[0], -along[1], -along[2])
     twice = scaled(2, cross(axis, v))
@@ -518,15 +518,15 @@ class ModelFormat:
     Attributes
     ----------
     title
-        Its name.
+        Name of the format.
     suffix
-        Of its files.
+        Suffix of the files.
     shape
-        Of the wheels.
+        Shape of the wheels.
     says
-        What it lacks, or has besides.
+        Sentences on missing or additional content.
     lines
-        The lines of a model.
+        Function that yields the lines of a model.
     """
 
     title: str
@@ -554,4 +554,4 @@ MODELS: Mapping[str, ModelFormat] = {
         _mjcf,
     ),
 }  # fmt: skip
-"""By the names that the command line takes."""
+"""Formats by the names that the command line accepts."""

@@ -1,7 +1,7 @@
 """candidate.h5: the computed trajectories themselves, as exact integers.
 
-This is what a certificate is about. With it the published digits can be checked, or evaluated anew,
-without heyoka and without running anything again.
+A certificate bounds the error of these trajectories. With them the published digits can be checked
+or recomputed without heyoka and without a new run.
 """
 
 import json
@@ -21,7 +21,7 @@ from heyoka_bike.reference.layout import CANDIDATE
 
 
 def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], version: str) -> bytes:
-    """Bytes of candidate.h5; `inputs` as in the manifest, `version` of the dataset."""
+    """Return the bytes of candidate.h5; `inputs` as in the manifest, `version` of the dataset."""
     data = []
     for run in trajectories:
         name = "regular" if run.is_regular else "few_products"
@@ -34,7 +34,7 @@ def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], versio
 
 
 def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
-    """Trajectories of a reference folder, in the order of its maneuvers.
+    """Read the trajectories of a reference folder, in the order of its maneuvers.
 
     Raises
     ------
@@ -46,12 +46,12 @@ def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
 
 
 def parse_candidate(raw: bytes, path: Path) -> tuple[Trajectory, ...]:
-    """Trajectories of the bytes of a candidate file; `path` is for errors.
+    """Read trajectories from the bytes of a candidate file; `path` is for errors.
 
     Raises
     ------
     DatasetError
-        It is not one.
+        The bytes are not a candidate file.
     """
     with (
         manifest_file.reading(path, "a candidate file"),

@@ -2,9 +2,10 @@
 
 With s = (t - t0) / h, the candidate p(s) is a polynomial and makes sense for complex s. A function
 F of the state (the equations of motion, the columns) is evaluated for abs(s) = R and for all states
-within rho_j of p(s) in variable j. What is found there bounds F inside, its Taylor
-coefficients in s, and, by Cauchy's estimate in the state, its derivatives: on the polydisc of half
-the radii the derivative by variable j is at most M / (rho_j / 2), at its centre M / rho_j.
+within rho_j of p(s) in variable j. The bound M found there also bounds F inside the circle and its
+Taylor coefficients in s. By Cauchy's estimate in the state it bounds the derivatives of F: with
+respect to variable j, at most M / (rho_j / 2) on the polydisc of half the radii, and at most M /
+rho_j at its centre.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,46 +24,46 @@ from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
 
 SIZE = 7
-"""State variables, the yaw included."""
+"""Number of state variables, including the yaw."""
 
 RADII = (4, 3, 2)
-"""Circles tried on a piece, in its lengths, the largest first."""
+"""Radii of the circles tried on a piece, in lengths of the piece, the largest first."""
 
 RHO = tuple(Fraction(1, 2**k) for k in (8, 8, 8, 6, 6, 6, 8, 8, 8, 8, 8))
-"""Radii of the polydisc around the candidate's state: rad for angles, rad/s for rates; then, where
-they are carried along, m and rad for the integrals (see `whole_motion`)."""
+"""Radii of the polydisc around the candidate's state: rad for angles and rad/s for rates, followed
+by m and rad for the integrals if they are part of the state (see `whole_motion`)."""
 
 SMALLER = (1, 64)
-"""The radii over these are tried in turn: where a bicycle is about to fall the formulas' own
-overestimation takes the first for a divisor that vanishes."""
+"""Divisors of the radii, tried in turn. For a bicycle about to fall, the formulas overestimate so
+much that a divisor could vanish in the first polydisc."""
 
 SMALLER_STILL = (64**2, 64**3, 64**4)
-"""Of these the first that is small enough is tried besides, where those are not. A part of a piece
-has no smaller polydisc than the whole, so halving does not help there: a mechanical trail near
-zero, of which squares are taken, makes a divisor of a few millimetres one of nothing."""
+"""Further divisors, of which the first that makes the polydisc small enough is tried as well.
+Halving a piece does not help there, as its parts have no smaller polydisc: if the mechanical trail
+is near zero, its square makes a divisor of a few millimetres nearly zero."""
 
 _MARGIN = 4
-"""A polydisc is small enough if one so many times larger is enclosed around a single state."""
+"""A polydisc is small enough if one larger by this factor is enclosed around a single state."""
 
 DEPTH = 6
-"""Largest number of halvings of a piece where something cannot be shown on the whole of it."""
+"""Maximum number of halvings of a piece on which something cannot be proved as a whole."""
 
 _BITS_OF_ARCS = 64
 _FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
-# Parts of it.
+# Arcs of the half circle, in units of pi.
 _HALF_CIRCLE = [
     (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
 ]
 
 Function = Callable[[Equations, Sequence[Number]], list[Number]]
-"""Of a bicycle and a state of its form."""
+"""A function of the equations of a bicycle and a state in their number type."""
 
 
 _Found = TypeVar("_Found")
 
 
 class TooLongError(Exception):
-    """A piece over which the proof does not work, and why; its halves may do."""
+    """The proof does not work over a piece, for a stated reason; it may work on its halves."""
 
 
 @dataclass(frozen=True)
@@ -84,21 +85,21 @@ class Circle:
 
 
 def circle_equations(run: Trajectory) -> Equations:
-    """The equations of a run in the precision of circles."""
+    """Return the equations of a run in the precision of circles."""
     return run.equations(Balls(_BITS_OF_ARCS))
 
 
 def circle_bound(
     piece: Piece, function: Function, equations: Equations, radii: Sequence[int] = RADII
 ) -> Circle:
-    """Bound a function on the first of some circles inside of which it is shown analytic.
+    """Bound a function on the first circle inside of which it is shown to be analytic.
 
-    `equations` are those of `circle_equations`.
+    `equations` are the result of `circle_equations`.
 
     Raises
     ------
     NotAnalyticError
-        On no circle tried.
+        The function is not shown to be analytic inside any of the circles.
     """
     reason = ""
     for polydisc in _polydiscs(piece, function, equations):
@@ -112,7 +113,7 @@ def circle_bound(
 
 
 def _polydiscs(piece: Piece, function: Function, equations: Equations) -> Iterator[list[flint.arb]]:
-    """Radii of the polydiscs to be tried in turn, each where the one before has failed."""
+    """Yield the radii of the polydiscs to try in turn, each after the previous one has failed."""
     first = rho(len(piece.rows))
     for smaller in SMALLER:
         last = [x / smaller for x in first]
@@ -127,20 +128,20 @@ def _polydiscs(piece: Piece, function: Function, equations: Equations) -> Iterat
 
 
 def rho(variables: int = SIZE) -> list[flint.arb]:
-    """The first of `RHO` as numbers of flint's; exact at any precision."""
+    """Return the first radii of `RHO` as numbers of python-flint, exact at any precision."""
     return [exact_ball(x) for x in RHO[:variables]]
 
 
 def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.arb:
-    """Bound on the change of a function from the candidate to the exact state, over M.
+    """Bound the change of a function from the candidate to the exact state, relative to M.
 
-    Derivatives by the state are at most M / (rho / 2) where the state is within rho / 2 of the
-    candidate, which is checked: it must be so near.
+    Derivatives with respect to the state are at most M / (rho / 2) if the state is within rho / 2
+    of the candidate. This function checks that it is.
 
     Raises
     ------
     NotAnalyticError
-        It may be farther.
+        The exact state may be farther from the candidate.
     """
     shares = [exact_ball(b) / x for b, x in zip(bounds, polydisc, strict=True)]
     if not all(2 * share <= 1 for share in shares):
@@ -149,16 +150,16 @@ def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.ar
 
 
 def defect(row: Sequence[flint.arb], rates: Sequence[flint.arb]) -> flint.arb:
-    """Sum of the absolute coefficients of p' - f: at most so large it is for abs(s) <= 1.
+    """Bound abs(p' - f) for abs(s) <= 1 by the sum of the absolute coefficients.
 
-    Coefficients of p and of f by power.
+    The arguments are the coefficients of p and of f, lowest power first.
     """
     difference = flint.arb_poly(row).derivative() - flint.arb_poly(rates)
     return total(map(abs, difference.coeffs()))
 
 
 def refused(piece: Piece, why: str) -> NotCertifiedError:
-    """The error for a piece that is not certified."""
+    """Return the error for a piece that is not certified."""
     run = piece.run
     return NotCertifiedError(
         f"{run.maneuver.name}: step {piece.step + 1} of {run.steps}, t = {float(piece.t0):g} to "
@@ -169,18 +170,18 @@ def refused(piece: Piece, why: str) -> NotCertifiedError:
 def in_parts(
     piece: Piece, attempt: Callable[[Piece, int], _Found], depth: int = 0
 ) -> Iterator[_Found]:
-    """Yield what `attempt` finds on a piece, or on its halves where it fails, in order of time.
+    """Yield the result of `attempt` on a piece, or on its halves where it fails, in order of time.
 
     Parameters
     ----------
     piece : Piece
     attempt
-        Told a part, and how often it was halved.
+        Called with a part and the number of halvings that led to it.
 
     Raises
     ------
     NotCertifiedError
-        It fails on the smallest parts.
+        `attempt` fails on one of the smallest parts.
     """
     try:
         found = attempt(piece, depth)
@@ -204,7 +205,7 @@ def _values(
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
         slopes = [_slope_bound(row, radius) for row in rows]
-        # Real polynomials take conjugate values at conjugate points: half a circle is enough.
+        # Real polynomials take conjugate values at conjugate points, so half a circle is enough.
         arcs, biggest = _HALF_CIRCLE, list[flint.arb]()
         while arcs:
             a.start(len(arcs))
@@ -225,7 +226,7 @@ def _values(
 def _is_small(
     piece: Piece, function: Function, equations: Equations, polydisc: Sequence[flint.arb]
 ) -> bool:
-    """Tell whether F is enclosed on a polydisc some times larger, around the middle of a piece."""
+    """Return whether F is enclosed on a polydisc `_MARGIN` times larger around a piece's middle."""
     a = Rim(_BITS_OF_ARCS)
     with equations.precision():
         a.start(1)
@@ -240,19 +241,19 @@ def _is_small(
 
 
 def _largest(values: Sequence[flint.acb], is_done: Sequence[bool]) -> flint.arb:
-    """The largest size on the arcs that are done, exact: of balls it would be a wider ball."""
+    """Return the largest size on the finished arcs as an exact number, not as a wider ball."""
     return largest(abs(x).upper() for x, done in zip(values, is_done, strict=True) if done)
 
 
 def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
-    """A bound of abs(p') on the disc, by its coefficients."""
+    """Return a bound of abs(p') on the disc, from the coefficients."""
     return total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
 
 
 def _parts(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
-    """The halves of an arc that is not the smallest, and of some a smallest part.
+    """Return the halves of an arc and, once on the way, a smallest part of it as a probe.
 
-    Where that is refused, so is the circle, and soon.
+    If the probe fails, the circle fails early instead of after all halvings.
     """
     if (high - low) * _MOST_ARCS <= 1:
         raise NotAnalyticError(reason or "a value is not finite")
@@ -266,7 +267,7 @@ def _arc(
     polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb],
     polydisc: Sequence[flint.arb], radius: int, low: Fraction, high: Fraction,
 ) -> list[flint.acb]:  # fmt: skip
-    """States on an arc, angles in units of pi, each a ball that holds the arc and the polydisc."""
+    """Return states on an arc (angles in units of pi), as balls that contain arc and polydisc."""
     middle, half = (low + high) / 2, (high - low) / 2
     q = flint.fmpq(middle.numerator, middle.denominator)
     centre = flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) * radius
@@ -279,6 +280,6 @@ def _arc(
 
 
 def _complex(x: Number, arcs: int) -> list[flint.acb]:
-    """The values on all arcs."""
+    """Return the values on all arcs."""
     found = x.x if hasattr(x, "rim") else flint.acb(x)
     return list(found) if isinstance(found, np.ndarray) else [found] * arcs

@@ -1,10 +1,9 @@
-"""certificate.json: what is proved about a set, and what is trusted; and proving it again.
+"""certificate.json: what is proved about a dataset, what is assumed; and proving it again.
 
-Making the numbers of a maneuver from its candidate and proving them again are the same jobs. Where
-there are published numbers, their dense output is taken in place of a new one, and every number
-that is proved is compared with theirs. Proving again needs the folder and python-flint only:
-candidate.h5 holds the trajectories, and everything else follows from them and from the inputs
-written beside them.
+The same jobs compute the numbers of a maneuver from its candidate and prove them again. If there
+are published numbers, their dense output replaces a new one, and every proved number is compared
+with the published one. Proving again needs only the folder and python-flint: candidate.h5 contains
+the trajectories, and everything else follows from them and from the inputs stored with them.
 """
 
 import json
@@ -92,12 +91,12 @@ class Table:
 
     @property
     def cpu(self) -> float:
-        """Processor time that all of it took [s]."""
+        """Processor time of all jobs [s]."""
         return sum(self.seconds.values())
 
     @property
     def numbers(self) -> dict[str, dict[str, Any]]:
-        """The arrays of its group in each HDF5 file."""
+        """Arrays of the maneuver's group in each HDF5 file."""
         times = rounded_times(self.maneuver)
         return {
             layout.HDF5: numbers_of_table(times, self.rows, self.dense),
@@ -107,21 +106,21 @@ class Table:
 
 
 STAGES = ("certify", "rows", "vary", "motion")
-"""Jobs in the order in which they are best begun: what others wait for, what tells whether the
-maneuver has to be begun again with more digits, then the longest ones."""
+"""The jobs in the best order to start them: first those that others wait for, then the one that
+shows whether the maneuver needs a new run with more digits, then the longest ones."""
 
 
 def tabulating(
     run: Trajectory | Job, job: Callable[..., Job], published: Mapping[str, Any]
 ) -> dict[str, Job]:
-    """The jobs that make a table of a candidate, by the stage that each begins with, see `STAGES`.
+    """Yield the jobs that make a table from a candidate, by first stage (see `STAGES`).
 
     Parameters
     ----------
     job
-        Makes a job of its work, its arguments and its stages.
+        Makes a job from a function, its arguments and its stages.
     published
-        By stage, what the numbers have to be; new ones are made if nothing is.
+        Numbers by stage that the results must equal; without them new ones are made.
     """
     bound = job(enclosed, (run,), stages=("certify",))
     works = ((varied, ("vary",)), (moved, ("motion",)), (rounded, ("rows", "dense")))
@@ -132,7 +131,7 @@ def tabulating(
 
 
 def tabulated(run: Trajectory, outcomes: Mapping[str, Outcome]) -> Table:
-    """The table, from what the jobs of `tabulating` gave, and others whose time counts."""
+    """Assemble the table from the outcomes of `tabulating` and of other jobs whose time counts."""
     rows, dense, drift = outcomes["rows"].get()
     motion_rows, motion_dense = outcomes["motion"].get()
     return Table(
@@ -154,7 +153,7 @@ def rounded(
     published: ReferenceManeuver | None,
     report: TellStage,
 ) -> tuple[RoundedRows, Dense, Drift]:
-    """Every number of the columns, and what the run itself keeps."""
+    """Compute every number of the columns, and the drift of the run's conserved quantities."""
     rows = round_rows(run, certificate, partial(report, "rows"))
     at = evaluator(run)
     constant = constant_columns(run)
@@ -179,7 +178,7 @@ def moved(
     published: ReferenceManeuver | None,
     report: TellStage,
 ) -> tuple[Values, Dense]:
-    """Every number of the whole motion."""
+    """Compute every number of the whole motion."""
     dense = None if published is None else published.dense
     found = tabulate_motion(run, certificate, dense, partial(report, "motion"))
     _compare_tables(run, *found, published)
@@ -189,7 +188,7 @@ def moved(
 def varied(
     run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: TellStage
 ) -> Sensitivity:
-    """Every number of the derivatives."""
+    """Compute every number of the derivatives."""
     found = differentiate(run, certificate, partial(report, "vary"))
     if published is not None:
         stored = numbers_of_derivatives(published)
@@ -198,7 +197,7 @@ def varied(
 
 
 def numbers_of_table(times: Double, rows: Values, dense: Dense) -> dict[str, Any]:
-    """The arrays of a group of rows and dense output."""
+    """Return the arrays of a group of rows and dense output."""
     return {
         **dict(zip(("time", "time_lo"), times, strict=True)),
         **_tagged(rows.hi, rows.lo, rows.bound),
@@ -208,7 +207,7 @@ def numbers_of_table(times: Double, rows: Values, dense: Dense) -> dict[str, Any
 
 
 def numbers_of_derivatives(x: Sensitivity) -> dict[str, Any]:
-    """The arrays of a group of derivatives."""
+    """Return the arrays of a group of derivatives."""
     return {
         "breaks": x.breaks,
         **_tagged(x.coefficients, {}, x.bound),
@@ -217,7 +216,7 @@ def numbers_of_derivatives(x: Sensitivity) -> dict[str, Any]:
 
 
 def _tagged(*parts: Mapping[str, Array]) -> dict[str, Any]:
-    """Values, low parts and bounds by the names of their datasets."""
+    """Return values, low parts and bounds by the names of their datasets."""
     pairs = zip(("", hdf5.LOW, hdf5.BOUND), parts, strict=True)
     return {name + tag: x for tag, part in pairs for name, x in part.items()}
 
@@ -225,7 +224,7 @@ def _tagged(*parts: Mapping[str, Array]) -> dict[str, Any]:
 def _compare_tables(
     run: Trajectory, rows: Values, dense: Dense, x: ReferenceManeuver | None
 ) -> None:
-    """Compare rows and dense output with those that are published, if there are any."""
+    """Compare rows and dense output with the published ones, if there are any."""
     if x is not None:
         stored = numbers_of_table((x.time, x.time_lo), x.rows, x.dense)
         _compare(run, numbers_of_table(rounded_times(run.maneuver), rows, dense), stored)
@@ -234,9 +233,10 @@ def _compare_tables(
 def _compare(
     run: Trajectory, proved: Mapping[str, Any], published: Mapping[str, Any], inside: str = ""
 ) -> None:
-    """Every published number to the bit, but NaN; no bound smaller than proved or infinite.
+    """Compare every published number to the bit, except NaN; bounds must cover the proved ones.
 
-    Both are arrays by the names of their datasets, in groups by name; `inside` says of what.
+    Both arguments map names of groups to arrays by names of datasets; `inside` says what the
+    indices count.
     """
     for name in published.keys() - proved.keys():
         raise NotCertifiedError(
@@ -261,7 +261,7 @@ def _compare(
         kept |= np.isnan(found) & np.isnan(right)
         if not kept.all():
             place = np.unravel_index(int(np.argmin(kept)), kept.shape)
-            # Pieces are counted from 1.
+            # Count pieces from 1.
             at = ", ".join(str(i + (inside == "dense")) for i in place)
             raise NotCertifiedError(
                 f"{where} {at}: published {float(found[place])!r}, proved {float(right[place])!r}"
@@ -296,7 +296,7 @@ STATEMENT_1_5_0 = (
     "roundings, and zero where an enclosure as narrow as its bound holds zero; of NaN nothing is "
     "said. Nothing is proved of what is only computed."
 )
-"""Of the sets 1.4.0 and 1.5.0."""
+"""The statement of the datasets 1.4.0 and 1.5.0."""
 
 _OF_UNDECIDED = (
     " Of the rows that a dataset with _undecided lists it is not decided what is nearest: there "
@@ -316,19 +316,19 @@ STATEMENT = (
 
 
 def statement_of(*, is_decided: bool) -> str:
-    """The statement of a set, with what is said of entries whose rounding is not decided."""
+    """Return the statement of a dataset; it mentions undecided roundings if there may be any."""
     return STATEMENT if is_decided else STATEMENT + _OF_UNDECIDED
 
 
 def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
-    """Columns that are proved, by file; a text may be several, one for each maneuver.
+    """Return the proved columns by file; one text may stand for several files, one per maneuver.
 
     Parameters
     ----------
     files
-        Those of the set.
+        Files of the dataset.
     columns
-        Those of each HDF5 file of the maneuvers.
+        Columns of each HDF5 file of the maneuvers.
     """
     found = {name: [c.name for c in of_file] for name, of_file in columns.items()}
     found |= {TEXT: list(BENCHMARK_COLUMNS), TEXT_50: list(BENCHMARK_COLUMNS)}
@@ -360,21 +360,21 @@ class Proof:
     ----------
     name : str
     steps, entries, motion_entries, ambiguous, motion_ambiguous : int
-        Pieces of the candidate; rounded entries of the rows of the one HDF5 file and of the other;
-        those of each that were not decided, the first with those of the text of 50 digits.
+        Pieces of the candidate; rounded entries of the rows in either HDF5 file; entries of either
+        file whose rounding is undecided, the first number including the text of 50 digits.
     states : mapping of str to (Fraction, Fraction)
         Bound over the interval and at its end, by state variable [rad, rad/s].
     dense, motion_dense : mapping of str to Fraction
-        Bound of the dense output over the column's scale, in either HDF5 file.
+        Bound of the dense output relative to the column's scale, in either HDF5 file.
     derivatives : mapping of str to Fraction
-        Bound of the derivatives of each column over the largest one, the worst of the unknowns.
+        Bound of the derivatives of each column relative to the largest, for the worst unknown.
     drift : Drift
-        Drift of the candidate in energy and contact, which the exact motion keeps.
+        Drift of the candidate in energy and contact, which the exact motion conserves.
     bits : int
-        Of the significand of the run.
+        Bits of the significand in the run.
     derivative_entries, derivatives_ambiguous : int
-        Rounded entries of the rows of derivatives; roundings among them and among the coefficients
-        that were not decided.
+        Rounded entries of the rows of derivatives; undecided roundings among them and among the
+        coefficients.
     cpu : float
         Processor time [s].
     """
@@ -397,7 +397,7 @@ class Proof:
 
     @property
     def is_decided(self) -> bool:
-        """True if every rounding of the rows is."""
+        """True if every entry of the rows could be rounded."""
         return not (self.ambiguous or self.motion_ambiguous)
 
     @property
@@ -412,7 +412,7 @@ class Proof:
 
 
 def summarise(x: Table) -> Proof:
-    """Gather what was proved."""
+    """Gather the proved facts of a table."""
     worst = [max(column) for column in zip(*x.certificate.pieces, strict=True)]
     pairs = zip(worst, x.certificate.end, strict=True)
     return Proof(
@@ -451,7 +451,7 @@ def relative_bounds(m: ReferenceManeuver) -> dict[str, str]:
 
 
 def _of_largest(sensitivity: Sensitivity, name: str) -> Fraction:
-    """The largest bound of a column over the largest coefficient, by unknown, then the worst."""
+    """Return the bound of a column relative to its largest coefficient, for the worst unknown."""
     sizes = np.fmax.reduce(np.abs(sensitivity.coefficients[name]), axis=(0, 1))
     bounds = np.fmax.reduce(sensitivity.bound[name], axis=0)
     pairs = zip(bounds, sizes, strict=True)
@@ -464,13 +464,13 @@ def document(
     inputs: Mapping[str, Any], files: Container[str], maneuvers: Sequence[Any],
     columns: Mapping[str, Sequence[Column]] = structure.COLUMNS_OF, statement: str = STATEMENT,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return certificate.json of a set with these files; for the parameters see `proved`."""
+    """Return certificate.json of a dataset with these files; for the parameters see `proved`."""
     return {
         "schema_version": 1,
         "statement": statement,
         "inputs": inputs,
         "proved": proved(files, columns),
-        # No file is published without a proof.
+        # A file is never published without a proof, so none is listed as only computed.
         "computed": {},
         "maneuvers": maneuvers,
         "trusted": list(TRUSTED),
@@ -507,7 +507,7 @@ def entry(proof: Proof) -> dict[str, Any]:
 
 
 def kept(drift: Drift, bits: int) -> dict[str, str]:
-    """Return the entry on energy and contact of a run of so many bits."""
+    """Return the entry on energy and contact of a run with this many bits."""
     return {
         "performance_percent": decimal_above(Fraction(drift.performance)),
         "energy": decimal_above(Fraction(drift.energy) / 2**bits),
@@ -522,19 +522,19 @@ def _above(bounds: Mapping[str, Fraction]) -> dict[str, str]:
 def certify(
     folder: str | Path | None = None, *, progress: Progress | None = None
 ) -> tuple[Proof, ...]:
-    """Prove a reference set again, from its candidate trajectories: all that its certificate names.
+    """Prove again all that the certificate of a reference dataset claims, from its candidate.
 
-    As ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. A script that calls
-    it has to guard itself by ``if __name__ == "__main__"``: parts of the proof get processes of
-    their own, or what `using` says.
+    This is what ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. Parts of
+    the proof run in processes of their own, or as set by `using`, so a script that calls this
+    function needs the guard ``if __name__ == "__main__"``.
 
     Parameters
     ----------
     folder
-        The set; by default the published one that comes with the package.
+        The dataset; by default the published one that comes with the package.
     progress
         Called with the name of a maneuver, the stage of the proof (``waiting``, ``certify``,
-        ``rows``, ``dense``, ``motion``) and the share of that stage that is done, 0 to 1.
+        ``rows``, ``dense``, ``motion``) and the completed fraction of that stage, 0 to 1.
 
     Returns
     -------
@@ -544,10 +544,10 @@ def certify(
     Raises
     ------
     NotCertifiedError
-        A candidate is not certified, something published is not what was proved, or there is
-        something that nothing proves.
+        A candidate is not certified, a published value differs from the proved one, or the dataset
+        contains something that is not proved.
     DatasetError
-        A file is missing, damaged, or not that of a reference set.
+        A file is missing, damaged, or not part of a reference dataset.
     """
     where = reference_folder() if folder is None else folder
     if folder is None:
@@ -574,7 +574,7 @@ def certify(
 
 
 def _jobs(folder: str | Path, runs: Sequence[Trajectory]) -> Iterator[dict[str, Job]]:
-    """Of each maneuver the proof of its bound, and of all that follows from it."""
+    """Yield the jobs of each maneuver: the proof of its bound, and all that follows from it."""
     x = load_reference(folder)
     parts: dict[str, Mapping[int, Any]] = {
         "vary": x.sensitivities, "motion": x.motion, "rows": x
@@ -586,7 +586,7 @@ def _jobs(folder: str | Path, runs: Sequence[Trajectory]) -> Iterator[dict[str, 
 
 
 def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
-    """Trajectories of a set whose files are all whole and speak of the same inputs.
+    """Read the trajectories of a dataset, after checking that all files are whole and agree.
 
     Raises
     ------
@@ -605,9 +605,9 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     texts = [text.name for text in layout.text_files(maneuvers)]
     others = {STATES, layout.CERTIFICATE, *describe(manifest), *texts}
     if manifest.dataset_version != manifest_file.CUSTOM:
-        # Proved by `certify_after`.
+        # `certify_after` proves these files.
         others |= {*layout.AFTER_FILES}
-    # Lengths and texts do not count. What is said not to be decided is compared with the proof.
+    # Lengths and texts do not matter here. Undecided entries are compared with the proof later.
     empty = np.empty(0)
     undecided = {c.name + hdf5.UNDECIDED: empty for c in (*COLUMNS, *MOTION_COLUMNS)}
 
@@ -623,7 +623,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
     stated = {manifest_file.MANIFEST: manifest.inputs}
     try:
-        # First: of an older set it says so.
+        # First, because the certificate of an older dataset shows its age.
         stated[layout.CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
         for name, built in layouts.items():
             if name not in raw:
@@ -643,7 +643,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         reason = f"{type(e).__name__}: {printable(str(e))[:200]}"
         raise DatasetError(f"{folder}: a file of the set cannot be read ({reason})") from None
     for name, other in stated.items():
-        # That of the states has no maneuvers.
+        # The file of states has no maneuvers among its inputs.
         if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:
@@ -663,7 +663,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
 
 
 def _unknown(item: Any, declared: hdf5.Group, where: str = "") -> Iterator[str]:
-    """Paths of what a group has and is not declared, attributes included."""
+    """Yield the paths of undeclared members of a group, including attributes."""
     yield from (f"{where}{name}" for name in item if name not in declared.members)
     yield from (
         f"attribute {where}{name}" for name in item.attrs if name not in declared.attributes
@@ -688,7 +688,7 @@ def _inputs(f: Any, name: str, groups: Mapping[str, hdf5.Group]) -> dict[str, An
 
 
 def _json(raw: str | bytes, name: str) -> Any:
-    """A document in which no key is there twice: what is read of it depends on the reader."""
+    """Parse JSON without duplicate keys: which of two values is read depends on the reader."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         document = dict(pairs)
@@ -702,10 +702,10 @@ def _json(raw: str | bytes, name: str) -> Any:
 
 
 def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
-    """Read certificate.json, and refuse what is not proved of so many maneuvers."""
+    """Read certificate.json, and reject statements not proved for this many maneuvers."""
     name = layout.CERTIFICATE
     found = _json(files[name], name)
-    # Which of them it has to be is compared when all is proved.
+    # The proofs decide later which of the two statements is right.
     known = (STATEMENT_1_5_0, statement_of(is_decided=False))
     statement = found["statement"] if found.get("statement") in known else STATEMENT
     expected = document({}, files, [], statement=statement)
@@ -723,12 +723,12 @@ def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
 
 
 def compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
-    """Compare certificate.json with the proofs: no bound smaller than proved, all else equal.
+    """Compare certificate.json with the proofs: bounds must cover them, all else must be equal.
 
     Raises
     ------
     NotCertifiedError
-        It claims something else.
+        The certificate claims something else.
     """
     said = json.loads(raw)
     statement = statement_of(is_decided=all(proof.is_decided for proof in proofs))
@@ -742,7 +742,7 @@ def compare_certificate(raw: bytes, proofs: Sequence[Proof]) -> None:
 
 
 def _covers(published: Any, proved: Any, where: str) -> None:
-    """Decimal strings are bounds; everything else must be the same."""
+    """Check that decimal strings are valid bounds and everything else is equal."""
     if isinstance(proved, dict):
         if not isinstance(published, dict) or set(published) != set(proved):
             raise NotCertifiedError(f"{where}: found other entries than {', '.join(proved)}")
@@ -757,7 +757,7 @@ def _covers(published: Any, proved: Any, where: str) -> None:
 
 
 BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
-"""A bound as a certificate writes it; a longer exponent would not end when it is evaluated."""
+"""A bound as a certificate writes it. Evaluating a longer exponent could take forever."""
 
 
 def _as_bound(x: Any) -> Fraction | None:

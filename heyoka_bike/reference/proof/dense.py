@@ -1,27 +1,27 @@
-"""Dense output: every column as piecewise Chebyshev polynomials, as ephemerides are shipped.
+"""Dense output: every column as piecewise Chebyshev polynomials, the form used for ephemerides.
 
 Each piece interpolates the columns at the N Chebyshev nodes of the first kind. A piece is halved
-until its last coefficients are far below what the dense output promises, so the interpolation error
-(about the first coefficient left out) is smaller still. Coefficients are rounded to a multiple of
-2^-112 of the column's scale and stored as hi + lo.
+until its last coefficients are far below the accuracy of the dense output, so the interpolation
+error (about the first omitted coefficient) is smaller still. Coefficients are rounded to a multiple
+of 2^-112 of the column's scale and stored as hi + lo.
 
-A rigorous bound on the distance of the dense output from the exact motion: over each piece of the
-candidate every column is expanded as a Taylor series in balls, its
-remainder bounded by Cauchy's estimate on a circle (see `cauchy`). Where a Chebyshev piece overlaps
-it, their difference is written as a polynomial, and that again in a variable u, -1 <= u <= 1, on
-short spans; the absolute values of its coefficients there bound it. The distance of the exact
-motion from the candidate is added through the columns' derivatives by the state, bounded on the
-same circle's polydisc.
+The distance of the dense output from the exact motion has a rigorous bound. Over each piece of the
+candidate every column is expanded as a Taylor series in balls, with a remainder bounded by Cauchy's
+estimate on a circle (see `cauchy`). Where a Chebyshev piece overlaps this series, their difference
+is a polynomial, bounded on short spans by its values at Chebyshev nodes. The distance of the exact
+motion from the candidate is added through the columns' derivatives with respect to the state,
+bounded on the polydisc of the same circle.
 
-The whole motion needs place and wheel angles along a candidate, which are integrals of functions g
-of the state. On each piece of the candidate p the Taylor coefficients of h g(p(s)) (see `analytic`)
-are integrated in balls, and those of the integral rounded to the candidate's grid: a polynomial q.
-Its distance from the exact integral grows over a piece by at most
+The whole motion needs the position and the wheel angles along a candidate, which are integrals of
+functions g of the state. On each piece of the candidate p the Taylor coefficients of h g(p(s)) (see
+`analytic`) are integrated in balls. The coefficients of the integral, rounded to the candidate's
+grid, are those of a polynomial q. Its distance from the exact integral grows over a piece by at
+most
 
-- ``q' - h g(p)``: the coefficients' absolute values, and beyond these Cauchy's estimate on a circle
-  (see `cauchy`);
-- ``h g(x) - h g(p)`` for the exact state x, which the certificate keeps near p: its distance times
-  the derivatives of g, bounded on the polydisc around p.
+- ``q' - h g(p)``: the absolute values of the coefficients, and Cauchy's estimate on a circle for
+  the rest (see `cauchy`);
+- ``h g(x) - h g(p)`` for the exact state x, which the certificate shows to be near p: its distance
+  times the derivatives of g, bounded on the polydisc around p.
 
 A piece on which no circle works is halved, exactly.
 """
@@ -96,19 +96,20 @@ def interpolate(
     near: Near, end: Fraction, balls: Balls, scales: Mapping[str, float],
     constant: Mapping[str, Value], progress: TellTime = lambda _: None,
 ) -> Dense:  # fmt: skip
-    """Chebyshev pieces of some columns from 0 to the end.
+    """Interpolate columns by Chebyshev pieces from 0 to the end.
 
     Parameters
     ----------
     near
-        Columns by name at a time, on the piece that holds another one.
+        Function that returns the columns by name at a time, on the piece that contains another
+        time.
     balls
-        Number type of these.
+        Number type of the columns.
     scales
-        Largest absolute value over the run of each column to be interpolated; zero for one that
-        vanishes.
+        Largest absolute value over the run of each column to be interpolated; zero for a column
+        that vanishes.
     constant
-        Columns known to be constant, with their value.
+        Values of the columns known to be constant.
     """
     names = list(scales)
     grids = [_BITS_OF_COEFFICIENTS - frexp(scales[name])[1] for name in names]
@@ -140,9 +141,10 @@ def interpolate(
 
 
 def scale_of_dense(rows: Values, name: str) -> float:
-    """The scale of a column that is to be interpolated.
+    """Return the scale of a column that is to be interpolated.
 
-    It is so large that what `interpolate` resolves is not below what is known of the column.
+    The scale is large enough that `interpolate` does not resolve details below the uncertainty of
+    the column.
     """
     known = float(np.max(rows.bound[name], initial=0.0))
     return max(rows.scale(name), ldexp(known, _BITS_OF_DENSE_TAIL))
@@ -152,7 +154,7 @@ def _fit(
     near: Near, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
     a: Fraction, b: Fraction,
 ) -> list[list[flint.arb]]:  # fmt: skip
-    """Coefficients on [a, b] by column and order, from values at Chebyshev nodes."""
+    """Return coefficients on [a, b] by column and order, from values at Chebyshev nodes."""
     middle, half = (a + b) / 2, (b - a) / 2
     values = []
     for x in nodes.x:
@@ -179,7 +181,7 @@ def _is_resolved(
 def _on_grid(
     table: Sequence[Sequence[flint.arb]], grids: Sequence[int], names: Sequence[str]
 ) -> list[list[tuple[float, float]]]:
-    """Coefficients rounded to the column's grid, as hi and lo."""
+    """Return coefficients rounded to the column's grid, as hi and lo."""
     out = []
     for name, row, grid in zip(names, table, grids, strict=True):
         pairs = []
@@ -187,7 +189,7 @@ def _on_grid(
             scaled = c * flint.arb(2) ** grid
             n = (scaled + flint.arb(0.5)).floor()
             if n.unique_fmpz() is None:
-                # Either will do: what is published gets its bound afterwards.
+                # Either neighbour will do: the published value gets its bound afterwards.
                 n = (scaled.mid() + flint.arb(0.5)).floor().mid()
             pairs.append(hi_lo(Enclosure.of(dyadic(n) / Fraction(2) ** grid), name))
         out.append(pairs)
@@ -198,28 +200,29 @@ BITS = 192
 _REMAINDER_BITS = 128
 
 _DIFFERENCE_BITS = 160
-"""Of the difference from a Chebyshev piece, which is 2^-112 of the column."""
+"""Precision of the difference from a Chebyshev piece, whose grid is 2^-112 of the column."""
 
 _HALVINGS_OF_NORMS, _SPANS_OF_ENCLOSURES = 2, 64
-"""Of a piece on which a norm has no expansion; of each part that is enclosed."""
+"""Halvings of a piece on which a norm has no expansion, and spans of each part that is enclosed."""
 
 _NODES_PER_DEGREE = 2
-"""Chebyshev nodes at which it is evaluated: so a polynomial is at most 1.42 of what it is there."""
+"""Chebyshev nodes per degree at which a polynomial is evaluated. With this many, the polynomial is
+at most 1.42 times its largest value at the nodes."""
 
 
 def bound_columns(
     run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
 ) -> Dense:
-    """Dense output of `COLUMNS` with its certified bounds.
+    """Return dense output of `COLUMNS` with its certified bounds.
 
-    Where the velocity of a point vanishes, or nearly, its magnitude has no expansion: it is
-    enclosed there.
+    The magnitude of a velocity has no expansion where the velocity vanishes or nearly vanishes; it
+    is enclosed there.
     """
     names = [c.name for c in COLUMNS]
     if constant.keys() >= set(names):
         return bound_dense(run, (), dense, names, constant)
     try:
-        # On a circle an energy or an angle is as analytic as the rates.
+        # On a circle an energy or an angle is as analytic as the rates are.
         along = list(expansions(run, Equations.every_column, certificate.along(run)))
         return bound_dense(run, along, dense, names, constant)
     except NotCertifiedError:
@@ -236,7 +239,7 @@ def bound_dense(
     run: Trajectory, parts: Iterable[Expansion | Enclosed], dense: Dense, names: Sequence[str],
     constant: Mapping[str, Value],
 ) -> Dense:  # fmt: skip
-    """Dense output with a certified bound for each piece and each of the columns `names`.
+    """Return dense output with a certified bound for each piece and each of the columns `names`.
 
     `parts` are expansions of these columns along all pieces of the candidate.
     """
@@ -261,7 +264,7 @@ def bound_dense(
 
 
 def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
-    """Every dense piece must lie in the time of the candidate, or nothing would bound it."""
+    """Check that every dense piece lies within the time of the candidate, where it has a bound."""
     breaks = dense.breaks
     problem = None
     if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
@@ -285,14 +288,14 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
 def expansions(
     run: Trajectory, function: cauchy.Function, stretches: Iterable[Stretch]
 ) -> Iterator[Expansion]:
-    """Expansions of a function along pieces, or parts of them where no circle works for all."""
+    """Expand a function along pieces, or parts of them where no circle works for a whole one."""
     expanding = _Expanding(run, function)
     for piece, bounds in stretches:
         yield from cauchy.in_parts(piece, partial(expanding.part, bounds))
 
 
 def _norms(run: Trajectory, certificate: Certificate) -> Iterator[Expansion | Enclosed]:
-    """Expansions of `NORMS`; they are enclosed over the parts of pieces where no circle works."""
+    """Expand `NORMS`, or enclose them over the parts of pieces where no circle works."""
     expanding = _Expanding(run, Equations.norms)
     enclosing = run.equations(NonnegativeRoots(BITS)).norms
 
@@ -321,7 +324,7 @@ class _Expanding:
         a = Samples.of(BITS, ceil(_REMAINDER_BITS / log2(circle.radius)), circle.radius)
         with a.precision():
             values = a.coefficients(self.function(self.at_points.over(a), piece.samples(a)))
-            # What the coefficients leave out, and the exact motion's distance.
+            # The omitted Taylor terms, and the distance of the exact motion from the candidate.
             rest = a.left_out + cauchy.moved(bounds, circle.rho)
             remainders = [(m * rest).upper() for m in circle.values]
         return Expansion(piece, list(map(flint.arb_poly, values)), remainders)
@@ -339,9 +342,9 @@ class Expansion:
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
         piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
     ) -> list[float]:  # fmt: skip
-        """Bounds on the distance of each column from its Chebyshev piece over a span of both.
+        """Bound the distance of each column from its Chebyshev piece over a span of both.
 
-        The difference of two polynomials is bounded by its values at Chebyshev nodes of the span.
+        The values of their difference at Chebyshev nodes of the span bound it.
         """
         orders = len(coefficients[0][0])
         degree = max(orders, *map(len, self.polynomials)) - 1
@@ -370,7 +373,7 @@ class Expansion:
 
 @dataclass(frozen=True)
 class Enclosed:
-    """Columns along a part of the motion that have no expansion: their enclosures over spans."""
+    """Columns without an expansion along a part of the motion: their enclosures over spans."""
 
     piece: Piece
     bounds: tuple[Fraction, ...]
@@ -380,9 +383,9 @@ class Enclosed:
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
         piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
     ) -> list[float]:  # fmt: skip
-        """Bounds on the distance of each column from its Chebyshev piece over a span of both.
+        """Bound the distance of each column from its Chebyshev piece over a span of both.
 
-        By Markov's inequality T_k changes by at most k^2 times a step.
+        By Markov's inequality, T_k changes over a step by at most k^2 times the step.
         """
         (low, high), (a, b) = span, piece
         step = (high - low) / _SPANS_OF_ENCLOSURES
@@ -420,25 +423,25 @@ class Enclosed:
 
 @cache
 def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
-    """Nodes, and how much larger than there a polynomial of a degree can be in between."""
+    """Return nodes, and the largest factor by which a polynomial exceeds its values at them."""
     count = _NODES_PER_DEGREE * degree
     with working_bits(_DIFFERENCE_BITS):
         return chebyshev_nodes(count), in_between(degree, count)
 
 
 def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
-    """Distance of a constant from a piece, whose coefficients but c_0 should be zero."""
+    """Bound the distance of a constant from a piece, whose other coefficients should be 0."""
     rest = sum((abs(Fraction(float(c))) for c in [*hi[1:], *lo[1:]]), Fraction(0))
     return upward(Enclosure.of(x).minus(float(hi[0]), float(lo[0])).size() + rest)
 
 
 def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretch]:
-    """The candidate piece by piece, with the integrals from the start of the motion.
+    """Yield the candidate piece by piece, with the integrals from the start of the motion.
 
     Raises
     ------
     NotCertifiedError
-        A piece inside of which the integrands are not shown to be analytic.
+        The integrands are not shown to be analytic on some piece.
     """
     integrator = _Integrator(run)
     for piece, bounds in certificate.along(run):
@@ -446,7 +449,7 @@ def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretc
 
 
 class _Integrator:
-    """Carries the integrals, exact numbers, and the bounds on their errors."""
+    """Carries the exact integrals along the candidate, and the bounds on their errors."""
 
     def __init__(self, run: Trajectory) -> None:
         self.bits = run.grid + 64
@@ -456,9 +459,9 @@ class _Integrator:
         self.error = [Fraction(0)] * len(INTEGRALS)
 
     def stretch(self, bounds: tuple[Fraction, ...], piece: Piece, _: int) -> Stretch:
-        """A piece with its integrals after those of the state, on which a circle must work."""
+        """Return a piece with the integrals added to the state; a circle must work on it."""
         circle = cauchy.circle_bound(piece, rates_of_integrals, self.circles)
-        # To where Cauchy's estimate is below the grid.
+        # Enough terms for Cauchy's estimate to be below the grid.
         length = max(ceil(self.bits / log2(circle.radius)), len(piece.rows[0]))
         a = Samples.of(self.bits, length, circle.radius)
         with a.precision():
@@ -477,7 +480,7 @@ class _Integrator:
         )
 
     def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
-        """Integers of an integral's polynomial; where it begins may have to be rounded."""
+        """Return an integral's polynomial as integers; its initial value may be rounded."""
         first = round(self.at[i] * 2**piece.grid)
         self.error[i] += abs(self.at[i] - Fraction(first, 2**piece.grid))
         powers = range(1, len(piece.rows[0]))
@@ -485,25 +488,26 @@ class _Integrator:
 
 
 _NOTHING_BITS = 166
-"""An enclosure of zero is published as zero where it is narrower than 2^-166 = 1e-50."""
+"""An enclosure of zero narrower than 2^-166 = 1e-50 is published as zero."""
 
 _SMALLEST_SCALE = 2.0**-40
-"""Of the dense columns, so that one that vanishes (the longitudinal force on a rear wheel without
-inertia, say) has coefficients of zero: its grid of 2^-152 is far above the width of its balls."""
+"""Smallest scale of the dense columns. A column that vanishes (such as the longitudinal force on a
+rear wheel without inertia) then has coefficients of zero, because its grid of 2^-152 is far above
+the width of its balls."""
 
 
 def tabulate_motion(
     run: Trajectory, certificate: Certificate, dense: Dense | None = None,
     progress: TellTime = lambda _: None,
 ) -> tuple[Values, Dense]:  # fmt: skip
-    """The whole motion along a certified candidate: rows, and dense output where there is.
+    """Tabulate the whole motion along a certified candidate: rows, and dense output if wanted.
 
-    The dense output is that which is given, or else a new one, with its certified bounds.
+    The dense output is the one passed, or else a new one, with its certified bounds.
 
     Raises
     ------
     NotCertifiedError
-        A column is not shown to be analytic.
+        A column is not shown to be analytic on some piece.
     """
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches, progress)
@@ -524,10 +528,9 @@ def tabulate_motion(
 def round_motion(
     run: Trajectory, stretches: Sequence[Stretch], progress: TellTime = lambda _: None
 ) -> Values:
-    """The rows of `MOTION_COLUMNS`, rounded.
+    """Return the rows of `MOTION_COLUMNS`, rounded.
 
-    hi and lo are zero where the enclosure holds zero, and is so narrow that the bound says all
-    there is to know.
+    hi and lo are zero if the enclosure contains zero and is negligibly narrow.
     """
     names = [c.name for c in MOTION_COLUMNS]
     return round_columns(names, _enclosed(run, stretches, progress), _rounded)
@@ -536,7 +539,7 @@ def round_motion(
 def _enclosed(
     run: Trajectory, stretches: Sequence[Stretch], progress: TellTime
 ) -> Iterator[dict[str, flint.arb]]:
-    """Enclosures of all columns at the rows."""
+    """Yield enclosures of all columns at the rows."""
     balls = NonnegativeRoots(run.evaluation_bits)
     starts = [s.piece.t0 for s in stretches]
     at, polynomials = -1, [flint.arb_poly()]
@@ -552,14 +555,14 @@ def _enclosed(
                 for p, bound in zip(polynomials, stretches[i].bounds, strict=True)
             ]
             if t == 0:
-                # The integrals begin at zero, exactly, and the yaw with them.
+                # The integrals and the yaw are exactly zero at the start.
                 state[6:] = [balls.number(0)] * len(state[6:])
             yield motion_columns(equations, state)
             progress(float(t))
 
 
 def _rounded(x: flint.arb) -> tuple[float, float, float, bool]:
-    """hi, lo and bound, and whether that is decided; NaN for what is not enclosed."""
+    """Return hi, lo, bound and whether the rounding is decided; NaN if there is no enclosure."""
     if not x.is_finite():
         return nan, nan, nan, False
     enclosed = Enclosure.of(x)
@@ -574,5 +577,5 @@ def _rounded(x: flint.arb) -> tuple[float, float, float, bool]:
 
 
 def _is_nothing(x: Enclosure) -> bool:
-    """True if an enclosure holds zero and is narrow."""
+    """Return whether an enclosure contains zero and is negligibly narrow."""
     return x.holds_zero and x.high - x.low <= Fraction(1, 2**_NOTHING_BITS)

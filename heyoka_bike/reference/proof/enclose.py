@@ -1,28 +1,27 @@
 """A rigorous bound on the distance between a candidate trajectory and the exact motion.
 
-The candidate p is any piecewise polynomial; nothing about the run that produced it is trusted. All
-that follows is in ball arithmetic (Arb), with the parameters as exact rationals and the tilt as a
+The candidate p is any piecewise polynomial; the proof assumes nothing about the run that produced
+it. All steps use ball arithmetic (Arb), with the parameters as exact rationals and the tilt as a
 ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 
 1. The defect ``delta = p' - h f(p)`` is expanded in s to a length L, from values of f(p) on the
    unit circle (see `analytic`); the sum of its coefficients' absolute values bounds it on
    0 <= s <= 1.
-2. What that leaves out is bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
+2. The omitted terms are bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
    There the state is widened by a polydisc of radius rho, so the same numbers bound the derivatives
-   of f by the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
-3. The Jacobian J along p is expanded in the same way (dual numbers over such values).
+   of f with respect to the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
+3. The Jacobian J along p is expanded in the same way (dual numbers over complex values).
 4. Y is a polynomial that nearly solves ``Y' = h J Y``, Y(0) = 1; its own defect D is bounded.
-5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of
-   ``h (f(p + e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the
-   line through p and p + e. All of the linear motion is in Y, so Gronwall's inequality has only the
-   tiny D to work on. Y^-1 is bounded by a polynomial V that nearly solves ``V' = -h V J``. From
-   piece to piece e is carried by Y(1) in a moving frame (Lohner's QR method), which keeps the bound
-   from growing where the motion does not. Jumps between pieces and the distance of the initial
-   states are added.
+5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of ``h (f(p +
+   e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the line through
+   p and p + e. Y contains all of the linear motion, so Gronwall's inequality applies only to the
+   tiny D. Y^-1 is bounded by a polynomial V that nearly solves ``V' = -h V J``. From piece to piece
+   e is carried by Y(1) in a moving frame (Lohner's QR method), which keeps the bound from growing
+   where the motion does not. Jumps between pieces and the distance of the initial states are added.
 
 A piece over which Y is badly conditioned, or on which no circle works, is halved, exactly.
 
-The bound of q assumes a bound eps on e; that it holds follows by a fixed point theorem when the
+The bound of q assumes a bound eps on e. By a fixed point theorem the assumption is true if the
 bound obtained for e is not above eps. Statement and proof are in docs/proof.md.
 """
 
@@ -67,7 +66,7 @@ from heyoka_bike.system.jobs import TellStage
 MATRIX_BITS = 128
 
 CONDITION, RESOLVED = 1e6, 0.1
-"""Limits of the condition of Y, and of eta times its square."""
+"""Limits on the condition number of Y, and on eta times its square."""
 
 _SPANS = 8
 
@@ -80,11 +79,11 @@ class Frame:
     radii: BallVector
 
     def bound(self) -> list[flint.arb]:
-        """Componentwise bound."""
+        """Componentwise bound on the error."""
         return abs_times(self.matrix, self.radii)
 
     def widened(self, by: BallVector) -> Frame:
-        """The frame with a box of the given radii added."""
+        """Return the frame with a box of the given radii added."""
         if all(x == 0 for x in by):
             return self
         with working_bits(MATRIX_BITS):
@@ -93,14 +92,14 @@ class Frame:
 
 @dataclass(frozen=True)
 class Flow:
-    """The solution Y of the variational equation Y' = h J Y, Y(0) = 1, over a piece, nearly.
+    """A near solution Y of the variational equation Y' = h J Y, Y(0) = 1, over a piece.
 
     Attributes
     ----------
     y, v
-        Coefficients of polynomials in s: Y, and V near its inverse.
+        Coefficients of polynomials in s: Y, and V, which is close to the inverse of Y.
     weights
-        Of the state variables in the norm of the three bounds.
+        Weights of the state variables in the norm of the three bounds.
     defect
         Bound on Y' - h J Y.
     size_inverse
@@ -123,36 +122,36 @@ class Flow:
     def of(
         cls, jacobian: list[flint.arb_mat], tail: flint.arb_mat, *, is_centred: bool = False
     ) -> Flow:
-        """From the Taylor coefficients of h J and a bound on what they leave out.
+        """Construct a flow from the Taylor coefficients of h J and a bound on the omitted terms.
 
-        The piece is 0 <= s <= 1, or -1 <= s <= 1 where it is centred.
+        The piece is 0 <= s <= 1, or -1 <= s <= 1 if it is centred.
         """
         weights = perron(jacobian)
         y, defect, v, defect_v = fundamental(jacobian, tail, weights)
         size = size_about_middle if is_centred else _size
         size_y, size_v = size(y, weights), size(v, weights)
         eta = (defect_v * size_y + size_v * defect).upper()
-        # Y^-1 is (V Y)^-1 V, if V Y is so near to 1 that it has an inverse.
+        # Y^-1 is (V Y)^-1 V, provided that V Y is close enough to 1 to have an inverse.
         size_inverse = size_v / (1 - eta) if eta < 1 else flint.arb.pos_inf()
         return cls(y, v, weights, defect, size_inverse, eta, size_y * size_v)
 
 
 def size_about_middle(p: list[flint.arb_mat], weights: BallVector) -> flint.arb:
-    """Bound on the norm of a polynomial for -1 <= s <= 1, by its coefficients."""
+    """Return a bound on the norm of a polynomial for -1 <= s <= 1, from its coefficients."""
     return total(norm(m, weights) for m in p)
 
 
 def _size(p: list[flint.arb_mat], weights: BallVector) -> flint.arb:
-    """Bound on the norm of a polynomial for 0 <= s <= 1."""
+    """Return a bound on the norm of a polynomial for 0 <= s <= 1."""
     return norm(supremum(p), weights)
 
 
 class Carried:
-    """The error over a piece: what comes in through the frame, and what forces add on the way.
+    """The error over a piece: the part that enters through the frame, and the part added by forces.
 
-    A force at tau reaches s through Y(s) Y(tau)^-1. That product is formed before its absolute
-    value is taken: the two factors are large and cancel. Its bound for all s is put together from
-    spans: to the middle c of a span by Y(c) V(tau), from there on by Y(s) V(c).
+    A force at tau acts at s through Y(s) Y(tau)^-1. The product is formed before its absolute value
+    is taken, because the two factors are large and cancel. Its bound for all s is assembled from
+    spans: up to the middle c of a span from Y(c) V(tau), beyond it from Y(s) V(c).
     """
 
     def __init__(self, flow: Flow, frame: Frame) -> None:
@@ -174,15 +173,16 @@ class Carried:
             self.push = _entrywise(self.push, onward * there)
 
     def bounds(self, forces: BallVector) -> tuple[BallVector, BallVector]:
-        """Bounds under forces added to e': on abs(e) over the piece, and on their part at its end.
+        """Bound abs(e) over the piece, and the part of e at its end that the forces cause.
 
-        Every replacement of Y^-1 by V, and the defect D of Y, is charged in norm.
+        Replacing Y^-1 with V, and the defect D of Y, each add a bound in norm.
         """
         flow, weights = self.flow, self.flow.weights
         size = weighted(forces, weights)
         kappa = flow.size_inverse * flow.defect
         inside = kappa * kappa.exp() * (self.start + flow.size_inverse * size)
-        # Y(s) V(c) is off from Y(s) Y(c)^-1 by `one`; a product of two such by two and its square.
+        # Y(s) V(c) differs from Y(s) Y(c)^-1 by at most `one`. A product of two of these differs by
+        # twice `one` plus its square.
         one = self.size_y * flow.size_inverse * flow.eta
         replaced = one * (1 + 2 * self.size_y * flow.size_inverse + one)
         charge = self.size_y * inside + replaced * size
@@ -193,22 +193,22 @@ class Carried:
         return sup, [(x + y).upper() for x, y in zip(at_end, charges, strict=True)]
 
     def end(self, added: BallVector) -> Frame:
-        """The frame at the end."""
+        """Return the frame at the end."""
         return Frame(*turned(value(self.product, flint.arb(1)), self.frame.radii, added))
 
 
 def _entrywise(a: flint.arb_mat, b: flint.arb_mat) -> flint.arb_mat:
-    """Upper bounds of the larger entry of two nonnegative matrices."""
+    """Return upper bounds of the larger entry of two nonnegative matrices."""
     return flint.arb_mat([[a[i, j].max(b[i, j]).upper() for j in range(SIZE)] for i in range(SIZE)])
 
 
 _TRIALS = 20
 _MATRIX_LENGTHS = (40, 64)
-"""Orders tried for Y."""
+"""Orders of Y that are tried."""
 
 
 def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certificate:
-    """Prove how far the exact motion is from a candidate, over all of its time.
+    """Bound the distance of the exact motion from a candidate, over its whole time.
 
     Raises
     ------
@@ -225,14 +225,14 @@ def enclose(trajectory: Trajectory, progress: TellTime | None = None) -> Certifi
         bounds.append(_fractions(sup))
         if progress is not None:
             progress(float(trajectory.breaks[i + 1]))
-    # The frame's corners may stick out of the bound over the last piece, which holds there too.
+    # The frame's corners may exceed the bound over the last piece, which is valid at its end too.
     with working_bits(MATRIX_BITS):
         end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
     return Certificate(trajectory.states, tuple(bounds), end)
 
 
 def enclosed(trajectory: Trajectory, report: TellStage) -> Certificate:
-    """`enclose` as a job, whose stage is ``certify``."""
+    """Run `enclose` as a job, whose stage is ``certify``."""
     return enclose(trajectory, lambda t: report("certify", t))
 
 
@@ -255,10 +255,10 @@ def _check_shape(run: Trajectory) -> None:
 
 
 class Prover:
-    """Carries the bound on the error over the pieces of a candidate."""
+    """Carries the bound on the error along the pieces of a candidate."""
 
     matrix_bits = MATRIX_BITS
-    """Working precision of all that is done with Y."""
+    """Working precision of all computations with Y."""
 
     def __init__(self, run: Trajectory) -> None:
         self.run = run
@@ -275,7 +275,7 @@ class Prover:
         self.high = run.equations(Balls(self.bits))
 
     def initial_frame(self) -> Frame:
-        """Distance of the candidate's start from the exact initial state."""
+        """Return the distance of the candidate's initial state from the exact one."""
         run = self.run
         with self.high.precision():
             start = initial_state(self.high, run.maneuver)
@@ -286,13 +286,13 @@ class Prover:
             return Frame(identity(SIZE), [x.upper() for x in distance])
 
     def piece(self, piece: Piece, frame: Frame) -> tuple[BallVector, Frame]:
-        """Bound over a piece, and the frame at its end; the piece is halved where that helps."""
+        """Bound the error over a piece and return the frame at its end; halve it if needed."""
         self.frame = frame
         parts = zip(*cauchy.in_parts(piece, self._part), strict=True)
         return [reduce(flint.arb.max, bounds) for bounds in parts], self.frame
 
     def _part(self, piece: Piece, depth: int) -> BallVector:
-        # What was too long a moment ago is not tried again.
+        # Do not try again a length that was too long a moment ago.
         if depth < cauchy.DEPTH and piece.h >= self.too_long:
             raise cauchy.TooLongError
         try:
@@ -307,7 +307,7 @@ class Prover:
     def whole(
         self, piece: Piece, frame: Frame, rim: cauchy.Circle, near: cauchy.Circle
     ) -> tuple[BallVector, Frame]:
-        """Bound over an undivided piece, and the frame at its end, by two circles around it."""
+        """Bound the error over an undivided piece by two circles; return the final frame."""
         with working_bits(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)
@@ -319,7 +319,8 @@ class Prover:
                 reach = largest(x / y for x, y in zip(eps, near.rho, strict=True))
                 if not reach < 0.5:
                     break
-                # f beyond its first order in e, on the line through p: Cauchy in one variable.
+                # Terms of f beyond the first order in e, on the line through p: Cauchy in one
+                # variable.
                 beyond = [2 * step * m * reach**2 for m in near.values]
                 forces = [d + m for d, m in zip(delta, beyond, strict=True)]
                 sup, added = carried.bounds(forces)
@@ -330,7 +331,7 @@ class Prover:
             )
 
     def flow(self, piece: Piece, rim: cauchy.Circle, lengths: Sequence[int] = ()) -> Flow:
-        """Y and the bounds that go with it, at the first order that resolves it."""
+        """Return Y and its bounds, at the first order that resolves Y."""
         tried = lengths or _MATRIX_LENGTHS
         for length in tried:
             jacobian, tail = self._jacobian(piece, rim, length)
@@ -344,7 +345,7 @@ class Prover:
         raise cauchy.TooLongError(f"Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> BallVector:
-        """Distance from the end of piece i to the start of the next."""
+        """Return the distance from the end of piece i to the start of the next piece."""
         run = self.run
         if i + 1 == run.steps:
             return [flint.arb(0)] * SIZE
@@ -356,7 +357,7 @@ class Prover:
             ]
 
     def _defect(self, piece: Piece, rim: cauchy.Circle) -> list[flint.arb]:
-        """Bound on abs(p' - h f(p)) over the piece, by state variable."""
+        """Bound abs(p' - h f(p)) over the piece, by state variable."""
         a = Samples.of(self.bits, self.lengths[rim.radius], rim.radius)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
@@ -375,7 +376,7 @@ class Prover:
     def _jacobian(
         self, piece: Piece, rim: cauchy.Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
-        """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
+        """Return Taylor coefficients of h J along the piece, and a bound on the omitted terms."""
         a = Samples.of(self.matrix_bits, length, rim.radius)
         duals = Duals(a)
         with a.precision():
@@ -392,7 +393,7 @@ class Prover:
 
 
 def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
-    """Upper bounds as exact dyadics."""
+    """Return upper bounds as exact dyadic numbers."""
     return tuple(map(upper_fraction, bounds))
 
 

@@ -1,9 +1,10 @@
-"""Single instants of a bicycle: every quantity of a state, correctly rounded with proof.
+"""Single states of a bicycle: every quantity, correctly rounded with proof.
 
-A state is given by exact numbers, so all is ball arithmetic on exact inputs: a value is the
-binary64 nearest to every number of its ball, or it is an error that the ball does not decide it. A
-set has the known states of the benchmark's bicycle as states.csv and states.h5. Their coordinates
-are the decimals that are written there, from which all else can be proved again.
+A state consists of exact numbers, so ball arithmetic on exact inputs gives every quantity. A value
+is the binary64 nearest to every number of its ball; a ball that does not decide the rounding is an
+error. A dataset contains the known states of the benchmark's bicycle as states.csv and states.h5.
+Their coordinates are exactly the decimals written there, so everything else can be proved again
+from them.
 """
 
 import re
@@ -34,7 +35,7 @@ from heyoka_bike.reference.layout import STATES, STATES_HDF5
 from heyoka_bike.system.resources import find_input
 
 BITS = 256
-"""Of the balls. A value of less than 2^-_NOTHING that is not known to differ from zero is zero."""
+"""Precision of the balls. A value below 2^-_NOTHING whose ball contains zero is rounded to zero."""
 
 _NOTHING = 160
 _KEYS_OF_START = {
@@ -46,19 +47,19 @@ _ONE_SECOND = Fraction(1)
 
 
 def known_states() -> tuple[Maneuver, ...]:
-    """The states that are known by number, the first of them is 1."""
+    """Return the states with known exact values; they are numbered from 1."""
     return read_maneuvers(find_input("maneuvers", "states"))
 
 
 def of_known(bicycle: Bicycle, states: Sequence[Maneuver]) -> dict[str, Array]:
-    """Coordinates and quantities of states by name, each the binary64 nearest to the exact value.
+    """Return coordinates and quantities of states by name, correctly rounded to binary64.
 
-    One that is not defined is NaN: a multiple eigenvalue, the friction demand without a force.
+    An undefined quantity is NaN: a multiple eigenvalue, or the friction demand without a force.
 
     Raises
     ------
     UndecidedError
-        Balls that do not decide a rounding.
+        A ball does not decide a rounding.
     InputError
         No pitch puts both wheels on the floor.
     """
@@ -86,7 +87,7 @@ def _of_known(
 
 
 def as_csv(bicycle: Bicycle, states: Sequence[Maneuver]) -> bytes:
-    """The table of `of_known`, each value with the digits of its binary64."""
+    """Return the table of `of_known`, each value with the digits of its binary64."""
     table = _texts(of_known(bicycle, states))
     heading = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in table)
     rows = zip(*table.values(), strict=True)
@@ -94,15 +95,15 @@ def as_csv(bicycle: Bicycle, states: Sequence[Maneuver]) -> bytes:
 
 
 def render_states(bicycle: Bicycle, inputs: Mapping[str, Any], version: str) -> dict[str, bytes]:
-    """The files of a set that hold the known states.
+    """Return the files of a dataset that contain the known states.
 
     Parameters
     ----------
     bicycle
     inputs
-        As in the manifest.
+        Inputs as in the manifest.
     version
-        Of the dataset.
+        Version of the dataset.
     """
     states = known_states()
     table = of_known(bicycle, states)
@@ -115,7 +116,7 @@ def render_states(bicycle: Bicycle, inputs: Mapping[str, Any], version: str) -> 
 
 
 def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
-    """Yield, in words, the differences of a file of states from the proved values of its states."""
+    """Yield, in words, the differences of a file of states from the proved values."""
     found = _read_csv(raw) if name == STATES else _read_hdf5(raw)
     coordinates = zip(*(found.get(key, ()) for key in COORDINATES), strict=True)
     try:
@@ -134,7 +135,7 @@ def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
 
 
 def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
-    """A state by the decimals of `COORDINATES`."""
+    """Construct a state from the decimals of `COORDINATES`."""
     given = dict(zip(_KEYS_OF_START, coordinates, strict=True))
     for text in given.values():
         if not _DECIMAL.fullmatch(text):
@@ -144,7 +145,7 @@ def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
 
 
 def _texts(table: Mapping[str, Array]) -> dict[str, list[str]]:
-    """The columns of states.csv, without their units."""
+    """Return the columns of states.csv, without their units."""
     texts = {name: [repr(float(x)) for x in values] for name, values in table.items()}
     count = max(map(len, texts.values()), default=0)
     return {"state": [str(i + 1) for i in range(count)], **texts}
@@ -164,7 +165,7 @@ def _read_hdf5(raw: bytes) -> dict[str, list[str]]:
 
 
 def linear_by_speed(bicycle: Bicycle) -> Callable[[Fraction], dict[str, flint.arb]]:
-    """Quantities of the last level at a speed [m/s], in balls of flint's present precision."""
+    """Return a function from the speed [m/s] to the quantities of the last level, as balls."""
     g = exact_ball(bicycle["g"].rational)
     return cache(partial(linear_quantities, matrices(bicycle, NonnegativeRoots(BITS)), g))
 

@@ -1,10 +1,10 @@
 """The rows of a table: enclosures of the exact values, and their correct rounding.
 
-At t = 0 many values are rational (a speed of 4 m/s, an energy), and no ball around them, however
-small, would tell how an exactly representable number rounds. So row 0 is evaluated in exact
-arithmetic, over a field: rational functions in the half-angle tangents of the tilt and of the
-initial roll, taken as independent unknowns. A value in which the unknowns cancel is rational for
-every tilt and roll, so for the given ones.
+At t = 0 many values are rational (a speed of 4 m/s, an energy). A ball around an exactly
+representable number does not decide its rounding, however small it is. So row 0 is evaluated in
+exact arithmetic, over the field of rational functions in the half-angle tangents of the tilt and of
+the initial roll, which are treated as independent unknowns. A value in which the unknowns cancel is
+rational for every tilt and roll, and so for the given ones.
 """
 
 from __future__ import annotations
@@ -60,16 +60,16 @@ _STATE_OF_START = {
     "steer_rate": "steer_rate",
     "forward_speed_hub_global_x": "speed",  # at zero yaw the heading is the x axis
 }
-"""Columns that begin as the maneuver says."""
+"""Columns whose initial value is an input of the maneuver."""
 
 
 def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
-    """Columns of the initial state that are rational, by name.
+    """Return the columns of the initial state that are rational, by name.
 
-    A value that is missing is irrational, or not recognised as rational: with an initial steer
-    angle, what is not the same at any pitch. Without a lean all roll angles are zero. Without roll
-    and steer rate there is no pitch rate: roll, steer and pitch stand in an equation, that of both
-    wheels on the floor, which the pitch solves with a slope that is not zero.
+    A missing value is irrational, or not recognised as rational: with an initial steer angle, any
+    value that depends on the pitch. Without a lean all roll angles are zero. Without roll and steer
+    rates the pitch rate is zero: the condition that both wheels touch the floor is an equation for
+    roll, steer and pitch, and its derivative with respect to the pitch is not zero.
     """
     known = {name: getattr(maneuver, key) for name, key in _STATE_OF_START.items()}
     found = {name: x.rational for name, x in known.items() if x.is_rational} | {"yaw": Fraction(0)}
@@ -84,7 +84,7 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     o, u = equations.unfold(state)
     u = u._replace(p=roll_rate)
     if roll_rate.is_zero and steer_rate.is_zero:
-        # The pitch rate is q - nu, and zero.
+        # The pitch rate, q - nu, is zero.
         turn = next((x for x in (u.q, u.nu) if x.num is not None), a.unknown())
         u = u._replace(q=turn, nu=turn)
     values = columns(equations.k, a, o, u, roll, pitch, steer, zero)
@@ -95,9 +95,9 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
 def exact_derivatives(
     bicycle: Bicycle, maneuver: Maneuver
 ) -> Mapping[str, Sequence[Fraction | None]]:
-    """Derivatives of columns of the initial state by the unknowns; None is not seen as rational.
+    """Return derivatives of columns of the initial state; None if not recognised as rational.
 
-    With an initial steer angle only those of the inputs themselves are known.
+    With an initial steer angle only the derivatives of the inputs themselves are known.
     """
     place = {key: len(PARAMETERS) + i for i, key in enumerate(START)}
     found: dict[str, Sequence[Fraction | None]] = {
@@ -117,7 +117,7 @@ def exact_derivatives(
 
 
 def _operator(operate: Callable[[Element, Element], Element]) -> Callable[[Element, Any], Element]:
-    """An operator of two elements, the second of which may be an integer."""
+    """Return an operator of two elements, the second of which may be an integer."""
 
     def of_any(self: Element, other: Any) -> Element:
         is_known = isinstance(other, Element | int)
@@ -127,7 +127,7 @@ def _operator(operate: Callable[[Element, Element], Element]) -> Callable[[Eleme
 
 
 class Element:
-    """A rational function, or an angle known only by its exact value, or something unknown."""
+    """A rational function, an angle known only by its exact value, or an unknown number."""
 
     __slots__ = ("angle", "den", "num")
 
@@ -138,7 +138,7 @@ class Element:
             self.num, self.den = num // common, den // common
 
     def rational(self) -> Fraction | None:
-        """The value, if it is a rational number."""
+        """The value if it is a rational number, else None."""
         if self.num is None or not (self.num.is_constant() and self.den.is_constant()):
             return None
         num, den = (p.leading_coefficient() if p != 0 else 0 for p in (self.num, self.den))
@@ -195,13 +195,13 @@ def _element(x: Element | int) -> Element:
 
 
 class RationalFunctions(Arithmetic):
-    """The arithmetic of `Element`; at most five different angles and numbers that are unknown."""
+    """The arithmetic of `Element`, for at most five different angles and unknown numbers."""
 
     def __init__(self) -> None:
         self._angles: list[Exact | None] = []
 
     def unknown(self) -> Element:
-        """A number of which nothing is known but that it is the same wherever it stands."""
+        """Return a new unknown; all that is known is that it has one value wherever it occurs."""
         self._angles.append(None)
         return Element(_RING.gens()[len(self._angles) - 1])
 
@@ -230,7 +230,7 @@ class RationalFunctions(Arithmetic):
         return self.number(Fraction(num, den))
 
     def atan2(self, y: Element, x: Element) -> Element:
-        """Recognises zero, and an angle that is already known."""
+        """Return the angle if it is zero or already known, else a new unknown."""
         if y.num is None or x.num is None:
             return _UNKNOWN
         if y.is_zero and (r := x.rational()) is not None and r > 0:
@@ -264,7 +264,7 @@ TEXT_DIGITS = 50
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
-    """Columns whose exact value does not change: the energy, and all of a steady motion.
+    """Return columns whose exact value does not change: the energy, and all of a steady motion.
 
     The energy follows from the initial state alone.
     """
@@ -284,8 +284,8 @@ def round_rows(
 ) -> RoundedRows:
     """Round every entry of the rows.
 
-    Row 0 follows from the initial state in exact arithmetic, as far as it is rational; the others
-    from the candidate and the certified bound on its distance from the exact motion.
+    Row 0 follows from the initial state in exact arithmetic, as far as it is rational. The other
+    rows follow from the candidate and the certified bound on its distance from the exact motion.
     """
     at = evaluator(run, certificate=certificate)
     first = exact_columns(run.bicycle, run.maneuver)
@@ -316,9 +316,9 @@ def _as_claimed(
     run: Trajectory, certificate: Certificate, enclosed: Sequence[dict[str, Enclosure]],
     undecided: Mapping[str, Any],
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
-    """Rows in which what is not decided is as wide as certificate.json says of the whole run.
+    """Return rows whose undecided entries are as wide as certificate.json says for the whole run.
 
-    So whoever has that can check the bound.
+    A reader who has only the certificate can then check the bound.
     """
     at = evaluator(run, certificate=certificate.claimed)
     found = list(map(dict, enclosed))
@@ -335,7 +335,7 @@ def round_columns(
     names: Sequence[str], rows: Iterable[Mapping[str, Any]],
     rounded: Callable[[Any], tuple[float, float, float, bool]],
 ) -> Values:  # fmt: skip
-    """Columns by `rounded` of a value: its hi, lo and bound, and whether that is decided."""
+    """Round columns by `rounded`, which returns hi, lo, bound and whether that is decided."""
     table = np.array([[rounded(row[name]) for name in names] for row in rows]).transpose(2, 1, 0)
     *parts, decided = (dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table)
     rows_of = {name: np.flatnonzero(x == 0).astype(np.int64) for name, x in decided.items()}
@@ -348,7 +348,7 @@ def _nearest(x: Enclosure) -> tuple[float, float, float, bool]:
 
 
 def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
-    """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
+    """Return the text files: one of 25 columns, or one of 9 columns for each maneuver."""
     files = {}
     for file in text_files(maneuvers):
         first = maneuvers[file.numbers[0] - 1]
@@ -364,12 +364,12 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> 
 
 
 def _of_17_digits(hi: float, text: str) -> str:
-    """The binary64; a zero that is not decided says how far it is, as it does with 50 digits."""
+    """Return the binary64 as text; an undecided zero shows its uncertainty, as with 50 digits."""
     return text if hi == 0 and text.startswith("0e") else f"{hi:.17g}"
 
 
 def distance(x: Enclosure, hi: float, lo: float) -> float:
-    """Upper bound, as binary64, of the distance of an exact number from hi + lo."""
+    """Return an upper bound, as binary64, of the distance of an exact number from hi + lo."""
     return upward(x.minus(hi, lo).size())
 
 
@@ -377,9 +377,9 @@ def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
     progress: TellTime = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
-    """Every column of every row as far as it is known: row 0 and constants, then the others.
+    """Yield every column of every row as far as it is known: row 0 and constants, then the others.
 
-    In a proof what is constant has to meet its enclosure by the state.
+    In a proof, a constant column must agree with its enclosure from the state.
     """
     rows = []
     with at.balls.precision():
@@ -400,6 +400,6 @@ def enclose_rows(
 
 
 def rounded_times(maneuver: Maneuver) -> Double:
-    """Times of the rows [s], of shape (rows,)."""
+    """Return the times of the rows [s], of shape (rows,)."""
     hi, lo = np.array([hi_lo(Enclosure.of(t), "time") for t in row_times(maneuver)]).T
     return hi.copy(), lo.copy()

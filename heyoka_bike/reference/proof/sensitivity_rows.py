@@ -1,13 +1,14 @@
-"""Derivatives of the columns by the unknowns: sensitivities.h5, with certified bounds.
+"""Derivatives of the columns with respect to the unknowns: sensitivities.h5, with certified bounds.
 
 The derivative of a column C is ``C_x S + C_k k'``, with S from `variation`. Over each piece of the
-candidate it is an analytic function of u, -1 <= u <= 1, up to a bound from the same proof: known at
-Chebyshev nodes, and in between by interpolation.
+candidate it is an analytic function of u, -1 <= u <= 1, up to a bound from the same proof. It is
+computed at Chebyshev nodes and interpolated in between.
 
-Some pieces in a row make a published one: values at its Chebyshev nodes give its coefficients. What
-is published, these coefficients rounded, is off by what the rounding adds and by what interpolation
-leaves out. The latter is bounded over each piece of the candidate by its values at nodes there, the
-Lebesgue constant, and the error of interpolating a function that is analytic in an ellipse.
+Several consecutive pieces make a published one, whose coefficients follow from values at its
+Chebyshev nodes. The published coefficients are rounded, so their error is that of the rounding and
+that of the interpolation. The interpolation error is bounded over each piece of the candidate by
+its values at nodes there, the Lebesgue constant, and the error of interpolating a function that is
+analytic in an ellipse.
 
 Coefficients and rows are rounded, each with its bound.
 """
@@ -50,48 +51,50 @@ from heyoka_bike.reference.structure import ROWS_APART
 from heyoka_bike.reference.values import Sensitivity
 
 COLUMN_BITS = 128
-"""Of the columns' derivatives by state and constants: nothing is carried on from them."""
+"""Precision of the columns' derivatives with respect to state and constants. It can be modest, as
+nothing is carried on from them."""
 
 ORDERS = 24
 """Chebyshev coefficients of a published piece."""
 
 _NODE_BITS = 160
-"""Interpolation at the nodes leaves out less than 2^-160 of the largest value on the ellipse."""
+"""Interpolation at the nodes omits less than 2^-160 of the largest value on the ellipse."""
 
 _SMALLEST_KEPT = 2.0**-44
-"""Of the largest value on a published piece, what interpolation may leave out. The largest of the
-run is what counts; on the first pieces, which start at zero, it is a hundred times more."""
+"""Largest interpolation error on a published piece, relative to the largest value on it. Only the
+largest value of the run matters; on the first pieces, which start at zero, the relative error is a
+hundred times larger."""
 
 _CONSTANT_COLUMN = [c.name for c in COLUMNS].index("mechanical_energy")
-"""Its derivatives do not change, and are not taken from the polynomials."""
+"""Derivatives of the energy do not change, and are not taken from the polynomials."""
 
 
 class ColumnDerivatives:
     """The derivatives of all columns over a part of the motion, as functions of u.
 
-    Derivatives at one time are a row, by column and then by unknown.
+    The derivatives at one time form a row, ordered by column and then by unknown.
 
     Attributes
     ----------
     t0, h : Fraction
         u = (t - t0) / h.
     nodes : Nodes
-        Enough of them on -1 <= u <= 1.
+        Sufficiently many nodes on -1 <= u <= 1.
     values : arb_mat
-        Derivatives at these.
+        Derivatives at the nodes.
     rest : list of arb
-        Bound on how far the derivatives are off, by column, for every unknown.
+        Bound on the error of the derivatives, by column, valid for every unknown.
     between : list of arb
-        Bound on what interpolation at the nodes leaves out, in the same way.
+        Bound on the error of interpolation at the nodes, by column, valid for every unknown.
     """
 
     @classmethod
     def along(
         cls, variations: Sequence[Variation], unknowns: Unknowns, equations: Equations
     ) -> list[ColumnDerivatives]:
-        """Of some parts; the columns' derivatives by state and constants are found together.
+        """Yield the derivatives over some parts, computed together for all of them.
 
-        `equations` are in balls.
+        `equations` are equations in balls.
         """
         a = AtPoints(COLUMN_BITS)
         with a.precision():
@@ -122,7 +125,7 @@ class ColumnDerivatives:
             values.append((flint.arb_mat(columns, inner, row) * by_unknown).entries())
         self.values = flint.arb_mat(values)
         left_out, lebesgue = nodes.left_out(v.radius), nodes.lebesgue
-        # Over rho: of the states on -1 <= u <= 1, and on the circle.
+        # Bounds relative to rho: of the states on -1 <= u <= 1, and of those on the circle.
         sizes = flint.arb_mat([list(map(abs, m.entries())) for m in v.q])
         powers = flint.arb_mat([_powers(flint.arb(r), len(v.q)) for r in (1, v.radius)])
         near, rim = (
@@ -144,7 +147,7 @@ class ColumnDerivatives:
             self.between.append((size * left_out * (rim + v.pull)).upper())
 
     def at(self, times: Sequence[flint.arb]) -> flint.arb_mat:
-        """Enclosures of the derivatives at times within the part, a row each."""
+        """Return enclosures of the derivatives at times within the part, one row per time."""
         u = [(t - exact_ball(self.t0)) / exact_ball(self.h) for t in times]
         if not all(abs(x) <= 1 for x in u):
             raise ValueError("a time outside the part of the motion")
@@ -156,7 +159,7 @@ class ColumnDerivatives:
 
 @cache
 def _nodes(radius: int) -> Nodes:
-    """So many that functions analytic inside a circle are interpolated well enough."""
+    """Return enough nodes to interpolate functions that are analytic inside a circle."""
     with working_bits(COLUMN_BITS):
         return Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(radius).mid()))))
 
@@ -175,9 +178,9 @@ class Fitted:
     Attributes
     ----------
     t0, t1 : Fraction
-        Its ends [s].
+        Ends of the piece [s].
     coefficients : arb_mat
-        By order; rows as in `ColumnDerivatives`.
+        Coefficients by order, in rows as in `ColumnDerivatives`.
     left_out : list of arb
         Bound on the distance of the polynomial from the derivatives, along a row.
     """
@@ -189,7 +192,7 @@ class Fitted:
 
     @classmethod
     def resolved(cls, parts: Sequence[ColumnDerivatives]) -> Iterator[Fitted]:
-        """On parts of the motion in a row, all together if that leaves out next to nothing."""
+        """Yield pieces on consecutive parts of the motion, a single one if that resolves them."""
         found = cls.of(parts)
         if len(parts) == 1 or found.is_resolved:
             yield found
@@ -212,7 +215,7 @@ class Fitted:
 
     @classmethod
     def of(cls, parts: Sequence[ColumnDerivatives]) -> Fitted:
-        """On parts of the motion in a row."""
+        """Fit one piece to consecutive parts of the motion."""
         t0, t1 = parts[0].t0 - parts[0].h, parts[-1].t0 + parts[-1].h
         middle, half = exact_ball((t0 + t1) / 2), exact_ball((t1 - t0) / 2)
         nodes = Nodes(ORDERS)
@@ -228,7 +231,7 @@ class Fitted:
             difference = (basis(x, ORDERS) * coefficients - part.values).transpose().tolist()
             unknowns = len(found) // len(part.rest)
             for i, column in enumerate(difference):
-                # At the nodes, and in between, the derivatives are off by the rest.
+                # The rest bounds the error of the derivatives at the nodes and in between.
                 lebesgue, rest = part.nodes.lebesgue, part.rest[i // unknowns]
                 bound = (largest(abs(e) for e in column) + rest) * lebesgue + rest
                 bound += part.between[i // unknowns]
@@ -237,19 +240,20 @@ class Fitted:
 
 
 def _holding(parts: Sequence[ColumnDerivatives], t: flint.arb) -> ColumnDerivatives:
-    """The part that holds a time."""
+    """Return the part that contains a time."""
     return next(p for p in parts if t <= exact_ball(p.t0 + p.h) or p is parts[-1])
 
 
 _PIECES_AT_ONCE = 5
-"""Pieces of the candidate in a published one."""
+"""Maximum number of pieces of the candidate in a published piece."""
 
 _BITS_OF_GRID = 50
-"""Coefficients are multiples of 2^-50 of the largest value over the run: what decays takes no
-space."""
+"""Coefficients are multiples of 2^-50 of the largest value over the run, so that decayed values
+take no space."""
 
 _BITS_OF_GUARD = 20
-"""They are multiples of at least 2^20 times what is not known of them, which decides them."""
+"""Coefficients are multiples of at least 2^20 times their uncertainty, which decides the
+rounding."""
 
 _NAMES_OF_ROWS = [c.name for c in COLUMNS]
 _ENERGY_NAME = "mechanical_energy"
@@ -258,14 +262,14 @@ _ENERGY_NAME = "mechanical_energy"
 def differentiate(
     run: Trajectory, certificate: Certificate, progress: Callable[[float], None] = lambda _: None
 ) -> Sensitivity:
-    """Derivatives of all columns along a certified candidate, rounded, with their bounds.
+    """Return derivatives of all columns along a certified candidate, rounded, with their bounds.
 
-    From a piece on over which they are not bounded (about to fall, say) there is NaN.
+    They are NaN from the first piece on over which there is no bound (before a fall, for example).
 
     Raises
     ------
     NotCertifiedError
-        The derivatives of the energy are not those of its initial value.
+        The derivatives of the energy differ from those of its initial value.
     """
     equations = run.equations(Balls(BITS))
     unknowns = Unknowns.of(run, equations)
@@ -289,7 +293,7 @@ def differentiate(
 
 
 def _bounded(parts: Iterator[Variation]) -> Iterator[Variation]:
-    """As far as there are bounds."""
+    """Yield the parts up to the first that cannot be bounded."""
     with suppress(NotCertifiedError):
         yield from parts
 
@@ -297,7 +301,7 @@ def _bounded(parts: Iterator[Variation]) -> Iterator[Variation]:
 def _at_start(
     run: Trajectory, equations: Equations, unknowns: Unknowns
 ) -> Mapping[str, Sequence[Value]]:
-    """Derivatives of all columns at t = 0 by the smooth unknowns, exact where that is seen."""
+    """Return derivatives at t = 0 by the smooth unknowns, exact if recognised as such."""
     exact = exact_derivatives(run.bicycle, run.maneuver)
     with equations.precision():
         columns = unknowns.varied.columns(equations)
@@ -313,7 +317,7 @@ def _at_start(
 
 
 class _Rounding:
-    """From rows of enclosures, by column and then by unknown, to arrays."""
+    """Rounds rows of enclosures, ordered by column and then by unknown, to arrays."""
 
     def __init__(
         self, run: Trajectory, unknowns: Unknowns, start: Mapping[str, Sequence[Value]]
@@ -350,7 +354,7 @@ class _Rounding:
     def _column(
         self, i: int, name: str, pieces: Sequence[Fitted], count: int
     ) -> tuple[Array, Array]:
-        """Coefficients and bounds of a column, of shapes (P, N, U) and (P, U)."""
+        """Return coefficients and bounds of a column, of shapes (P, N, U) and (P, U)."""
         table = np.full((count, ORDERS, COUNT), np.nan)
         bound = np.full((count, COUNT), np.nan)
         for u, unknown in enumerate(self.unknowns.smooth):
@@ -368,7 +372,7 @@ class _Rounding:
         return table, bound
 
     def _constant(self, row: Sequence[flint.arb], constant: Value, name: str) -> list[flint.arb]:
-        """A row that is a constant; what is known of it otherwise has to agree."""
+        """Return a constant row, after checking that the enclosures agree with it."""
         x = exact_ball(constant) if isinstance(constant, Fraction) else constant
         expected = [x, *[flint.arb(0)] * (len(row) - 1)]
         if not all(a.overlaps(b) for a, b in zip(row, expected, strict=True)):
@@ -378,7 +382,7 @@ class _Rounding:
         return expected
 
     def _rounded(self, row: Sequence[flint.arb], grid: int) -> tuple[list[float], flint.arb]:
-        """Multiples of 2^-grid, and a bound on the sum of their distances."""
+        """Return multiples of 2^-grid, and a bound on the sum of the rounding errors."""
         unit = flint.arb(2) ** -grid
         numbers, apart = [], []
         for x in row:
@@ -394,7 +398,7 @@ class _Rounding:
     def _rows(
         self, name: str, rows: Sequence[Sequence[flint.arb]], count: int
     ) -> tuple[Array, Array]:
-        """Values of a column, rounded to binary64, and their bounds, of shape (rows, U)."""
+        """Return values of a column and their bounds in binary64, of shape (rows, U)."""
         values, bound = (np.full((count, COUNT), np.nan) for _ in range(2))
         for u, unknown in enumerate(self.unknowns.smooth):
             j = _NAMES_OF_ROWS.index(name) * len(self.unknowns.smooth) + u
@@ -412,7 +416,7 @@ class _Rounding:
         return values, bound
 
     def _nearest(self, x: Value) -> tuple[float, float]:
-        """The nearest binary64; zero where the enclosure holds zero."""
+        """Return the nearest binary64 and its bound; zero if the enclosure contains zero."""
         enclosed = Enclosure.of(x)
         found = 0.0 if enclosed.holds_zero else enclosed.binary64()
         if found is None:
@@ -422,7 +426,7 @@ class _Rounding:
 
 
 def _grid(rows: Sequence[Sequence[flint.arb]]) -> int:
-    """Of coefficients over the run: bits after the point of a multiple."""
+    """Return the grid for coefficients over the run, as a number of binary places."""
     size = largest(abs(x.mid()) for row in rows for x in row)
     unknown = largest(x.rad() for row in rows for x in row)
     exponents = [

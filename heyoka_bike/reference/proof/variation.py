@@ -1,26 +1,26 @@
-"""Derivatives of the state by the unknowns along the exact motion, with rigorous bounds.
+"""Derivatives of the state with respect to the unknowns along the exact motion, with bounds.
 
 The matrix S of derivatives satisfies ``S' = J S + g``, where J is the derivative of the equations
-of motion by the state, and g that by the constants times the derivatives of the constants by the
-unknowns, all along the exact motion x. Each piece of the candidate p is taken about its middle,
-with u = (t - middle) / h, -1 <= u <= 1. There:
+of motion with respect to the state. g is their derivative with respect to the constants, times the
+derivatives of the constants with respect to the unknowns. Both are taken along the exact motion x.
+Each piece of the candidate p is treated about its middle, with u = (t - middle) / h, -1 <= u <= 1:
 
-1. h J and h g along p are expanded in u, from values on the unit circle (see `analytic`). What is
-   left out, and what x, within the certificate's distance of p, adds, is bounded by Cauchy's
-   estimate on a circle and a polydisc of states and constants (see `cauchy`).
+1. h J and h g along p are expanded in u, from values on the unit circle (see `analytic`). Cauchy's
+   estimate on a circle and a polydisc of states and constants bounds the omitted terms, and the
+   effect of the distance of x from p (see `cauchy`).
 2. Y nearly solves ``Y' = h J Y``, Y(0) = 1, with a defect D, and p ``p' = h J p + h g``, p(0) = 0,
-   each bounded by its coefficients. With the constant C that joins it to the piece before,
-   q = Y C + p nearly solves the equation; f is what it leaves over.
-3. S - q = Y z with ``z' = Y^-1 (f - D z)``: all of the linear motion is in Y, and Gronwall's
-   inequality has only D to work on.
-4. From piece to piece S - q is carried by Y(1) Y(-1)^-1 in a moving frame, as in `enclose`. One
-   box holds it for every unknown, as unknowns are counted in units of their own.
+   each bounded by its coefficients. With the constant C that joins it to the previous piece, q = Y
+   C + p nearly solves the equation; f is its residual.
+3. S - q = Y z with ``z' = Y^-1 (f - D z)``: Y contains all of the linear motion, so Gronwall's
+   inequality applies only to D.
+4. From piece to piece S - q is carried by Y(1) Y(-1)^-1 in a moving frame, as in `enclose`. One box
+   bounds it for every unknown, because each unknown has a unit of its own.
 
 A piece on which no circle works, or over which Y is badly conditioned, is halved, exactly.
 
-The unknowns are those of `structure.UNKNOWNS`: 26 parameters and five numbers of the start. The
-derivatives of constants and start are exact: dual numbers over fractions, then over the number type
-that is asked for.
+The unknowns are those of `structure.UNKNOWNS`: 26 parameters and five initial conditions. The
+derivatives of constants and initial state are exact: dual numbers over fractions, then over the
+requested number type.
 """
 
 from __future__ import annotations
@@ -63,13 +63,13 @@ COUNT = len(PARAMETERS) + len(START)
 
 @dataclass(frozen=True)
 class Varied:
-    """Constants and initial state of a motion, as dual numbers by the unknowns.
+    """Constants and initial state of a motion, as dual numbers in the unknowns.
 
     Attributes
     ----------
     k : Constants
     state : list
-        At t = 0, the yaw last.
+        State at t = 0, the yaw last.
     """
 
     k: Constants
@@ -79,7 +79,7 @@ class Varied:
     def of(
         cls, bicycle: Bicycle, maneuver: Maneuver, pitch: Number, a: Arithmetic, *, is_regular: bool
     ) -> Varied:
-        """In the number type of `a`; `pitch` is that of the start."""
+        """Construct in the number type of `a`; `pitch` is the initial pitch."""
         duals = Duals(a)
         symbols = list(PARAMETERS)
         p = {s: _unknown(x.rational, symbols.index(s)) for s, x in bicycle.values.items()}
@@ -92,33 +92,35 @@ class Varied:
         return cls(k, varied_state(k, duals, start, pitch, is_regular=is_regular))
 
     def columns(self, equations: Equations) -> Mapping[str, Number]:
-        """All columns at t = 0."""
+        """Return all columns at t = 0."""
         return replace(equations, k=self.k, a=Duals(equations.a)).columns(self.state)
 
     def is_smooth(self, unknown: int) -> bool:
-        """True if the equations have a derivative by an unknown.
+        """Return whether the equations have a derivative with respect to an unknown.
 
-        They are in the ratio of two inertias of an assembly. Where all of its mass is on a line
-        along the steer axis both are zero, and what moves one of them has no limit.
+        The equations contain the ratio of two inertias of an assembly. Both are zero if all of its
+        mass lies on a line along the steer axis, and then the effect of changing one of them has no
+        limit.
         """
         return not any(_moves(x, unknown) for x in (self.k.rear, self.k.front))
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Derivatives of the constants and of the start as matrices, in units of each unknown.
+    """Derivatives of the constants and of the initial state as matrices, in units of each unknown.
 
     Attributes
     ----------
     varied : Varied
     smooth : tuple of int
-        The unknowns by which there are derivatives.
+        The unknowns with respect to which there are derivatives.
     units : tuple of int
-        Each is counted in 2 to the power of this, so that largest entries are between 1/2 and 1.
+        Exponents of 2: the unit of each unknown, chosen so that its largest entry is between 1/2
+        and 1.
     constants : tuple of int
-        The constants that depend on unknowns, by their place among all.
+        Indices of the constants that depend on unknowns.
     by_constant : arb_mat
-        Derivatives of these constants, a row each.
+        Derivatives of these constants, one row per constant.
     start : arb_mat
         Derivatives of the state at t = 0.
     """
@@ -132,7 +134,7 @@ class Unknowns:
 
     @classmethod
     def of(cls, run: Trajectory, equations: Equations) -> Unknowns:
-        """Of a run, in the precision of its equations in balls."""
+        """Construct for a run, in the precision of its equations in balls."""
         with equations.precision():
             pitch = pitch_at_start(equations, run.maneuver)
             varied = Varied.of(
@@ -164,10 +166,11 @@ class Unknowns:
     def gradients(
         self, function: Function, equations: Equations, a: Arithmetic, state: Sequence[Number]
     ) -> list[list[Number]]:
-        """Derivatives of the values of a function by the state, and then by `constants`.
+        """Return derivatives of a function's values by the state and by `constants`.
 
-        In the numbers of `a`, which take the constants of `equations`; the integer 0 by what a
-        value is not made of. These are many, so they are taken from the values back.
+        They are in the number type of `a`, to which the constants of `equations` are converted. A
+        derivative with respect to something that a value does not depend on is the integer 0. There
+        are many variables, so differentiation runs backward from the values.
         """
         traces, numbers = Traces(a), list[Number]()
 
@@ -182,7 +185,7 @@ class Unknowns:
 
 
 def slope(x: Number, unknown: int) -> Number:
-    """The derivative of a number by an unknown."""
+    """Return the derivative of a number with respect to an unknown."""
     return x.slopes[unknown] if isinstance(x, Dual) else 0
 
 
@@ -197,19 +200,21 @@ def _moves(x: Assembly, unknown: int) -> bool:
 
 
 _RADII_OF_CIRCLES = (10, 8, 6, 4)
-"""Circles tried, in half lengths of the piece."""
+"""Radii of the circles tried, in half lengths of the piece."""
 
 _REACH = Fraction(1, 2**8)
-"""Radius of the polydisc around the constants, over each of them."""
+"""Radius of the polydisc around the constants, relative to each of them."""
 
 BITS = 192
-"""A coefficient is as uncertain at a high order as at a low one: these must be many."""
+"""Precision. High-order coefficients are as uncertain as low-order ones, so many bits are
+needed."""
 
 _BITS_OF_VARIATION_TAIL = 164
-"""As far as constants matter, the truncation error of the expansions is below 2^-164."""
+"""The truncation error of the expansions is below 2^-164 where it depends on constants."""
 
 _SMALL, _SMALLER = 2, 64
-"""After so many halvings it is taken over this: where a bicycle is about to fall, see `cauchy`."""
+"""After `_SMALL` halvings the polydisc is divided by `_SMALLER`: for bicycles about to fall, see
+`cauchy`."""
 
 _YAW_RATE = [c.name for c in COLUMNS].index("yaw_rate")
 
@@ -221,21 +226,21 @@ class Variation:
     Attributes
     ----------
     piece : Piece
-        Its right half: t0 is the middle of the piece, and h half its length [s].
+        The right half of the piece: its t0 is the middle, and its h half the length [s].
     q : list of arb_mat
         Enclosures of the coefficients of an exact polynomial, of shape (state, unknowns).
     bound : list of arb
-        On abs(S - q), by state variable, for every unknown.
+        Bound on abs(S - q), by state variable, valid for every unknown.
     radius : int
-        Of a circle in u inside of which the columns are analytic.
+        Radius of a circle in u inside of which the columns are analytic.
     sizes : list of arb
-        Bound on the columns there, for states and constants in a polydisc.
+        Bound on the columns on the circle, for states and constants in a polydisc.
     rho : list of arb
-        Radii of the polydisc of states. At its centre derivatives are bounded by sizes / rho.
+        Radii of the polydisc of states. Derivatives at its centre are bounded by sizes / rho.
     pull : arb
-        The same for the constants: sizes * pull bounds their part, for every unknown.
+        Factor for the constants: sizes * pull bounds their contribution, for every unknown.
     off : arb
-        The share of these bounds by which the expansions are off from the exact motion's.
+        Fraction of these bounds that bounds the error of the expansions along the exact motion.
     """
 
     piece: Piece
@@ -251,12 +256,12 @@ class Variation:
 def variations(
     run: Trajectory, certificate: Certificate, unknowns: Unknowns
 ) -> Iterator[Variation]:
-    """The derivatives along all pieces of a candidate.
+    """Yield the derivatives along all pieces of a candidate.
 
     Raises
     ------
     NotCertifiedError
-        A piece over which the proof does not work.
+        The proof does not work over some piece.
     """
     prover = _Prover(run, unknowns)
     for piece, bounds in certificate.along(run):
@@ -264,7 +269,7 @@ def variations(
 
 
 class _Prover:
-    """Carries the derivatives, exact numbers, and the frame of their errors."""
+    """Carries the exact derivatives of the candidate, and the frame of their errors."""
 
     def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
         self.unknowns = unknowns
@@ -289,15 +294,16 @@ class _Prover:
             self.frame = Frame(identity(SIZE), _apart(unknowns.start, self.q))
 
     def piece(self, piece: Piece, bounds: Sequence[Fraction]) -> Iterator[Variation]:
-        """The derivatives over a piece, in parts where that is too long."""
+        """Yield the derivatives over a piece, in parts if it is too long."""
         return cauchy.in_parts(
             piece,
             lambda part, depth: self._whole(part, bounds, _SMALLER if depth >= _SMALL else 1),
         )
 
     def _whole(self, piece: Piece, bounds: Sequence[Fraction], smaller: int) -> Variation:
-        """Over a piece, with the radii around the constants over `smaller`."""
-        # The right half, whose variable is 0 in the middle and 1 at the end, taken from -1 on.
+        """Return the derivatives over a piece; `smaller` divides the radii of constants."""
+        # The right half has a variable that is 0 in the middle and 1 at the end; here it starts at
+        # -1.
         _, centred = piece.halves()
         circle = cauchy.circle_bound(
             centred, partial(self._widened, smaller), self.circles, _RADII_OF_CIRCLES
@@ -327,20 +333,20 @@ class _Prover:
     def _carry(
         self, flow: Flow, p: list[flint.arb_mat], force: flint.arb
     ) -> tuple[list[flint.arb_mat], BallVector]:
-        """The derivatives over a piece and the bound on their error; goes on to its end.
+        """Return the derivatives over a piece and the bound on their error, and advance to its end.
 
-        `p` is one solution, which leaves over `force`.
+        `p` is a near solution with residual `force`.
         """
         y, weights, defect = flow.y, flow.weights, flow.defect
         size_y = size_about_middle(y, weights)
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()
-        # The solution that begins where the last piece ended.
+        # The solution that starts where the previous piece ended.
         c = (back * (self.q - value(p, minus))).mid()
         q = [m * c + n for m, n in zip(y, p, strict=True)]
         force += defect * _size(c, weights)
         frame = self.frame.widened(_apart(value(q, minus), self.q))
-        # z from its size at -1, by Gronwall; it moves by `drift` at most.
+        # Gronwall bounds z from its size at -1; it changes by at most `drift`.
         start = largest(x / w for x, w in zip(abs_times(back, frame.bound()), weights, strict=True))
         kappa = flow.size_inverse * defect
         push = flow.size_inverse * force
@@ -360,7 +366,7 @@ class _Prover:
         return q, bound
 
     def _widened(self, smaller: int, equations: Equations, state: Sequence[Number]) -> list[Number]:
-        """Rates and columns on a circle, for all constants in their polydisc."""
+        """Return rates and columns on a circle, for all constants in their polydisc."""
         reach = iter(self.reach)
         rim: Any = equations.a
 
@@ -372,7 +378,7 @@ class _Prover:
         return _rates_and_columns(replace(equations, k=equations.k.convert(widen)), state)
 
     def _linear(self, piece: Piece, a: Samples) -> tuple[list[flint.arb_mat], list[flint.arb_mat]]:
-        """Taylor coefficients of h J along a piece, and of h g by the unknowns."""
+        """Return Taylor coefficients of h J along a piece, and of h g for the unknowns."""
         with a.precision():
             state, step = piece.samples(a), exact_ball(piece.h)
             slopes = self.unknowns.gradients(Equations.rates_with_yaw, self.at_points, a, state)
@@ -383,7 +389,7 @@ class _Prover:
 
 
 def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """Rates of the state without the yaw, whose rate is a column, and the columns."""
+    """Return rates of the state without the yaw, whose rate is a column, and then the columns."""
     return [*equations.rates(state), *equations.every_column(state)]
 
 
@@ -391,15 +397,15 @@ def _solution(
     a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: BallVector,
     weights: BallVector,
 ) -> tuple[list[flint.arb_mat], flint.arb]:  # fmt: skip
-    """Coefficients of a polynomial p that nearly solves p' = a p + g, p(0) = 0; exact numbers.
+    """Return a polynomial p that nearly solves p' = a p + g, p(0) = 0, in exact numbers.
 
-    Returned with a bound on the norm of a p + g - p' for -1 <= u <= 1 and the worst unknown, where
-    a and g may be off by the tails.
+    Also return a bound on the norm of a p + g - p' for -1 <= u <= 1 and the worst unknown, where a
+    and g may be off by the tails.
     """
     p, left_over = solution(a, 0 * g[0], g)
     defect = _size(left_over, weights) + _size(g[-1], weights)
     sizes = [_size(x, weights) for x in p]
-    # Terms of the product of order len(a) - 1 and more, which p' does not have.
+    # Terms of the product of order len(a) - 1 and higher, which p' does not have.
     for j, x in enumerate(a):
         defect += norm(x, weights) * total(sizes[len(a) - 1 - j :])
     defect += norm(tail, weights) * total(sizes)
@@ -408,15 +414,15 @@ def _solution(
 
 
 def _size(m: flint.arb_mat, weights: BallVector) -> flint.arb:
-    """Weighted maximum norm of the largest column."""
+    """Return the weighted maximum norm of the largest column."""
     return largest(x / w for x, w in zip(_rows(m), weights, strict=True))
 
 
 def _apart(x: flint.arb_mat, y: flint.arb_mat) -> BallVector:
-    """Bound on abs(x - y) by row, for every column."""
+    """Return a bound on abs(x - y) by row, for every column."""
     return _rows(x - y)
 
 
 def _rows(m: flint.arb_mat) -> BallVector:
-    """Largest absolute value of each row."""
+    """Return the largest absolute value of each row."""
     return [largest(abs(m[i, j]) for j in range(m.ncols())) for i in range(m.nrows())]

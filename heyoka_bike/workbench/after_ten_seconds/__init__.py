@@ -1,1 +1,1 @@
-"""Long-term behaviour of the benchmark's motions after their ten seconds, proved."""
+"""Long-term behaviour of the benchmark's motions after their first ten seconds, proved."""

@@ -1,11 +1,11 @@
-"""The benchmark's maneuvers after their ten seconds, proved from candidates alone.
+"""The benchmark's maneuvers after ten seconds, proved from candidates alone.
 
-The candidates are the motion of a cycle, and maneuver 3 until it falls. What follows from them
-and from the inputs of the benchmark is published in after-ten-seconds.json, and checked there. That
-file lies in a folder of its own, beside the candidates that it follows from (candidate.h5). Numbers
-are correctly rounded to the digits they have.
+The candidates are the motion of a cycle, and maneuver 3 until it falls. The facts that follow from
+them and from the inputs of the benchmark are published in after-ten-seconds.json, in a folder with
+the candidates (candidate.h5). This module proves them and checks the published file. All numbers
+are correctly rounded to their digits.
 
-`prove_lift` proves when a wheel leaves the floor first, for any one initial state.
+`prove_lift` proves when a wheel first leaves the floor, for any initial state.
 """
 
 from __future__ import annotations
@@ -69,14 +69,14 @@ USED = (
     "that the mirror image of a motion is a motion, and that motions keep their energy and both "
     "wheels on the floor; the tests show that these are identities",
 )
-"""The facts that are taken as known."""
+"""Facts used without proof."""
 
 _BITS_OF_FACTS = 400
 
 
 @dataclass(frozen=True)
 class Fact:
-    """Something that is proved.
+    """A proved fact.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Fact:
         The maneuver.
     statement : str
     numbers : mapping of str to Enclosure
-        By what they are, with their unit.
+        Numbers by description, with their unit.
     """
 
     about: str
@@ -97,12 +97,12 @@ def _steer_rate(equations: Equations, state: Sequence[Number]) -> Number:
 
 
 def cycle_fact(run: Trajectory, like: Maneuver, progress: TellTime | None = None) -> Fact:
-    """The cycle near a candidate that has the energy of a maneuver.
+    """Prove the cycle near a candidate that has the energy of a maneuver.
 
     Raises
     ------
     NotCertifiedError
-        It does not exist, or is not shown to.
+        The cycle does not exist, or its existence is not proved.
     """
     cycle = prove_cycle(run, like, progress)
     if not cycle.is_attracting:
@@ -126,7 +126,7 @@ def cycle_fact(run: Trajectory, like: Maneuver, progress: TellTime | None = None
 
 
 def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
-    """The speed, upright and straight, with the energy of a start that is upright and straight."""
+    """Return the speed in upright straight running with the energy of such a start."""
     balls = Balls(_BITS_OF_FACTS)
     with balls.precision():
         equations = Equations.of(bicycle, balls)
@@ -140,12 +140,12 @@ def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
 
 
 def fall_fact(run: Trajectory, progress: TellTime | None = None) -> Fact:
-    """When the rear wheel leaves the floor.
+    """Prove when the rear wheel leaves the floor.
 
     Raises
     ------
     NotCertifiedError
-        It is not shown to, or a wheel may be pulled down before.
+        The lift is not proved, or a wheel may be pulled down before.
     """
     certificate = enclose(run, progress)
     at = evaluator(run, certificate=certificate)
@@ -188,9 +188,9 @@ def _first(run: Trajectory, found: Sequence[Event], what: str) -> Event:
 def _largest(
     at: Evaluator, rate: Quantity, column: str, end: flint.arb
 ) -> tuple[flint.arb, flint.arb]:
-    """Where a column is largest in magnitude from the start to a time, and how large.
+    """Return the largest magnitude of a column up to a time, and when it occurs.
 
-    It is so where its rate vanishes, or at one of the ends.
+    It occurs where the rate of the column vanishes, or at one of the ends.
     """
     run = at.trajectory
     found = zeros(run, rate, column, at.certificate)
@@ -205,7 +205,7 @@ def _largest(
 
 
 def _mean_speed(at: Evaluator, cycle: Cycle) -> flint.arb:
-    """Of the rear hub along its heading, over half a period [m/s]."""
+    """Return the mean speed of the rear hub along its heading over half a period [m/s]."""
     run, k, turned = at.trajectory, at.equations.k, flint.arb(0)
     for i, bounds in enumerate(cycle.certificate.pieces):
         piece = run.piece(i)
@@ -219,21 +219,21 @@ def _mean_speed(at: Evaluator, cycle: Cycle) -> flint.arb:
 
 
 _DIGITS_OF_FACTS = 30
-_LETTERS_SHOWN = 60  # characters of what is found in a file
+_LETTERS_SHOWN = 60  # maximum number of characters shown of a value in a file
 
 Digits = Callable[[Enclosure, str, str], int]
-"""The number of digits of a value, by maneuver and name."""
+"""Function that returns the number of digits of a value, by maneuver and name."""
 
 
 def prove_facts(
     cycle: Trajectory, fall: Trajectory, progress: Progress | None = None
 ) -> tuple[Fact, ...]:
-    """All that is said of the maneuvers of the benchmark, from the two candidates.
+    """Prove all statements about the maneuvers of the benchmark, from the two candidates.
 
     Raises
     ------
     NotCertifiedError
-        Something is not shown, or a candidate is about other inputs.
+        A statement is not proved, or a candidate has other inputs.
     """
     bicycle, maneuvers = benchmark()
     for run in (cycle, fall):
@@ -262,12 +262,12 @@ def _start(m: Maneuver) -> tuple[Any, ...]:
 
 
 def render_facts(facts: Sequence[Fact], digits: Digits | None = None) -> bytes:
-    """Bytes of after-ten-seconds.json.
+    """Return the bytes of after-ten-seconds.json.
 
     Raises
     ------
     NotCertifiedError
-        A number is not decided to its digits.
+        The enclosure of a number does not decide its digits.
     """
     count = digits or (lambda x, about, name: _decided(x))
     document = {
@@ -290,7 +290,7 @@ def render_facts(facts: Sequence[Fact], digits: Digits | None = None) -> bytes:
 
 
 def _decided(x: Enclosure) -> int:
-    """The most digits that an enclosure decides."""
+    """Return the largest number of digits that an enclosure decides."""
     return next((n for n in range(_DIGITS_OF_FACTS, 0, -1) if x.decimal(n) is not None), 1)
 
 
@@ -304,21 +304,21 @@ def _text(x: Enclosure, digits: int, name: str) -> str:
 def certify_after(
     folder: str | Path | None = None, *, progress: Progress | None = None
 ) -> tuple[Fact, ...]:
-    """Prove again what after-ten-seconds.json says, from the candidates beside it.
+    """Prove again the statements of after-ten-seconds.json, from the candidates in its folder.
 
     Parameters
     ----------
     folder
-        By default the one that comes with the package.
+        Folder of the file; by default the one that comes with the package.
     progress
         As for `certify`; the stage is ``certify``.
 
     Raises
     ------
     NotCertifiedError
-        Something is not shown, or the file says something else.
+        A statement is not proved, or the file differs from it.
     DatasetError
-        A file is missing, or not of its kind.
+        A file is missing, or has another format.
     """
     where = after_folder() if folder is None else Path(folder)
     raw = _read(where, AFTER)
@@ -348,7 +348,7 @@ def certify_after(
 
 
 def _digits(text: object) -> int:
-    """Significant digits of a published number; 1 if it is none."""
+    """Return the number of significant digits of a published number; 1 if it is not a number."""
     try:
         return max(len(Decimal(str(text)[:_LETTERS_SHOWN]).as_tuple().digits), 1)
     except InvalidOperation:
@@ -364,7 +364,7 @@ def _read(folder: Path, name: str) -> bytes:
 
 
 _AFTER = Fraction(1, 2**10)
-"""So long after a lift in binary64 the candidate ends [s]."""
+"""The candidate ends this long after a lift found in binary64 [s]."""
 
 _PRECISION = "binary128"
 
@@ -376,12 +376,11 @@ class ProvedLift:
     Attributes
     ----------
     lift : Event or None
-        The first time that a normal force passes zero, enclosed. None if that was not shown.
+        Enclosure of the first time at which a normal force passes zero; None if that is not proved.
     is_decided : bool
-        Whether nothing was left open before it, or up to `end`: then both wheels press on the
-        floor until there.
+        True if both wheels are proved to press on the floor until the lift, or until `end`.
     end : Fraction
-        How far was looked [s].
+        End of the search [s].
     """
 
     lift: Event | None
@@ -392,14 +391,14 @@ class ProvedLift:
 def prove_lift(
     bicycle: Bicycle, maneuver: Maneuver, time: float | None, progress: TellTime | None = None
 ) -> ProvedLift:
-    """Prove when a wheel leaves the floor first, or that none does within the maneuver.
+    """Prove when a wheel first leaves the floor, or that none does within the maneuver.
 
     Parameters
     ----------
     bicycle, maneuver
-        The start; the duration counts where no lift is expected.
+        Bicycle and initial state; the duration matters if no lift is expected.
     time
-        Of the lift, as found in binary64 [s]; None if none was found.
+        Time of the lift found in binary64 [s]; None if none was found.
 
     Raises
     ------

@@ -1,29 +1,30 @@
-"""A cycle of the bicycle that is its own mirror image half a period later, proved to exist.
+"""A proved cycle of the bicycle that is its own mirror image half a period later.
 
-It is looked for among motions that start upright, in steer angle, roll rate, steer rate and spin of
-the rear wheel, with the time T of the next upright crossing: five unknowns u. Wanted is that the
-state at T is the mirrored start, and that the energy is a given one. A box around the start of a
-candidate holds exactly one such u if Krawczyk's operator
+The motions considered start upright. The five unknowns u are steer angle, roll rate, steer rate and
+spin of the rear wheel at the start, and the time T of the next upright crossing. The conditions are
+that the state at T is the mirrored start, and that the energy has a given value. A box around the
+start of a candidate contains exactly one such u if Krawczyk's operator
 
     K = u0 - C G(u0) + (1 - C G'(box)) (box - u0)
 
 maps the box into itself; G' follows from the derivatives of all motions that start in the box (see
-`nearby`). Three facts about the equations are used, which tests show to be identities: the mirror
-image of a motion is a motion, the energy is constant, and the front wheel stays on the floor. By
-the last two, spin and pitch need no conditions of their own: they are what the others and the
-energy or the floor say, as either of these changes with them.
+`nearby`). The proof uses three facts about the equations, which tests show to be identities: the
+mirror image of a motion is a motion, the energy is constant, and the front wheel stays on the
+floor. By the last two, spin and pitch need no conditions: the other variables and the energy or the
+floor determine them, because the energy depends on the spin and the floor condition on the pitch.
 
-The motion that starts there is a cycle of period 2 T, and of no shorter one, as all these motions
-are upright once only. It attracts those of its energy if the multipliers of the half return map at
-this energy, its derivative's eigenvalues, are below 1.
+The motion that starts at this u is a cycle of period 2 T. It has no shorter period, because all
+these motions are upright only once. It attracts motions of its energy if the multipliers (the
+eigenvalues of the half return map's derivative at this energy) are below 1 in magnitude.
 
-`nearby` bounds how far all motions that start in the box stay from the candidate, and their
-derivatives. The box is what the error of `enclose` begins with, so its bound holds for every one of
-them. On a piece, with Y and its defect D as there, the derivative of any of these motions x by its
-state where the piece begins is ``Y Z`` with ``Z' = Y^-1 (h (J(x) - J(p)) Y - D) Z``, Z(0) = 1: near
-Y, by Gronwall's inequality. J moves little from p to x: on the polydisc of half the radii around p
-it is at most 2 M / rho (see `cauchy`), and on the line from p through x Cauchy's estimate in one
-variable bounds what it adds. Derivatives over several pieces are products.
+`nearby` bounds the distance from the candidate of all motions that start in the box, and their
+derivatives. The box is the initial error of `enclose`, so its bound is valid for each of these
+motions. Take a piece, with Y and its defect D as in `enclose`. The derivative of any of these
+motions x with respect to its state at the start of the piece is ``Y Z`` with ``Z' = Y^-1 (h (J(x) -
+J(p)) Y - D) Z``, Z(0) = 1: near Y, by Gronwall's inequality. J moves little from p to x: on the
+polydisc of half the radii around p it is at most 2 M / rho (see `cauchy`), and on the line from p
+through x Cauchy's estimate in one variable bounds its change. Derivatives over several pieces are
+products.
 """
 
 from __future__ import annotations
@@ -58,11 +59,11 @@ from heyoka_bike.reference.proof.cauchy import SIZE, Circle, refused
 from heyoka_bike.reference.proof.enclose import MATRIX_BITS, Flow, Frame, Prover, enclose
 
 _TERMS_OF_SERIES = 96
-"""Order of Y, whose defect is then below the bits of the matrices."""
+"""Order of Y. With this order the defect of Y is below the precision of the matrices."""
 
 _BITS_OF_CYCLE = 192
-"""The smallest multiplier is 7e-6, and 22 of its digits are wanted: 92 bits, in a product over
-sixteen pieces whose enclosures grow by a factor of up to 11 each, 55 bits."""
+"""Precision. The smallest multiplier is 7e-6 and needs 22 digits: 92 bits. In a product over
+sixteen pieces the enclosures grow by a factor of up to 11 each: 55 bits."""
 
 
 @dataclass(frozen=True)
@@ -72,19 +73,19 @@ class Nearby:
     Attributes
     ----------
     certificate : Certificate
-        Bounds that hold for each of them.
+        Bounds that are valid for each of the motions.
     """
 
     certificate: Certificate
     _parts: tuple[_FlowPart, ...]
 
     def derivative(self, time: flint.arb) -> flint.arb_mat:
-        """Of the state at a time by that at the start, both with the yaw; for each motion.
+        """Return the derivative of the state at a time with respect to the initial state.
 
         Raises
         ------
         NotCertifiedError
-            The time, a ball, is not inside one part of a piece.
+            The time (a ball) is not inside one part of a piece.
         """
         with working_bits(_BITS_OF_CYCLE):
             product = identity(SIZE)
@@ -98,14 +99,14 @@ class Nearby:
 
 @dataclass(frozen=True)
 class _FlowPart:
-    """A piece, or what was halved of it; Y, and how far the derivative may be from it."""
+    """A piece or a part of it, with Y and a bound on the derivative's distance from Y."""
 
     piece: Piece
     flow: Flow
     apart: flint.arb
 
     def derivative(self, s: flint.arb) -> flint.arb_mat:
-        """By the state where the part begins."""
+        """Return the derivative with respect to the state at the start of the part."""
         y, w = value(self.flow.y, s), self.flow.weights
         return flint.arb_mat(
             [
@@ -116,12 +117,12 @@ class _FlowPart:
 
 
 def nearby(run: Trajectory, radii: BallVector) -> Nearby:
-    """The motions whose start is within `radii` of the candidate's, state by state.
+    """Enclose the motions whose initial state is within `radii` of the candidate's.
 
     Raises
     ------
     NotCertifiedError
-        A piece over which the proof does not work.
+        The proof does not work over some piece.
     """
     prover = _FlowKeeper(run)
     frame = Frame(identity(SIZE), radii)
@@ -134,7 +135,7 @@ def nearby(run: Trajectory, radii: BallVector) -> Nearby:
 
 
 class _FlowKeeper(Prover):
-    """Keeps the flow of each part."""
+    """A prover that stores the flow of each part."""
 
     matrix_bits = _BITS_OF_CYCLE
 
@@ -151,7 +152,7 @@ class _FlowKeeper(Prover):
             reach = largest(x / y for x, y in zip(sup, near.rho, strict=True))
             if not 4 * reach <= 1:
                 raise refused(piece, "the motions leave a quarter of the polydisc")
-            # The yaw, the last of the state, is not in J.
+            # J does not contain the yaw, the last state variable.
             step = exact_ball(piece.h)
             moved = flint.arb_mat(
                 [[*(8 * step * m * reach / x for x in near.rho[:6]), 0] for m in near.values]
@@ -164,29 +165,30 @@ class _FlowKeeper(Prover):
 
 
 _RADIUS_OF_START = Fraction(1, 2**140)
-"""Of the box: far above what G leaves at the candidate, far below what its derivative asks for."""
+"""Radius of the box: far above G at the candidate, far below the limit set by the derivative of
+G."""
 
 _ROLL, _PITCH, _STEER, _SPIN_IN_STATE = 0, 1, 2, 5
 _MIRRORED = (2, 3, 4)
-"""Steer angle, roll rate and steer rate, in the state: of these the end is minus the start."""
+"""Indices of steer angle, roll rate and steer rate, which change sign from start to end."""
 
 _UNKNOWNS = (*_MIRRORED, _SPIN_IN_STATE)
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """A cycle that is shown to exist.
+    """A cycle that is proved to exist.
 
     Attributes
     ----------
     run : Trajectory
         The candidate.
     certificate : Certificate
-        How far from it the cycle may be.
+        Bound on the distance of the cycle from the candidate.
     half_period : arb
-        [s]
+        Half the period [s].
     multipliers : tuple of arb
-        Of the half return map at the cycle's energy, the largest in magnitude first.
+        Multipliers of the half return map at the cycle's energy, the largest in magnitude first.
     """
 
     run: Trajectory
@@ -196,17 +198,17 @@ class Cycle:
 
     @property
     def is_attracting(self) -> bool:
-        """True if it is shown to attract the motions of its energy that come near it."""
+        """True if the cycle is proved to attract nearby motions of its energy."""
         return all(abs(x) < 1 for x in self.multipliers)
 
 
 def prove_cycle(run: Trajectory, like: Maneuver, progress: TellTime | None = None) -> Cycle:
-    """The cycle near a candidate, with the energy that a maneuver starts with.
+    """Prove the cycle near a candidate, with the energy of a maneuver.
 
     Parameters
     ----------
     run : Trajectory
-        Upright at its start, for longer than half a period; of the regular form.
+        Candidate that starts upright and lasts longer than half a period, in the regular form.
     like : Maneuver
     progress
         See `enclose`.
@@ -214,7 +216,7 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: TellTime | None = Non
     Raises
     ------
     NotCertifiedError
-        It is not shown to exist, or its multipliers are not told apart.
+        The existence is not proved, or the multipliers cannot be separated.
     """
     if not (run.is_regular and run.maneuver.roll.is_zero):
         raise _refused(run, "expected the regular form, and an upright start")
@@ -257,11 +259,11 @@ def prove_cycle(run: Trajectory, like: Maneuver, progress: TellTime | None = Non
 def _starts(
     run: Trajectory, equations: Equations, start: Sequence[flint.arb], radius: flint.arb
 ) -> tuple[list[flint.arb], flint.arb]:
-    """States of the box on the floor, and the derivative of their pitch by the steer angle."""
+    """Return states of the box on the floor, and their pitch's derivative by the steer angle."""
     box = [flint.arb(x, radius) if i in _UNKNOWNS else x for i, x in enumerate(start)]
     box[_PITCH] = flint.arb(start[_PITCH], radius)
     by_pitch, by_steer = _height_slopes(equations, box)
-    # Newton's method in intervals: one pitch for each steer angle, inside of the box.
+    # Newton's method in intervals shows that each steer angle has exactly one pitch inside the box.
     gap = front_contact_height(equations.k, equations.a, box[_ROLL], start[_PITCH], box[_STEER])
     if not (abs(by_pitch) > 0 and abs(gap / by_pitch) < radius):
         raise _refused(run, "no pitch is found for every steer angle of the box")
@@ -269,7 +271,7 @@ def _starts(
 
 
 def _height_slopes(equations: Equations, state: Sequence[flint.arb]) -> Sequence[flint.arb]:
-    """Derivatives of the front wheel's height by pitch and steer angle."""
+    """Return derivatives of the front wheel's height with respect to pitch and steer angle."""
     duals = Duals(equations.a)
     pitch, steer = duals.variables([state[_PITCH], state[_STEER]])
     slopes: Sequence[flint.arb] = front_contact_height(
@@ -281,7 +283,7 @@ def _height_slopes(equations: Equations, state: Sequence[flint.arb]) -> Sequence
 def _energy_slopes(
     run: Trajectory, equations: Equations, state: Sequence[flint.arb], tilt: flint.arb
 ) -> list[flint.arb]:
-    """Derivatives of the energy by the unknowns, over the starts and the mirrored ends."""
+    """Return derivatives of the energy by the unknowns, over starts and mirrored ends."""
     moving: list[Number] = list(state)
     for i, x in zip(_UNKNOWNS, Duals(equations.a).variables([state[i] for i in _UNKNOWNS]),
                     strict=True):  # fmt: skip
@@ -294,7 +296,7 @@ def _energy_slopes(
 
 
 def _start_slopes(tilt: flint.arb) -> flint.arb_mat:
-    """Derivatives of the start by the unknowns, the yaw included."""
+    """Return derivatives of the initial state, including the yaw, by the unknowns."""
     rows: list[list[Number]] = [[int(i == j) for j in _UNKNOWNS] for i in range(SIZE)]
     rows[_PITCH] = [tilt, 0, 0, 0]
     return flint.arb_mat(rows)
@@ -303,7 +305,7 @@ def _start_slopes(tilt: flint.arb) -> flint.arb_mat:
 def _derivative(
     flow: flint.arb_mat, rates: Sequence[flint.arb], energy: Sequence[flint.arb]
 ) -> flint.arb_mat:
-    """G' over the box: a row for each condition, a column for each unknown, the time last."""
+    """Return G' over the box: one row per condition, one column per unknown, the time last."""
     rows = [[*(flow[_ROLL, j] for j in range(4)), rates[_ROLL]]]
     for k, i in enumerate(_MIRRORED):
         rows.append([*(flow[i, j] + int(j == k) for j in range(4)), rates[i]])
@@ -313,7 +315,7 @@ def _derivative(
 def _check_krawczyk(
     run: Trajectory, rest: BallVector, derivative: flint.arb_mat, radius: flint.arb
 ) -> None:
-    """That the box holds exactly one zero of G; `rest` is G in its middle."""
+    """Check that the box contains exactly one zero of G; `rest` is G in its middle."""
     inverse = derivative.mid().inv().mid()
     spread = abs_times(identity(5) - inverse * derivative, [radius] * 5)
     moved = abs_times(inverse, [abs(x).upper() for x in rest])
@@ -325,10 +327,11 @@ def _check_krawczyk(
 def _multipliers(
     run: Trajectory, flow: flint.arb_mat, rates: Sequence[flint.arb], energy: Sequence[flint.arb]
 ) -> tuple[flint.arb, ...]:
-    """Eigenvalues of the half return map's derivative, by steer angle, roll and steer rate."""
+    """Return eigenvalues of the half return map's derivative by steer, roll and steer rate."""
 
     def by(i: int, j: int) -> flint.arb:
-        # At the crossing: what the start does to the state, less what it does to the time.
+        # Effect of the start on the state at the crossing, less its effect through the crossing
+        # time.
         return rates[i] * flow[_ROLL, j] / rates[_ROLL] - flow[i, j]
 
     matrix = flint.acb_mat(
@@ -338,7 +341,8 @@ def _multipliers(
         values = matrix.eig()
     except ValueError:
         raise _refused(run, "the multipliers are not told apart") from None
-    # Conjugates of enclosures that hold one eigenvalue each are enclosures too: these are real.
+    # The conjugate of an enclosure of one eigenvalue encloses an eigenvalue too. If it overlaps no
+    # other enclosure, the eigenvalue is real.
     if any(a.overlaps(b.conjugate()) for a, b in permutations(values, 2)):
         raise _refused(run, "the multipliers are not shown to be real")
     return tuple(sorted((x.real for x in values), key=lambda x: -abs(float(x.mid()))))

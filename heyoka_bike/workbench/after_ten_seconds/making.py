@@ -1,12 +1,12 @@
-"""Making after-ten-seconds.json: the two candidates by heyoka, and all that follows from them.
+"""Make after-ten-seconds.json: two candidates from heyoka, and all facts that follow.
 
 The candidate for the cycle that a weaving bicycle settles on is found by Newton's method. The
-bicycle keeps its energy, so cycles come in families of one parameter; the one wanted has the energy
-of the maneuver. It is its own mirror image half a period later: with roll = 0 and rising, a point
-(steer, roll rate, steer rate, speed) is mapped to the next upright crossing, mirrored, and a point
-that is mapped to itself is looked for. One of the four conditions follows from the others and is
-replaced by that of the energy. Derivatives are central differences. That the cycle exists is proved
-by `limit_cycle`.
+bicycle conserves its energy, so cycles form families of one parameter; the wanted cycle has the
+energy of the maneuver. It is its own mirror image half a period later. With roll = 0 and rising, a
+map takes a point (steer, roll rate, steer rate, speed) to the mirrored next upright crossing, and
+Newton's method finds a fixed point. One of the four conditions follows from the others and is
+replaced by the condition on the energy. Derivatives are central differences. The module
+`limit_cycle` proves that the cycle exists.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from heyoka_bike.workbench.after_ten_seconds.facts import prove_facts, render_fa
 COLUMNS = ("steer_angle", "roll_rate", "steer_rate", "forward_speed")
 MIRRORED = (-1, -1, -1, 1)
 
-# Longer than half a period of the cycle, and shorter than a whole one [s].
+# Longer than half a period of the cycle, and shorter than a whole period [s].
 _A_HALF = Fraction(17, 16)
 _SETTLING = Fraction(300)
 _NEWTON_STEPS = 8
 _ROUGH_DIGITS = 30
-# Below this many units in the last place Newton's method is at its end.
+# Newton's method stops when steps are below this many units in the last place.
 _LAST_BITS = 12
 
 
@@ -66,13 +66,13 @@ class Section:
 
     @property
     def mp(self) -> Any:
-        """The context of mpmath that its numbers belong to."""
+        """The context of mpmath for the numbers of the map."""
         context = mpmath.mp.clone()
         context.prec = self.bits + 32
         return context
 
     def run(self, x: Sequence[Any], duration: Fraction = _A_HALF) -> Trajectory:
-        """The motion from a point."""
+        """Return the motion from a point."""
         mp = self.mp
         values = [Fraction(int(mp.nint(mp.ldexp(v, self.bits))), 2**self.bits) for v in x]
         steer, roll_rate, steer_rate, speed = map(Exact, values)
@@ -82,7 +82,7 @@ class Section:
         return integrate(self.bicycle, maneuver, self.digits, is_regular=True)
 
     def half(self, x: Sequence[Any]) -> tuple[list[Any], Any, Any]:
-        """The next crossing, mirrored; its time [s]; the energy [J]."""
+        """Return the next crossing, mirrored, with its time [s] and the energy [J]."""
         run = self.run(x)
         crossing = next(events(run, (UPRIGHT,)))
         at = evaluator(run)
@@ -93,12 +93,12 @@ class Section:
         return point, self.number(crossing.time), energy
 
     def number(self, x: flint.arb) -> Any:
-        """The middle of a ball."""
+        """Return the middle of a ball."""
         man, exp = x.mid().man_exp()
         return self.mp.ldexp(self.mp.mpf(int(man)), int(exp))
 
     def derivatives(self, x: Sequence[Any]) -> Any:
-        """Of the map and of the energy, shape (5, 4)."""
+        """Return the derivatives of the map and of the energy, shape (5, 4)."""
         step = self.mp.ldexp(1, -self.bits // 3)
         found = self.mp.matrix(5, 4)
         for j in range(4):
@@ -111,7 +111,7 @@ class Section:
 
 
 def settled(bicycle: Bicycle, maneuver: Maneuver) -> list[float]:
-    """A rising upright crossing of the maneuver once it has settled, in binary64."""
+    """Return a rising upright crossing of the settled maneuver, in binary64."""
     run = integrate(bicycle, replace(maneuver, duration=_SETTLING))
     crossing = [e for e in events(run, (UPRIGHT,)) if e.rises][-1]
     at = evaluator(run)
@@ -121,7 +121,7 @@ def settled(bicycle: Bicycle, maneuver: Maneuver) -> list[float]:
 
 
 def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajectory:
-    """The motion of the cycle that has the energy of a maneuver, over half a period and more."""
+    """Return the motion of the cycle with the energy of a maneuver, for over half a period."""
     section = Section(bicycle, digits)
     mp = section.mp
     start = integrate(bicycle, replace(maneuver, duration=maneuver.spacing), digits)
@@ -129,7 +129,7 @@ def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajec
     with at.balls.precision():
         wanted = section.number(at.columns(Fraction(0))["mechanical_energy"])
     x = [mp.mpf(v) for v in settled(bicycle, maneuver)]
-    # The derivatives of the first guess are good enough for every step.
+    # The derivatives at the first guess are accurate enough for every step.
     slopes = mp.matrix(Section(bicycle, _ROUGH_DIGITS).derivatives(x))
     matrix = slopes[:4, :].copy()
     for i in range(3):
@@ -146,33 +146,34 @@ def cycle_candidate(bicycle: Bicycle, maneuver: Maneuver, digits: int) -> Trajec
 
 
 _VERSION = "after-ten-seconds"
-"""Stands where files of the set have its version: the folder has none of its own."""
+"""Replaces the version of the dataset in files: this folder has no version of its own."""
 
 _DIGITS_OF_CYCLE = 50
-"""Of the candidates: the 30 that are published are then decided, with errors grown 10^12-fold."""
+"""Digits of the candidates. With these the 30 published digits are decided, although errors grow by
+a factor of 10^12."""
 
 
 def generate_after(folder: str | Path, *, progress: Progress | None = None) -> tuple[str, ...]:
-    """Compute, prove and write what becomes of the benchmark's maneuvers after ten seconds.
+    """Compute, prove and write facts on the benchmark's maneuvers after ten seconds.
 
     Parameters
     ----------
     folder
-        Where candidate.h5 and after-ten-seconds.json are written; made if need be.
+        Folder for candidate.h5 and after-ten-seconds.json; created if needed.
     progress
         As for `certify`.
 
     Returns
     -------
     tuple of str
-        Names of the files that were written; those of equal content are left untouched.
+        Names of the files that were written; files of equal content are not touched.
 
     Raises
     ------
     InputError
-        No folder.
+        The path is not a folder.
     NotCertifiedError
-        Something is not shown.
+        A statement is not proved.
     DatasetError
         The folder cannot be written.
     MissingPackageError
@@ -184,7 +185,7 @@ def generate_after(folder: str | Path, *, progress: Progress | None = None) -> t
     bicycle, maneuvers = benchmark()
     cycle = cycle_candidate(bicycle, maneuvers[0], _DIGITS_OF_CYCLE)
     lift = first_event(bicycle, maneuvers[2], until=REAR_LIFT)
-    assert lift is not None  # the benchmark's falls
+    assert lift is not None  # the benchmark's maneuver falls
     rows = ceil(Fraction(float(lift.time)) / maneuvers[2].spacing)
     until = replace(maneuvers[2], duration=rows * maneuvers[2].spacing)
     fall = integrate(bicycle, until, _DIGITS_OF_CYCLE)

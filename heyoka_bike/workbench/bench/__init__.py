@@ -1,1 +1,1 @@
-"""Time of the benchmark at equal accuracy, with heyoka and with other integrators."""
+"""Computing time of the benchmark at equal accuracy, with heyoka and other integrators."""

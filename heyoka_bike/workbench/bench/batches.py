@@ -1,9 +1,9 @@
-"""Speed of the fast path besides one maneuver: many at once, long, for the first time; its floor.
+"""Speed of the fast path in other uses: batches, long runs, the first call; and its limit.
 
-The `floor` is the time that a processor needs for nothing but the products of Taylor steps. A step
-of order n has (n + 1) (n + 2) / 2 products of numbers for each product of two variables of the
+The `floor` is the time that a processor needs for only the products of Taylor steps. A step of
+order n has (n + 1) (n + 2) / 2 products of numbers for each product of two variables of the
 decomposition, each quotient, sine and cosine, and n + 1 for each product with a constant. The peak
-is measured: fused products and sums of whole vectors that wait for nothing.
+rate is measured with independent fused products and sums of whole vectors.
 """
 
 import ctypes
@@ -26,16 +26,17 @@ from heyoka_bike.workbench.fast.ensemble import Ensemble
 from heyoka_bike.workbench.fast.simulate import prepare
 from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, function, fused, module
 
-_CHAINS = 12  # more than a product takes cycles
+_CHAINS = 12  # more than the cycles of latency of a product
 _LOOPS, _TURNS, _RUNS_OF_BATCHES = 5_000, 40, 20
 _COUNTED_OPERATIONS = ("*", "/", "sin", "cos")
 
 
 def floor(bicycle: Bicycle) -> Measured:
-    """What Taylor steps of a bicycle's equations need at least on one processor, measured now.
+    """Measure the least work of Taylor steps of a bicycle's equations on one processor.
 
-    The peak, products of binary64 with a sum per second; and of each step the products of variables
-    of the decomposition, quotients, sines and cosines counted as such, and of one with a constant.
+    The result has the peak rate (binary64 products with a sum, per second). For each step it has
+    the number of products of two variables of the decomposition (including quotients, sines and
+    cosines), and of products with a constant.
     """
     count = operations(bicycle)
     products = sum(count.get(x, 0) for x in _COUNTED_OPERATIONS)
@@ -49,7 +50,7 @@ def _peak() -> float:
     with Loop(c) as loop:
         loop.leave(loops[0] >= _LOOPS)
         values = memory.vectors().load(_CHAINS)
-        # Every chain waits for its own products alone; memory is left out of most turns.
+        # Every chain waits only for its own products, and most turns do not access memory.
         for _ in range(_TURNS):
             values = fused(values, 0.5, values)
         memory.vectors().store(values)
@@ -65,15 +66,15 @@ ENSEMBLES = (1e-6, "roundoff")
 """Accuracies of the ensembles."""
 
 DURATIONS = (10, 100, 1000, 10_000)
-"""Of the long runs [s]."""
+"""Durations of the long runs [s]."""
 LONG = ("eq1", 1e-12, "roundoff")
-"""Accuracies of the long runs, in the sense of 10 s."""
+"""Accuracies of the long runs; each has the meaning that it has for 10 s."""
 
 _LONG_ROWS, _LONG_SECONDS = 1001, 1.0
 _MOTIONS = 4000
 _SECONDS_OF_MOTION = 10.0  # [s]
 _ENSEMBLE_TURNS, _STARTS_COMPARED = 7, 5
-# The range of the benchmark's maneuvers, as far as the motion stays upright.
+# The range of the benchmark's maneuvers, within which the motion stays upright.
 _RANGE_OF_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
 _SEED = 1
 
@@ -89,9 +90,10 @@ print(imported - begin, time.perf_counter() - imported)
 
 
 def throughput() -> list[Measured]:
-    """Motions of 10 s to their ends, with one thread and with two, in turns.
+    """Measure motions of 10 s up to their ends, with one thread and with two, in turns.
 
-    Of each accuracy and number of threads the motions per second, by the shortest time.
+    The result has the motions per second for each accuracy and number of threads, from the shortest
+    time.
     """
     random = np.random.default_rng(_SEED)
     starts = np.zeros((_MOTIONS, 5))
@@ -113,10 +115,11 @@ def long_runs(
     bicycle: Bicycle, maneuver: Maneuver, durations: Sequence[int] = DURATIONS,
     accuracies: Sequence[float | str] = LONG, *, most_turns: int = 30,
 ) -> list[Measured]:  # fmt: skip
-    """A maneuver for each duration [s], with as many rows, at each accuracy.
+    """Measure a maneuver for each duration [s], with as many rows, at each accuracy.
 
-    Their ``time`` is the shortest of the runs [s], ``performance`` eq. (1) [%], ``error`` that of
-    the last state, in the variables of the few-product form, against a run in 80-bit long double.
+    In each result ``time`` is the shortest of the runs [s] and ``performance`` is eq. (1) [%].
+    ``error`` is that of the last state, in the variables of the few-product form, compared with a
+    run in 80-bit long double.
     """
     found = []
     for duration in durations:
@@ -138,9 +141,9 @@ def long_runs(
 
 
 def first_result() -> Measured:
-    """Maneuver 2 in new processes; nothing that was compiled is kept.
+    """Time maneuver 2 in new processes, without cached compiled code.
 
-    Median times [s] of the import of NumPy, and of the first result after it.
+    The result has the median times [s] of importing NumPy, and of the first result after it.
     """
     command = [sys.executable, "-c", _FIRST_RESULT]
     found = [subprocess.check_output(command).split() for _ in range(_STARTS_COMPARED)]
@@ -149,7 +152,7 @@ def first_result() -> Measured:
 
 
 def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[float]]:
-    """Times of each, a run that is not counted before each one that is."""
+    """Time the runs in turns, each after a run that is not counted."""
     times: list[list[float]] = [[] for _ in runs]
     for _ in range(turns):
         for run, found in zip(runs, times, strict=True):

@@ -1,8 +1,8 @@
 """Beyond binary64: heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
 
-All integrate the same equations from the same initial state, without rows. What would take minutes
-is measured over the first part of the maneuver and scaled to the whole of it, by the part of
-heyoka's steps that fall into it; a result says over how many seconds it was measured.
+All integrate the same equations from the same initial state, without rows. A run that would take
+minutes is measured over the first part of the maneuver. Its time is then scaled to the whole
+maneuver by the fraction of heyoka's steps in that part; the result states the measured time span.
 """
 
 import contextlib
@@ -25,32 +25,31 @@ from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
 from heyoka_bike.workbench.bench.problem import Measured, seconds
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
-"""Those at which the codes are compared."""
+"""Precisions at which the codes are compared."""
 DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 125, 250, 500, 1000)
-"""Those whose cost is measured with heyoka alone."""
+"""Precisions whose cost is measured with heyoka only."""
 
-_TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
+_TOLERANCE_BITS = 5  # bits of the tolerance beyond the precision, as in `integrate`
 _GUARD_BITS_OF_CONSTANTS = 64  # bits of the constants beyond those of the run
-# Of the extrapolation in C, the fastest of 8 to 16 columns to an error of 1e-30; more of them lose
-# digits to their weights.
+# Parameters of the extrapolation in C: the fastest of 8 to 16 columns for an error of 1e-30. More
+# columns lose digits to their weights.
 _COLUMNS_OF_EXTRAPOLATION, _TOLERANCE_OF_EXTRAPOLATION = 8, 1e-29
-_QUADRUPLE = "binary128"  # what libquadmath has
-_SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
-_LONG_STEP = 60.0  # [s]; a first step that takes as long is the one that is timed
+_QUADRUPLE = "binary128"  # precision of libquadmath
+_SAFETY_BITS = 8  # bits; a ball Taylor step's truncation is below the precision by this
+_LONG_STEP = 60.0  # [s]; if the first step takes longer, it is the step that is timed
 
 
 def precise(
     published: Trajectory, precisions: Sequence[str | int] = PRECISIONS, *,
     runs: int = 3, mpmath_span: Fraction = Fraction(1, 20),
 ) -> list[Measured]:  # fmt: skip
-    """The codes at each precision, on the maneuver of a published run.
+    """Time the codes at each precision, on the maneuver of a published run.
 
-    The shortest of so many runs counts; mpmath, which takes seconds for the usual span [s], runs
-    once.
+    The shortest run counts; mpmath, which takes seconds for the usual span [s], runs only once.
 
-    Their ``seconds`` are for the whole maneuver, building excluded; scaled if the motion was
-    integrated over less, which ``measured_over`` says [s]. The ``error`` is the largest difference
-    of the state at the end of that from the published run of 70 digits, in the variables of the
+    In the results ``seconds`` is the time for the whole maneuver without building, scaled if only
+    the span ``measured_over`` [s] was integrated. The ``error`` is the largest difference of the
+    state at the end of the span from the published run of 70 digits, in the variables of the
     few-product form.
     """
     found = []
@@ -60,7 +59,7 @@ def precise(
         found.append(_mpmath(published, p, mpmath_span))
         found.append(_balls(published, p))
         if name == _QUADRUPLE:
-            # Without a compiler there is one code less.
+            # Without a compiler, C is left out.
             with contextlib.suppress(NoCompilerError):
                 found.append(_extrapolated(published, p, runs))
     return found
@@ -69,12 +68,12 @@ def precise(
 def costs(
     published: Trajectory, precisions: Sequence[str | int] = DIGITS, *, longest: float = 5.0
 ) -> list[Measured]:
-    """Cost of each precision with heyoka, on the maneuver of a published run.
+    """Measure the cost of each precision with heyoka, on the maneuver of a published run.
 
-    With the yaw and exact accumulation as in `integrate`. The ``steps`` are those that were timed:
-    all but the first, or what `longest` [s] allows, one at least. The ``seconds`` are for the whole
-    maneuver: with the steps of the published run where not all were timed; their number hardly
-    depends on the digits.
+    The runs include the yaw and exact accumulation, as in `integrate`. ``steps`` is the number of
+    timed steps: all but the first, or as many as `longest` [s] allows, at least one. ``seconds`` is
+    the time for the whole maneuver. If not all steps were timed, it uses the number of steps of the
+    published run, which hardly depends on the digits.
     """
     return [_cost(published, Precision.of(name), longest) for name in precisions]
 
@@ -112,20 +111,20 @@ def _mpmath(published: Trajectory, p: Precision, span: Fraction) -> Measured:
 
 
 def _balls(published: Trajectory, p: Precision) -> Measured:
-    """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
+    """Time one step: one evaluation of the equations per order, up to heyoka's order."""
     balls, order, longest = AtPoints(p.bits), order_of(p.bits), flint.ctx.cap
     equations = Equations.of(published.bicycle, balls, is_regular=False)
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
-        # flint keeps the length of all series in a global.
+        # flint stores the length of all series in a global variable.
         flint.ctx.cap = n
         with balls.precision():
             rates = equations.rates([flint.arb_series(c, n) for c in y])
             for c, rate in zip(y, rates, strict=True):
                 c.append(rate[n - 1] / n)
     flint.ctx.cap = longest
-    # The last term decides how long the step may be.
+    # The last term limits the length of the step.
     last = max(abs(float(c[-1].mid())) for c in y)
     h = Fraction((last * 2.0 ** (p.bits + _SAFETY_BITS)) ** (-1 / order)).limit_denominator(1000)
     with balls.precision():
@@ -151,7 +150,7 @@ def _extrapolated(published: Trajectory, p: Precision, runs: int) -> Measured:
 
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
-    """Initial state of the few-product form, without the yaw."""
+    """Return the initial state in the few-product form, without the yaw."""
     equations = Equations.of(
         published.bicycle, Balls(p.bits + _GUARD_BITS_OF_CONSTANTS), is_regular=False
     )
@@ -172,7 +171,7 @@ def _result(
 
 
 def _part(published: Trajectory, span: Fraction) -> float:
-    """The part of a run's steps that the time from 0 to `span` takes."""
+    """Return the fraction of a run's steps between time 0 and `span`."""
     i = published.piece_at(span)
     begin, end = published.breaks[i], published.breaks[i + 1]
     whole = published.piece_at(published.maneuver.duration) + 1
@@ -186,7 +185,7 @@ def _cost(published: Trajectory, p: Precision, longest: float) -> Measured:
     def step(_: float) -> None:
         marks.append(time.perf_counter())
         if len(marks) == 1 and marks[0] - begin > _LONG_STEP:
-            # Building takes a hundredth of it.
+            # Building takes a hundredth of the first step.
             marks.insert(0, begin)
             raise _EnoughError
         if len(marks) > 1 and marks[-1] - marks[0] > longest:
@@ -195,7 +194,7 @@ def _cost(published: Trajectory, p: Precision, longest: float) -> Measured:
     count = published.steps
     with contextlib.suppress(_EnoughError):
         count = integrate(published.bicycle, published.maneuver, p, progress=step).steps
-    # A first step that is short is left out: what has to be built is made with it.
+    # A short first step is not timed, because it includes building.
     timed = len(marks) - 1
     per_step = (marks[-1] - marks[0]) / timed
     return {
@@ -205,4 +204,4 @@ def _cost(published: Trajectory, p: Precision, longest: float) -> Measured:
 
 
 class _EnoughError(Exception):
-    """Raised to end a run that has shown what a step costs."""
+    """Raised to stop a run after the cost of a step is known."""

@@ -1,8 +1,8 @@
-"""The problem that the codes of a comparison get, and the measures of their results.
+"""The problem given to the codes of a comparison, and the measures of their results.
 
 Accuracy is measured outside of the timing, from the states at the rows, in ball arithmetic. The
 state error is the largest abs(value - reference) over the rows of roll and steer angle [rad], their
-rates [rad/s] and forward speed [m/s], with the reference taken at the very times of the rows.
+rates [rad/s] and forward speed [m/s], with the reference at exactly the times of the rows.
 """
 
 import math
@@ -37,14 +37,14 @@ def judged() -> int:
 
 @cache
 def performance_limit() -> float:
-    """What eq. (1) of the benchmark must be less than [%]; here in all maneuvers."""
+    """Limit of eq. (1) of the benchmark [%]; here it applies to all maneuvers."""
     limit = benchmark()[1][judged() - 1].performance_limit
     assert limit is not None
     return float(limit)
 
 
 ERROR_LIMIT = 1e-12
-"""Of the state error, in the second class of a comparison."""
+"""Limit of the state error in the second class of a comparison."""
 
 Array = np.ndarray[Any, Any]
 Measured = dict[str, Any]
@@ -56,14 +56,14 @@ _STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forwa
 
 @dataclass(frozen=True)
 class ReferenceProblem:
-    """The motion to integrate, and the reference it is compared with."""
+    """The motion to integrate, and the reference to compare with."""
 
     bicycle: Bicycle
     maneuver: Maneuver
     reference: ReferenceManeuver
 
     def start(self, number: Callable[[str], Any]) -> Array:
-        """Initial state, without the yaw, in the number type that `number` makes from decimals."""
+        """Return the initial state without the yaw, in the number type that `number` makes."""
         state = initial_state(self._equations, self.maneuver)[:6]
         with self._equations.precision():
             return np.array([number(x.str(60, radius=False)) for x in state])
@@ -75,12 +75,12 @@ class ReferenceProblem:
 
     @cached_property
     def expected(self) -> Values:
-        """Reference at `times`, which are not exactly those of its rows."""
+        """Reference at `times`, which differ from those of its rows by their rounding."""
         return self.reference.evaluate(self.times, _STATE_COLUMNS)
 
     @cached_property
     def slope(self) -> tuple[Callable[[float, Array], Array], float]:
-        """The right-hand side, called with time and state, and the time of building it [s]."""
+        """Return the right-hand side, a function of time and state, and its building time [s]."""
         begin = time.perf_counter()
         equations = right_hand_side(self.bicycle, Precision.of("binary64"), with_yaw=False)
         compiled = Compiled([rate for _, rate in equations], [x for x, _ in equations])
@@ -91,19 +91,19 @@ class ReferenceProblem:
         return slope, time.perf_counter() - begin
 
     def columns(self, number: Callable[[str], Any] = float) -> Callable[[Array], Any]:
-        """The benchmark's eight columns of states, shape (rows, 6), compiled: shape (8, rows)."""
+        """Return a compiled function from states, shape (rows, 6), to columns, shape (8, rows)."""
         with self._equations.precision():
             equations = self._equations.convert(
                 lambda x: constant(number(x.str(60, radius=False))), Expressions()
             )
         *state, _ = variables(equations.states)
-        # The yaw is in none of them.
+        # No column depends on the yaw.
         found = equations.columns([*state, constant(number("0"))])
         compiled = Compiled([found[name] for name in BENCHMARK_COLUMNS], state, number)
         return lambda states: compiled(states.T)
 
     def measure(self, rows: Array, expected: Values) -> tuple[float, float]:
-        """Eq. (1) [%] and state error of states; infinite for a run that did not get through."""
+        """Return eq. (1) [%] and state error of states; infinite for a run that did not finish."""
         if len(rows) < self.maneuver.rows:
             return math.inf, math.inf
         equations = self._equations
@@ -125,7 +125,7 @@ class ReferenceProblem:
         return (performance, error) if math.isfinite(performance + error) else (math.inf, math.inf)
 
     def measure_columns(self, found: Array, definitions: Mapping[str, str]) -> tuple[float, float]:
-        """Eq. (1) [%] and error of columns, shape (8, rows), in default or other definitions."""
+        """Return eq. (1) [%] and error of columns, shape (8, rows), in the given definitions."""
         if found.shape[1] < self.maneuver.rows or not np.isfinite(found).all():
             return math.inf, math.inf
         energy = found[BENCHMARK_COLUMNS.index("mechanical_energy")]
@@ -141,34 +141,34 @@ class ReferenceProblem:
 
 
 def seconds(run: Callable[[], object]) -> float:
-    """The time of a run."""
+    """Return the time of a run [s]."""
     begin = time.perf_counter()
     run()
     return time.perf_counter() - begin
 
 
 class Unavailable(Exception):  # noqa: N818
-    """A code that does not run here; its text says why, in a few words."""
+    """A code cannot run here; the text gives the reason in a few words."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A code at a tolerance, built and measured.
+    """A code at a tolerance, compiled and measured.
 
     Attributes
     ----------
     run
-        Runs it once, rows of all eight columns included.
+        Function that runs the code once, including rows of all eight columns.
     tolerance
-        In the code's own sense.
+        Tolerance in the code's own sense.
     build
-        Time of building it [s].
+        Building time of the code [s].
     count
-        Steps, or calls of the right-hand side.
+        Number of steps, or of calls of the right-hand side.
     performance, error
         Eq. (1) [%] and state error.
     order
-        Taylor order, the only thing that heyoka takes from the tolerance.
+        Taylor order, the only property of heyoka's code that depends on the tolerance.
     """
 
     run: Callable[[], object]
@@ -181,19 +181,19 @@ class Trial:
 
 
 def benchmark_problem(folder: str | None, number: int) -> ReferenceProblem:
-    """A maneuver of the benchmark, with its reference.
+    """Return a maneuver of the benchmark, with its reference.
 
     Parameters
     ----------
     folder
-        Of a reference set; the published one by default.
+        Folder of a reference dataset; by default the published one.
     number
-        Of the maneuver, from 1.
+        Number of the maneuver, from 1.
 
     Raises
     ------
     InputError
-        The reference is that of other inputs.
+        The reference belongs to other inputs.
     """
     reference = load_reference(folder)
     bicycle, maneuvers = benchmark()

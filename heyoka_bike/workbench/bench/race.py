@@ -1,15 +1,14 @@
-"""Time of a maneuver at equal accuracy, with heyoka and with other integrators.
+"""Computing time of a maneuver at equal accuracy, with heyoka and other integrators.
 
 The task is the same for every code: all eight columns at the rows of a maneuver, from the same
 initial state and the same equations. Each code is built and measured at a tolerance in its own
-sense, and carries several maneuvers out one after the other, or, the fast path of this package, at
-once.
+sense. Several maneuvers run one after the other, or at once in the fast path of this package.
 
-Codes are compared in three classes, see `CLASSES`. In the first two the tolerance of each code is
-searched on a grid of eight values a decade for one that passes while the next looser one fails.
-Building is timed apart, with heyoka's caches of compiled code off. The codes of a class run in
-turns on one processor: *warm*, after a run of their own that is not counted, and a few times
-*cold*, after the processor's caches were filled with something else.
+Codes are compared in three classes, see `CLASSES`. In the first two each code gets the tolerance,
+from a grid of eight values per decade, that passes while the next looser one fails. Building is
+timed separately, without heyoka's caches of compiled code. The codes of a class run in turns on one
+processor: *warm*, after an uncounted run of the same code, and a few times *cold*, after other data
+has filled the processor's caches.
 """
 
 from __future__ import annotations
@@ -52,35 +51,35 @@ from heyoka_bike.workbench.bench.problem import (
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, prepare
 
 PER_DECADE = 8
-"""Number of tolerances of the grid in a decade."""
+"""Number of tolerances per decade of the grid."""
 MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECADE
-"""Indices of the tolerances 1e-4, 1e-13, 1e-16."""
+"""Grid indices of the tolerances 1e-4, 1e-13, 1e-16."""
 
 _Run = Callable[[], tuple[Array, int, Array]]
-"""Gives states, calls of the right-hand side, and columns."""
+"""Returns states, calls of the right-hand side, and columns."""
 
-_MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy goes no lower
+_MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # the smallest rtol that SciPy accepts
 
 
 def tolerance_of(index: int) -> float:
-    """The grid on which tolerances are searched."""
+    """Return a tolerance of the grid."""
     return float(10 ** (-index / PER_DECADE))
 
 
 @dataclass(eq=False)
 class TimedCode:
-    """A code for one maneuver or several, one after the other at the same tolerance.
+    """A code for one or several maneuvers, one after the other at the same tolerance.
 
     Attributes
     ----------
     name
-        As shown in the table.
+        Name in the table.
     problems
-        What is integrated.
+        Problems to integrate.
     precision
-        Of its numbers, as shown in the table.
+        Precision of the code's numbers, as in the table.
     counts
-        What `Trial.count` counts.
+        Description of what `Trial.count` counts.
     """
 
     name: str
@@ -89,7 +88,7 @@ class TimedCode:
     counts: str = "rhs_calls"
 
     def at(self, tolerance: float | None) -> Trial:
-        """Build and measure; without a tolerance each maneuver has its own, the largest is told.
+        """Build and measure the code; without a tolerance each maneuver has its own.
 
         Raises
         ------
@@ -115,7 +114,7 @@ class TimedCode:
         )
 
     def _trial(self, problem: ReferenceProblem, tolerance: float | None) -> Trial:
-        """Build and measure on one maneuver, None for the tolerance of the smallest error."""
+        """Build and measure on one maneuver; None means the tolerance of the smallest error."""
         if tolerance is None:
             indices = range(NEAR_ROUNDOFF, TIGHTEST + 1)
             tried = [self._trial(problem, tolerance_of(i)) for i in indices]
@@ -125,7 +124,7 @@ class TimedCode:
         return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
-        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
+        """Return a run, the tolerance in the code's own sense, and the building time [s]."""
         raise NotImplementedError
 
 
@@ -138,7 +137,7 @@ class Heyoka(TimedCode):
     counts
         See `TimedCode`.
     is_compact
-        Whether its loops are rolled.
+        True if the loops are rolled.
     """
 
     counts: str = "steps"
@@ -163,7 +162,7 @@ class Heyoka(TimedCode):
             is_compact=self.is_compact,
             tolerance=None if tolerance is None else number(tolerance),
         )
-        # The compiled code depends on the order only and is reused: the first build counts.
+        # The compiled code depends only on the order and is reused, so the first build counts.
         build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
 
         columns = problem.columns(number)
@@ -182,13 +181,13 @@ class Heyoka(TimedCode):
 
 @dataclass(eq=False)
 class Tuned(TimedCode):
-    """The fast path of this package, by the tolerance of its steps; all maneuvers at once."""
+    """The fast path of this package, by the tolerance of its steps; all maneuvers run at once."""
 
     counts: str = "steps"
     _build: float = field(default=0.0, init=False, repr=False)
 
     def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance, None for the one of `simulate` for roundoff."""
+        """Build and measure at a tolerance; None means that of `simulate` for roundoff."""
         if tolerance is None:
             tolerance = ACCURACIES["roundoff"]
         problems = self.problems
@@ -196,7 +195,7 @@ class Tuned(TimedCode):
         run = prepare(
             [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
         )
-        # The compiled code serves all tolerances: the first build counts.
+        # The compiled code serves all tolerances, so the first build counts.
         build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()
@@ -224,7 +223,7 @@ class SciPy(TimedCode):
 
 
 class Compiled(TimedCode):
-    """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
+    """A Runge-Kutta method, right-hand side and columns in C, see `compiled`."""
 
     @cached_property
     def _peers(self) -> tuple[CompiledPeers, float]:
@@ -239,7 +238,7 @@ class Compiled(TimedCode):
         peers, build = self._peers
         start, times = problem.start(float), problem.times
         method = self.name.split()[-1]
-        # The error of RK4 goes with the fourth power of the step.
+        # The error of RK4 is proportional to the fourth power of the step.
         chosen = tolerance**0.25 if method == "RK4" else tolerance
 
         def run() -> tuple[Array, int, Array]:
@@ -250,7 +249,7 @@ class Compiled(TimedCode):
 
 
 class Sundials(TimedCode):
-    """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
+    """CVODE of SUNDIALS with its Adams methods, through scikit-sundae, at rtol = atol."""
 
     def _built(self, problem: ReferenceProblem, tolerance: float) -> tuple[_Run, float, float]:
         cvode = _import("sksundae.cvode").CVODE
@@ -271,10 +270,11 @@ class Sundials(TimedCode):
 
 @dataclass(eq=False)
 class Exudyn(TimedCode):
-    """The four-body model in Exudyn of ``data/peers``, at a fixed step; its own definitions."""
+    """The four-body model in Exudyn of ``data/peers``, with a fixed step and its definitions."""
 
     counts: str = "steps"
-    # A row needs a step; of second order, it does not get to small errors in any time.
+    # Each row needs at least one step. The method is of second order, so small errors would take
+    # too long.
     steps_per_row: tuple[int, ...] = (1, 2, 4, 8)
 
     @cached_property
@@ -285,7 +285,7 @@ class Exudyn(TimedCode):
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
-        # A dataclass looks up the module it is in.
+        # A dataclass looks up its module in sys.modules.
         sys.modules[spec.name] = module
         spec.loader.exec_module(module)
         return module
@@ -296,7 +296,8 @@ class Exudyn(TimedCode):
         Raises
         ------
         Unavailable
-            Exudyn is not installed, or starts leaning or steered, which its model does not.
+            Exudyn is not installed, or the maneuver starts leaning or steered, which its model does
+            not support.
         """
         peer, m = self._model, problem.maneuver
         if not (m.roll.is_zero and m.steer.is_zero and m.steer_rate.is_zero):
@@ -323,7 +324,7 @@ _EXUDYN = {
     "roll_rate": "roll_rate_body_x",
     "forward_speed": "forward_speed_hub_body_x",
 }
-"""Definitions of its columns, see ``data/peers/README.md``."""
+"""Definitions of Exudyn's columns, see ``data/peers/README.md``."""
 
 
 def _import(module: str) -> ModuleType:
@@ -334,7 +335,7 @@ def _import(module: str) -> ModuleType:
 
 
 def codes(problems: Sequence[ReferenceProblem]) -> list[TimedCode]:
-    """Every code there is, installed or not, for one maneuver or several."""
+    """Return every code, installed or not, for one or several maneuvers."""
     return [
         Tuned("heyoka_bike simulate", problems),
         Heyoka("heyoka", problems),
@@ -355,36 +356,37 @@ CLASSES: Mapping[str, str] = {
     "state_error": "(b) loosest tolerance with a state error under 1e-12",
     "roundoff": "(c) roundoff: heyoka's default tolerance, the best that the others reach",
 }
-"""The common properties of the codes of a class."""
+"""The common property of the codes of each class."""
 
 TellPart = Callable[[str, float], None]
-"""Called with what is being done and the part done of the whole, 0 to 1."""
+"""Called with a description of the current work and the completed fraction, 0 to 1."""
 
-_SECONDS, _MIN_RUNS = 3.0, 3  # a slow code is run less often
-_WARM = 0.003  # [s] of runs that are not counted; a run that takes longer warms up by itself
+# [s] for all runs of a code; a slow code runs less often, but at least `_MIN_RUNS` times
+_SECONDS, _MIN_RUNS = 3.0, 3
+_WARM = 0.003  # [s] of uncounted runs; a longer run warms up by itself
 _COLD_RUNS = 5
-_BYTES_PAST_CACHES = 64 * 2**20  # bytes; the processor's caches are smaller
-# Tolerances of the work-precision figure, as indices of the grid: two a decade.
+_BYTES_PAST_CACHES = 64 * 2**20  # bytes, more than the processor's caches
+# Tolerances of the work-precision figure, as grid indices: two per decade.
 _TOLERANCES_SWEPT = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
 @dataclass(eq=False)
 class Timing:
-    """A code in a class, with its times.
+    """A code in a class, with its computing times.
 
     Attributes
     ----------
     accuracy_class
         Key of `CLASSES`.
     code
-        What is timed.
+        The code that is timed.
     status
-        ``ok``, or why it has no times.
+        ``ok``, or the reason why there are no times.
     trial
-        The code at the tolerance that was found for it.
+        The code at its tolerance in this class.
     times, cold
-        Of the runs [s], warm and cold.
+        Times of the runs [s], warm and cold.
     """
 
     accuracy_class: str
@@ -407,16 +409,16 @@ def bench(
     Parameters
     ----------
     problems
-        One maneuver, or several: then a run is all of them, and the largest error counts.
+        One maneuver or several; a run covers all of them, and the largest error counts.
     runs
-        Timed runs of each code; fewer (but 3) of one that would take longer than 3 s.
+        Timed runs of each code; fewer (at least 3) if they would take longer than 3 s.
     is_quick
-        Leave out what takes long to build: the unrolled form of heyoka.
+        Leave out the unrolled form of heyoka, which takes long to build.
 
     Raises
     ------
     MissingPackageError
-        heyoka is not installed; the right-hand side comes from it too.
+        heyoka is not installed; it also provides the right-hand side.
     """
     report = progress or (lambda what, done: None)
     every = codes(problems)
@@ -433,7 +435,8 @@ def bench(
                 if is_quick and line.code.name == "heyoka unrolled":
                     line.status = "left out"
                     continue
-                # The other forms of heyoka have its truncation error: they start where it passed.
+                # The other forms of heyoka have the same truncation error, so they start at its
+                # tolerance.
                 is_form = isinstance(line.code, Heyoka) and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
                 if isinstance(line.code, Heyoka) and line.trial is not None and not passed:
@@ -447,9 +450,9 @@ def bench(
 
 
 def work_precision(problem: ReferenceProblem, progress: TellPart | None = None) -> list[Measured]:
-    """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not.
+    """Measure each available code at many tolerances, except compact heyoka and Exudyn.
 
-    The tolerance is that of the code's own sense, ``min_ms`` the shortest of its runs [ms].
+    The tolerance is in the code's own sense; ``min_ms`` is the time of the shortest run [ms].
     """
     points = []
     chosen = [
@@ -484,7 +487,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
     """Choose the tolerance of a code in its class, no looser than that of index `first`."""
 
     def excess_of(trial: Trial) -> float:
-        """Logarithm of the error over its limit."""
+        """Return the logarithm of the ratio of the error to its limit."""
         if line.accuracy_class == "performance":
             ratio = trial.performance / performance_limit()
         else:
@@ -496,7 +499,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 
     try:
         if isinstance(line.code, Exudyn):
-            # Its steps are chosen by itself, for the first class.
+            # Exudyn chooses its steps itself, for the first class.
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:
                 line.trial = None
@@ -513,8 +516,8 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 
 
 def _loosest(excess: Callable[[int], float]) -> int | None:
-    """Index of a tolerance that passes while the next looser one fails; None if there is none."""
-    # Errors are about proportional to tolerances: one trial says where to look.
+    """Return the loosest tolerance that passes, as an index; None if there is none."""
+    # Errors are about proportional to tolerances, so one trial gives an estimate.
     i = min(max(MIDDLE + round(PER_DECADE * excess(MIDDLE)), 0), TIGHTEST)
     if excess(i) >= 0:
         return _first(excess, i + 1)
@@ -528,7 +531,7 @@ def _first(excess: Callable[[int], float], start: int) -> int | None:
 
 
 def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None]) -> None:
-    """Time the codes in turns, after one run of each that is not counted."""
+    """Time the codes in turns, after one uncounted run of each."""
     trials = [line.trial for line in lines if line.trial is not None]
     with _pinned():
         counts = [min(runs, max(_MIN_RUNS, int(_SECONDS / seconds(trial.run)))) for trial in trials]
@@ -551,7 +554,7 @@ def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None])
 
 
 def _warm_time(trial: Trial) -> float:
-    """Time of a run after others of the same code."""
+    """Return the time of a run after others of the same code."""
     took = spent = seconds(trial.run)
     while spent < _WARM:
         took = seconds(trial.run)
@@ -561,7 +564,7 @@ def _warm_time(trial: Trial) -> float:
 
 @contextmanager
 def _pinned() -> Iterator[None]:
-    """On one processor, where the system lets a process choose."""
+    """Run on one processor, where the system lets a process choose."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -575,8 +578,8 @@ def _pinned() -> Iterator[None]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Heyoka's own caches off, so that building is timed as the first time, and no warnings."""
+    """Switch off heyoka's caches, so that building is always timed as new, and warnings."""
     with caches_off(), warnings.catch_warnings(), np.errstate(all="ignore"):
-        # Far from their limits the peers overflow, or complain that they cannot go on.
+        # Far from their limits the peers overflow, or warn that they cannot continue.
         warnings.simplefilter("ignore")
         yield

@@ -1,4 +1,4 @@
-"""The report of a comparison: what was measured as JSON values, as text, and as a figure."""
+"""The report of a comparison: measurements as JSON values, as text, and as a figure."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ def measure(
     main: ReferenceProblem, every: Sequence[ReferenceProblem], runs: int, progress: TellPart, *,
     is_quick: bool, with_points: bool, with_costs: bool, folder: str | None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Time every code, as JSON values.
+    """Time every code and return JSON values.
 
     Parameters
     ----------
     main
-        What is timed.
+        Problems that are timed one by one.
     every
-        Timed as well, together, and what else there is of the fast path and beyond binary64; none
-        leaves this out.
+        Problems that are timed together, with other measurements of the fast path and beyond
+        binary64; an empty sequence skips all of these.
     runs
         Timed runs of each code.
     is_quick
-        Whether to leave out what is slow to build.
+        True to leave out codes that are slow to build.
     with_points
-        Whether to measure time over error, too.
+        True to also measure time over error.
     with_costs
-        Whether to measure how the time grows with the duration and with the digits.
+        True to also measure time over duration and over digits.
     folder
-        Of the reference set; None for the published one.
+        Folder of the reference dataset; None for the published one.
     """
     tasks = {main.maneuver.name: [main]} | ({_ALL_MANEUVERS: list(every)} if every else {})
     results = []
@@ -94,7 +94,7 @@ def _published(folder: str | None) -> Trajectory:
 
 
 def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, Any]:
-    """A line of the report; what is unknown is None."""
+    """Return a line of the report; None marks unknown values."""
     result: dict[str, Any] = {
         "maneuver": maneuver,
         "class": line.accuracy_class,
@@ -127,7 +127,7 @@ def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, A
 
 
 def as_text(document: Mapping[str, Any], has_colors: bool = False) -> str:
-    """The report as text."""
+    """Return the report as text."""
     return render(list(_blocks(document)), _TABLE_WIDTH, has_colors)
 
 
@@ -180,7 +180,7 @@ def _timings(results: Sequence[Mapping[str, Any]]) -> TableBlock:
 
 
 def _besides(document: Mapping[str, Any]) -> Iterator[str]:
-    """The other measurements, if there are any."""
+    """Yield the other measurements, if there are any."""
     yield from (
         f"ensemble, accuracy {x['accuracy']}, {x['threads']} threads: "
         f"{x['motions_per_second']:.0f} motions of 10 s per second"
@@ -209,13 +209,13 @@ def _besides(document: Mapping[str, Any]) -> Iterator[str]:
     )
 
 
-_FIGURE_SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
+_FIGURE_SIZE = (7.0, 4.6)  # [inch], as wide as the text of a printed page
 COLOURS = (s.VERMILLION, s.ORANGE, s.BLUE, s.SKY, s.GREEN, s.PURPLE, s.BLACK, s.GREY)
 MARKERS = "osD^vP*X"
 
 
 def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
-    """Figure of the points of a report's ``work_precision``, one line for each code.
+    """Draw the points of a report's ``work_precision``, one line for each code.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
                 markersize=3,
                 label=name,
             )
-        # Accuracy grows to the right.
+        # Higher accuracy is to the right.
         ax.invert_xaxis()
         ax.set_xlabel("largest error of roll, steer [rad], their rates [rad/s] and speed [m/s]")
         ax.set_ylabel("shortest time, rows included [ms]")

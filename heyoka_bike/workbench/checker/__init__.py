@@ -1,1 +1,1 @@
-"""The judge without Python: the exact motion and the scoring as a C header, and a page of it."""
+"""The checker without Python: the exact motion and the scoring as a C header, and its page."""

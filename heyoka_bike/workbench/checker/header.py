@@ -1,9 +1,9 @@
-"""The exact motion and the judge of result files in one C header, for programs without Python.
+"""The exact motion and the scoring of result files in one C header, without Python.
 
-The state is stored as the published pieces have it, cut off where binary64 sees no more; how the
-columns follow from it is written from the one `Equations`. How columns are understood is what
-`scoring.definitions` does, in C: `tests/workbench/test_checker_agrees_with_score.py` holds both
-together. Words and limits are those of the verdict.
+The state is stored in the published pieces, without the coefficients that binary64 cannot resolve.
+Code that computes the columns from the state is generated from `Equations`. Columns are interpreted
+as in `scoring.definitions`, but in C; `tests/workbench/test_checker_agrees_with_score.py` compares
+the two. Words and limits are those of the verdict.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
 from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
 
-# As the reduced equations take them, but for the forward speed in the place of the spin.
+# Variables of the reduced equations, with the forward speed instead of the spin.
 _STATES_STORED = (
     "roll_angle",
     "pitch",
@@ -37,13 +37,13 @@ _STATES_STORED = (
     "forward_speed",
     "yaw",
 )
-# Of the scale: Chebyshev coefficients that are together smaller than this are left out.
+# Chebyshev coefficients whose sum is below this fraction of the scale are left out.
 _UNSEEN = 2.0**-57
 _PER_LINE = 4
 
 
 def checker_header(reference: Reference) -> bytes:
-    """The header for the maneuvers and the bicycle of a reference."""
+    """Return the header for the bicycle and the maneuvers of a reference."""
     first = reference[1]
     keys = first.definitions
     columns = [first.definitions[key][0] for key in BENCHMARK_COLUMNS]
@@ -75,7 +75,7 @@ def checker_header(reference: Reference) -> bytes:
 
 
 def _kept(m: ReferenceManeuver) -> list[list[Array]]:
-    """Of each piece and state, the coefficients that binary64 sees."""
+    """Return, for each piece and state, the coefficients that binary64 resolves."""
     found = []
     for piece in range(len(m.breaks) - 1):
         rows = [m.dense.hi[name][piece] for name in _STATES_STORED]
@@ -133,7 +133,7 @@ def _data(
 
 
 def _numbers(values: Iterable[float]) -> str:
-    # repr gives the shortest decimal that rounds to the value.
+    # repr returns the shortest decimal that rounds to the value.
     texts = [repr(float(x)) for x in values]
     return ",\n".join(", ".join(texts[i : i + _PER_LINE]) for i in range(0, len(texts), _PER_LINE))
 

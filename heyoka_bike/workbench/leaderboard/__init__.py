@@ -1,1 +1,1 @@
-"""Submissions of a folder, scored and ranked."""
+"""Submissions in a folder, scored and ranked."""

@@ -26,16 +26,16 @@ _COLUMNS_OF_RANKING = (
     doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
     doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
 )  # fmt: skip
-# What a submission says of itself, in the order in which it is shown.
+# Statements of a submission about itself, in the order in which they are shown.
 _SAID_OF_ENTRIES = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
 _FIGURE_HEIGHT = 420
-# What a problem's picture can tell apart: an error of ten times the largest value is no motion.
+# Lower limit of the picture: at an error of ten times the largest value there is no motion to see.
 _LOWEST_DIGITS_DRAWN = -1.0
 
 
 def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Document:
-    """The submissions to each problem, by true error; for `made` see `wording.origin`."""
+    """Return the submissions to each problem, by true error; for `made` see `wording.origin`."""
     count = sum(map(len, board.entries.values()))
     problems = (
         doc.Chapter(
@@ -61,7 +61,7 @@ def document(board: Leaderboard, made: Sequence[tuple[str, str]]) -> doc.Documen
 
 
 def render_json(board: Leaderboard) -> str:
-    """The leaderboard as JSON."""
+    """Return the leaderboard as JSON."""
     found = {
         "schema_version": SCHEMA_VERSION,
         "dataset_version": board.dataset_version,
@@ -76,7 +76,7 @@ def render_json(board: Leaderboard) -> str:
 
 
 def _table(entries: Sequence[Entry]) -> doc.TableBlock:
-    """A row for each entry; equal digits share their place."""
+    """Return a row for each entry; entries with equal digits share a rank."""
     rows: list[doc.TableRow] = [
         [
             str(place),
@@ -99,7 +99,7 @@ def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
 
 
 def _picture(problem: str, entries: Sequence[Entry]) -> str:
-    """Correct digits over the processor times that are stated."""
+    """Draw correct digits over the stated processor times."""
     times = [e.submission.processor_time for e in entries]
     digits = [max(e.digits, _LOWEST_DIGITS_DRAWN) for e in entries]
     found = list(zip(_places(entries), times, digits, strict=True))

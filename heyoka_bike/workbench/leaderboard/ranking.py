@@ -1,7 +1,7 @@
-"""Submissions checked, scored and ranked: by the worst value of the worst column, nothing else.
+"""Submissions, checked, scored and ranked by the worst value of the worst column only.
 
-Processor times are those that the submissions state, of their own machines: they are shown, and
-rank nothing. A submission is a small TOML file that says what made some result files.
+Processor times are stated by the submissions, for their own machines; they are shown but do not
+affect the rank. A submission is a small TOML file that describes how some result files were made.
 
     name = "Exudyn, trapezoidal rule, h = 0.001"
     problem = "H1"
@@ -67,16 +67,16 @@ class RankedProblem:
     Attributes
     ----------
     inputs
-        Names of the bicycle and the maneuvers in ``data`` that its set is made of.
+        Names of the bicycle and the maneuvers in ``data`` from which the dataset is made.
     maneuver
-        Number of the one maneuver of that set that it consists of; None for all of them.
+        Number of the single maneuver of the dataset in the problem; None for all of them.
     """
 
     inputs: tuple[str, str]
     maneuver: int | None = None
 
     def numbers(self, count: int) -> tuple[int, ...]:
-        """Numbers of its maneuvers, in the set of these inputs, which has so many."""
+        """Return the numbers of the problem's maneuvers in its dataset, which has `count`."""
         return tuple(range(1, count + 1)) if self.maneuver is None else (self.maneuver,)
 
 
@@ -88,7 +88,7 @@ PROBLEMS: Mapping[str, RankedProblem] = {
     **{f"H3{x}": RankedProblem(_EDGE_INPUTS, n) for n, x in enumerate("abcdefg", start=1)},
     "H4": RankedProblem(("browser-jason", "harder/another-bicycle")),
 }
-"""Problems of docs/harder-tier.md by name; in H3 each maneuver is a problem of its own."""
+"""Problems of docs/harder-tier.md by name; in H3 each maneuver is a separate problem."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ class SubmittedFile:
     path : Path
     sha256
     maneuver
-        That it holds, if it is of one; None if the file says so, or its values do.
+        Number of the file's only maneuver; None if the file or its values show the maneuvers.
     """
 
     path: Path
@@ -115,13 +115,13 @@ class Submission:
     Attributes
     ----------
     source : Path
-        Its file.
+        File of the submission.
     problem
         A key of `PROBLEMS`.
     said : mapping of str to str
         Every entry as text.
     processor_time
-        Of all maneuvers of the problem [s].
+        Processor time for all maneuvers of the problem [s].
     files : tuple of SubmittedFile
     """
 
@@ -133,7 +133,7 @@ class Submission:
 
     @property
     def name(self) -> str:
-        """Its entry ``name``."""
+        """The entry ``name`` of the submission."""
         return self.said["name"]
 
 
@@ -201,32 +201,31 @@ def _read_file(
 
 
 GRADES = (12, 9, 6, 3)
-"""Correct digits for which a problem is solved, docs/harder-tier.md."""
+"""Numbers of correct digits for which a problem counts as solved, see docs/harder-tier.md."""
 
-_SCORING = 0.05  # of the time, where entries are diagnosed
+_SCORING = 0.05  # fraction of the progress bar, if entries are diagnosed
 
 References = Mapping[tuple[str, str], Reference]
-"""Sets by the names of their bicycle and maneuvers."""
+"""Datasets by the names of their bicycle and maneuvers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A submission and what it reaches.
+    """A submission and its result.
 
     Attributes
     ----------
     submission : Submission
     digits
-        Correct digits of the worst value of the worst column of all maneuvers, its scd.
+        Correct digits of the worst value of the worst column of all maneuvers (scd).
     worst : tuple of (int, str)
-        The maneuver and column of it.
+        Maneuver and column of the worst value.
     grade
-        The highest of `GRADES` that it reaches; None if there is none.
+        The highest of `GRADES` that the submission reaches; None if it reaches none.
     performance
-        Eq. (1) [%], of the maneuver that the benchmark judges by it; where there is none, the
-        largest.
+        Eq. (1) [%] of the maneuver that the benchmark judges by it, or else the largest.
     definitions : mapping of str to str
-        By which definition a column is taken, where that is not the default.
+        Definitions of the columns that do not follow the default one.
     report : Report
     """
 
@@ -241,16 +240,16 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Leaderboard:
-    """All submissions of a folder.
+    """All submissions in a folder.
 
     Attributes
     ----------
     entries : mapping of str to tuple of Entry
-        By problem, the best first; of equal digits by name.
+        Entries by problem, the best first; entries with equal digits are sorted by name.
     refused : tuple of str
         A line for each submission that breaks a rule.
     dataset_version
-        Of the published reference.
+        Version of the published reference.
     """
 
     entries: Mapping[str, tuple[Entry, ...]]
@@ -271,16 +270,16 @@ def leaderboard(
     ----------
     folder
     references
-        Sets of the problems; the published one, of H1, is the first.
+        Datasets of the problems; the published one, for H1, is the first.
     progress
-        Called with the part of the work that is done, 0 to 1.
+        Called with the completed fraction of the work, 0 to 1.
     is_diagnosed
-        Whether to say of each what goes wrong, which takes most of the time.
+        True to diagnose each submission, which takes most of the time.
 
     Raises
     ------
     InputError
-        No folder, no submission in it, or a reference that is of no problem.
+        The folder does not exist or contains no submission, or a reference belongs to no problem.
     """
     files = sorted(Path(folder).glob("*.toml"))
     if not files:
@@ -312,7 +311,7 @@ def _refuse(found: str, expected: str, file: str | Path | None) -> InputError:
 
 
 def _by_inputs(references: Sequence[Reference]) -> References:
-    """The sets by the inputs that they were made of, which are compared as they are."""
+    """Return the datasets by their inputs, which are compared literally."""
     asked = {names: _inputs(*names) for names in {p.inputs for p in PROBLEMS.values()}}
     found = {}
     for reference in references:
@@ -326,7 +325,7 @@ def _by_inputs(references: Sequence[Reference]) -> References:
 
 
 def _inputs(bicycle: str, maneuvers: str) -> tuple[dict[str, str], list[dict[str, str]]]:
-    """Parameters, and what each maneuver is given."""
+    """Return parameters, and the inputs of each maneuver."""
     said = describe_inputs(
         read_bicycle(find_input("bicycles", bicycle)),
         read_maneuvers(find_input("maneuvers", maneuvers)),
@@ -378,7 +377,7 @@ def _entry(submission: Submission, known: References) -> Entry:
 
 
 def correct_digits(report: Report) -> dict[tuple[int, str], float]:
-    """The scd of each maneuver and column of the benchmark, as far as the digits show it."""
+    """Return the scd of each maneuver and column of the benchmark, as far as digits show it."""
     return {
         (m.maneuver, c.key): c.shown("scd") or 0.0
         for m in report.maneuvers
@@ -388,13 +387,13 @@ def correct_digits(report: Report) -> dict[tuple[int, str], float]:
 
 
 def other_definitions(report: Report) -> dict[str, str]:
-    """By which definition each column is taken, where that is not the default."""
+    """Return the definitions of the columns that do not follow the default one."""
     columns = (c for m in report.maneuvers for c in m.columns)
     return {c.key: c.definition for c in columns if c.definition != c.as_written.definition}
 
 
 def _check_rules(submission: Submission, report: Report, reference: Reference) -> None:
-    """All maneuvers of the problem, all their rows at their times, all columns."""
+    """Check that all maneuvers, all their rows at their times, and all columns are present."""
     numbers = PROBLEMS[submission.problem].numbers(len(reference))
     refuse = partial(_refuse, file=submission.source)
     held = sorted(m.maneuver for m in report.maneuvers)

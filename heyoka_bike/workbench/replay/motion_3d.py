@@ -1,12 +1,12 @@
-"""Where the bicycle is: its angles, the contact points of its wheels, and how far they have turned.
+"""Position of the bicycle: its angles, the contact points and the rotation of its wheels.
 
-The equations need neither place nor yaw; both follow here from the state, by integration over time.
-The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
-rear wheel touches the floor at the start.
+The equations of motion contain neither position nor yaw; this module integrates both from the
+state. The *ground frame* has x along the initial heading, y to the right, z down, and its origin at
+the initial rear contact point.
 
-The rates of yaw, track and wheels are those of `rates_of_integrals`. Their integrals are Gauss's
-quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
-the error is that of binary64. What else follows from them is `Configuration`'s.
+The rates of yaw, track and wheels are those of `rates_of_integrals`. They are integrated by Gauss
+quadrature over short steps between the requested times, with the yaw inside a step by collocation,
+so the error is that of binary64. `Configuration` computes everything else.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,26 +22,26 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import ReferenceManeuver
 
 State = Callable[[Array], Mapping[str, Array]]
-"""From ascending times [s] to the columns of `STATE` at them."""
+"""A function from ascending times [s] to the columns of `STATE` at them."""
 
 STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""Columns that the motion follows from, in their default definitions."""
+"""Columns that determine the motion, in their default definitions."""
 
-# Nodes of a step, and its length [s]. With these the places of the benchmark's maneuvers do not
-# change by more than binary64 explains when the steps are made shorter.
+# Number of nodes in a step, and its maximum length [s]. With these, shorter steps change the
+# positions in the benchmark's maneuvers by no more than roundoff.
 _NODES_OF_QUADRATURE, _LONGEST_STEP = 12, 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """Where a motion begins.
+    """The position at which a motion starts.
 
     Attributes
     ----------
     x, y
         Rear contact point [m].
     yaw
-        [rad]
+        Yaw angle [rad].
     """
 
     x: float = 0.0
@@ -51,12 +51,12 @@ class Place:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Motion3D:
-    """Places [m] in the ground frame and angles [rad] of the bicycle at n times.
+    """Positions [m] in the ground frame and angles [rad] of the bicycle at n times.
 
     Attributes
     ----------
     time : ndarray, shape (n,)
-        [s]
+        Times [s].
     roll, pitch, steer, yaw : ndarray, shape (n,)
         As the columns of these names; right positive, pitch nose up.
     rear_contact, front_contact : ndarray, shape (n, 3)
@@ -64,7 +64,7 @@ class Motion3D:
     rear_wheel, front_wheel : ndarray, shape (n,)
         Angle by which a wheel has turned in frame or fork, about the y axis: forward is negative.
     rear_track : ndarray, shape (n,)
-        Length of its track [m].
+        Length of the rear wheel's track [m].
     """
 
     time: Array
@@ -80,25 +80,25 @@ class Motion3D:
 
 
 def reference_state(maneuver: ReferenceManeuver) -> State:
-    """The state of a reference at any time of its run."""
+    """Return the state of a reference as a function of time."""
     return lambda t: maneuver.approximate(t, STATE)
 
 
 def motion_3d(
     equations: Equations, state: State, time: Array, start: Place | None = None
 ) -> Motion3D:
-    """The motion in the ground frame.
+    """Return the motion in the ground frame.
 
     Parameters
     ----------
     equations : Equations
-        Of the bicycle, in binary64, see `Equations.binary64`.
+        Equations of the bicycle in binary64, see `Equations.binary64`.
     state
-        Smooth, or the places are only as good as it is.
+        Smooth function of time; a rough one limits the accuracy of the positions.
     time : ndarray, shape (n,)
-        Ascending, n at least 1 [s].
+        Ascending times [s], at least one.
     start : Place
-        Where it is at the first time; the origin by default.
+        Position at the first time; by default the origin.
     """
     place = Place() if start is None else start
     yaw, x, y, rear_wheel, front_wheel, track = _integrals(equations, state, time, place)
@@ -114,13 +114,13 @@ def motion_3d(
 
 
 def _of_form(equations: Equations, values: Mapping[str, Array]) -> list[Array]:
-    """The state variables of the regular form, without the yaw, from the columns of `STATE`."""
+    """Return the state variables of the regular form, without yaw, from columns of `STATE`."""
     k, (*others, speed) = equations.k, (values[name] for name in STATE)
     return [*others, speed / (k.length * k.rear.r)]
 
 
 def _integrals(equations: Equations, state: State, time: Array, start: Place) -> list[Array]:
-    """Yaw, rear contact x and y, angles of the wheels and length of the rear track."""
+    """Return yaw, rear contact x and y, wheel angles and length of the rear track."""
     fine, where = _with_steps(time)
     step = np.diff(fine)[:, None]
     nodes, weights, inside = _collocation()
@@ -143,7 +143,7 @@ def _integrals(equations: Equations, state: State, time: Array, start: Place) ->
 
 
 def _with_steps(time: Array) -> tuple[Array, NDArray[np.intp]]:
-    """The times with others between them where they are far apart, and where they are in it."""
+    """Insert times where the gaps are long; return all times and the indices of the given ones."""
     counts = np.maximum(np.ceil(np.diff(time) / _LONGEST_STEP).astype(int), 1)
     parts = [
         np.linspace(a, b, n, endpoint=False)
@@ -157,9 +157,9 @@ def _summed(first: float, steps: Array) -> Array:
 
 
 def _collocation() -> tuple[Array, Array, Array]:
-    """Gauss's nodes and weights on 0..1, and the weights of integrals from 0 to each node."""
+    """Return Gauss nodes and weights on 0..1, and weights of integrals from 0 to each node."""
     x, w = np.polynomial.legendre.leggauss(_NODES_OF_QUADRATURE)
-    # Integrals of Legendre's polynomials, and the polynomial through values at the nodes.
+    # Integrals of Legendre polynomials, and the polynomial through values at the nodes.
     degrees = np.arange(_NODES_OF_QUADRATURE)
     values = np.polynomial.legendre.legvander(x, _NODES_OF_QUADRATURE)
     integrals = np.empty((_NODES_OF_QUADRATURE, _NODES_OF_QUADRATURE))

@@ -1,6 +1,6 @@
-"""The replay as one HTML page that needs nothing else: a scene, its controls, and charts.
+"""The replay as one self-contained HTML page: a scene, its controls, and charts.
 
-`animate` makes it in Python and for the command of that name: to look at, or as a file.
+`animate` makes the page, in Python and for the command of that name, to view or as a file.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from heyoka_bike.workbench.replay.scenes import Replay, Scene, replay
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
-"""Of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
+"""Script of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
 PITCH_SCRIPT = Path(__file__).with_name("pitch.js")
-"""Of pages that follow a motion themselves: ``pitchOnTheFloor``."""
+"""Script for pages that compute a motion themselves: ``pitchOnTheFloor``."""
 
 _STAGE = Template(Path(__file__).with_name("stage.html").read_text(encoding="utf-8"))
 _ABOUT_PAGE = Path(__file__).with_name("about.html").read_text(encoding="utf-8")
 
-_CHART_HEIGHT = 84  # of the lines of a chart [px]
+_CHART_HEIGHT = 84  # height of a chart's plot area [px]
 _PANELS = (
     ("roll_angle", "roll", "rad"),
     ("steer_angle", "steer", "rad"),
@@ -63,12 +63,12 @@ _SHORT_NAMES = {
     "roll_rate": "roll_rate", "steer_rate": "steer_rate",
 }  # fmt: skip
 START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
-"""After `SCRIPT`, where nothing else begins it."""
+"""Call of `SCRIPT` on pages where nothing else starts it."""
 _COUNTED = ("rear_wheel", "front_wheel", "track")
-# Digits after the point [m, rad, m/s]: less than a pixel, however near the camera is and however
-# much roll and steer are exaggerated.
+# Decimal places [m, rad, m/s]: finer than a pixel at any camera distance and exaggeration of roll
+# and steer.
 _DECIMALS_OF_PLACES = 6
-# Digits of a difference, which may be drawn a million times larger.
+# Significant digits of a difference, which may be magnified a million times.
 _DIGITS_OF_DRAWING = 5
 
 
@@ -84,13 +84,13 @@ class Page:
     Attributes
     ----------
     html
-        The whole page.
+        HTML of the whole page.
     """
 
     html: str
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the page to a file, whole or not at all."""
+        """Write the page to a file, completely or not at all."""
         write_output(Path(path), self.html.encode())
         return Path(path)
 
@@ -98,7 +98,7 @@ class Page:
         return f"<replay of {len(self.html) / 1e6:.1f} MB, for a notebook or .save(...)>"
 
     def _repr_html_(self) -> str:
-        # In a frame of its own, where its script sees nothing of the notebook.
+        # A frame keeps the page's script away from the notebook.
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" title="replay" '
             f'style="width: 100%; height: {_NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
@@ -114,18 +114,18 @@ def animate(
     reference: Reference | str | PathLike[str] | None = None,
     **named: Any,
 ) -> Page | Path:
-    """Replay the maneuvers in 3D, results beside the reference.
+    """Replay the maneuvers in 3D, with results next to the reference.
 
     Parameters
     ----------
     results
-        Results as `score` takes them; without any the reference is shown alone.
+        Results in a form that `score` accepts; without any, only the reference is shown.
     path
         The file to write, .html; by default nothing is written.
     maneuver
-        Show this one, which results of one maneuver then hold; by default all.
+        Show only this maneuver, which results of a single maneuver then belong to; by default all.
     reference
-        From `load_reference`, or the folder of a set; the published one by default.
+        Result of `load_reference`, or the folder of a dataset; by default the published one.
     named
         Columns by name, as in `score`.
 
@@ -137,7 +137,7 @@ def animate(
     Raises
     ------
     InputError, NothingScoredError
-        See `score`; or a path of another format, or that cannot be written.
+        See `score`; also if the path has another format or cannot be written.
     """
     known = load_reference(reference)
     if path is not None:
@@ -156,7 +156,7 @@ def animate(
 
 
 def check_suffix(path: Path, option: str = "path") -> None:
-    """Raise `InputError` if a file is none of a page, of which `option` says the name."""
+    """Raise `InputError` if a file name is not that of a page; `option` names it in the error."""
     suffix = path.suffix.lower()
     if suffix in _PAGE_SUFFIXES:
         return
@@ -168,7 +168,7 @@ def check_suffix(path: Path, option: str = "path") -> None:
 
 
 def render(replay: Replay, name: str = "") -> str:
-    """The replay as an HTML page; `name` is that of the result file, if there is one."""
+    """Return the replay as an HTML page; `name` is that of the result file, if there is one."""
     title = printable(Path(name).name or name) if name else "Uncontrolled bicycle"
     body = f"""{_header(replay, title, bool(name))}
 <div class="replay{" compared" if name else ""}">
@@ -198,14 +198,14 @@ def _header(replay: Replay, title: str, has_result: bool) -> str:
 
 
 def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
-    """The scene with its controls, as HTML.
+    """Return the scene with its controls, as HTML.
 
     Parameters
     ----------
     scenes
         Numbers and names to choose from.
     has_result
-        True if results are shown beside the reference.
+        True if results are shown next to the reference.
     """
     keys = result = ""
     if has_result:
@@ -221,7 +221,7 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
 
 
 def _choice(scenes: Sequence[tuple[str, str]]) -> str:
-    """Of the maneuver, the first at the beginning; hidden if there is but one."""
+    """Return the choice of the maneuver, initially the first; hidden if there is only one."""
     options = "".join(
         f'<label><input type="radio" name="maneuver" value="{escape(number)}"'
         f"{'' if i else ' checked'}><span>{escape(name)}</span></label>"
@@ -232,13 +232,13 @@ def _choice(scenes: Sequence[tuple[str, str]]) -> str:
 
 
 def _name(scene: Scene) -> str:
-    """Number of a maneuver, and its name if that says more."""
+    """Return the number of a maneuver, and its name if the name adds information."""
     is_plain = scene.name == f"maneuver {scene.number}"
     return str(scene.number) if is_plain else f"{scene.number}: {printable(scene.name)}"
 
 
 def _plots(scenes: Sequence[Scene]) -> str:
-    """Charts of all maneuvers; the script shows those of one."""
+    """Return charts of all maneuvers; the script shows those of one."""
     groups = "".join(
         f'<div class="group" data-maneuver="{s.number}"><h2>Maneuver {escape(_name(s))}</h2>'
         f"{''.join(_charts(s))}</div>"
@@ -274,7 +274,7 @@ def _charts(scene: Scene) -> list[str]:
 def _chart(scene: Scene, time: ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
-    # A result that leaves the picture does not flatten the reference.
+    # A result that leaves the picture must not compress the reference.
     room = 1.0 * (high - low)
     for line in lines:
         low = min(low, max(float(line.y.min()), low - room))
@@ -301,7 +301,7 @@ def _about(replay: Replay, has_result: bool) -> str:
 
 
 def drawing(bicycle: Bicycle) -> dict[str, Any]:
-    """Return the drawing of a bicycle for the script, as JSON holds it."""
+    """Return the drawing of a bicycle for the script, as JSON values."""
     drawn = shape(bicycle)
     return {
         "points": {name: _rounded(point) for name, point in drawn.points.items()},
@@ -320,7 +320,7 @@ def _data(replay: Replay) -> str:
         "bicycle": drawing(replay.bicycle),
         "maneuvers": [_scene_data(s) for s in replay.scenes],
     }
-    # Numbers and names of this package: nothing in it can end the element that it stands in.
+    # Only numbers and names of this package, so no text can close the script element.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
 
 
@@ -339,7 +339,7 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
             name: values - exact[name][rows]
             for name, values in _columns(result.motion, result.columns).items()
         }
-        # Turns and tracks are counted from the first frame of each.
+        # Wheel angles and tracks are counted from the first frame of each motion.
         for name in _COUNTED:
             differences[name] = differences[name] - differences[name][0]
         found["result"] = {
@@ -350,7 +350,7 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
 
 
 def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the quantities that the script needs; the rest follows by rigid motion."""
+    """Return the quantities that the script needs; it derives the others by rigid motion."""
     return {
         "yaw": motion.yaw, "pitch": motion.pitch,
         "x": motion.rear_contact[:, 0], "y": motion.rear_contact[:, 1],
@@ -363,7 +363,7 @@ def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]
 
 
 def _rounded(values: Any) -> list[float]:
-    # No minus zeros.
+    # Adding zero removes minus zeros.
     return [float(x) for x in np.round(np.asarray(values, dtype=float), _DECIMALS_OF_PLACES) + 0.0]
 
 

@@ -1,10 +1,11 @@
-"""Scenes of a replay: the motion of each maneuver, and beside it that of a result file.
+"""Scenes of a replay: the motion of each maneuver, next to that of a result file.
 
-A result file has no pitch, no yaw and no place. They are derived from its own state by the model:
-the pitch from roll and steer, both wheels on the floor; the yaw rate from rolling without slip; the
-place from the forward speed along the heading; the wheels from the lengths of their tracks. All of
-it starts where the reference is. The file's state between its rows is the reference plus their
-difference, interpolated linearly, so that a file of few digits or rows adds no error of its own.
+A result file has no pitch, no yaw and no position. The model derives them from the state in the
+file: the pitch from roll and steer, with both wheels on the floor; the yaw rate from rolling
+without slip; the position from the forward speed along the heading; the wheel angles from the
+lengths of their tracks. All of them start at the values of the reference. The file's state between
+its rows is the reference plus their difference, interpolated linearly, so that a file of few digits
+or rows adds no error of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,10 +38,10 @@ from heyoka_bike.workbench.replay.motion_3d import (
 )
 
 RATE = 50
-"""Frames in a second, unless the runs are so long that there would be too many."""
+"""Frames per second, reduced for runs so long that there would be too many frames."""
 
 WRITTEN_STATES = tuple(name for name in STATE if name in BENCHMARK_COLUMNS)
-"""Columns of a result file that its motion follows from."""
+"""Columns of a result file that determine its motion."""
 
 DERIVED = (
     "Derived: the pitch from roll and steer, both wheels on the floor; the yaw from the yaw "
@@ -50,16 +51,17 @@ DERIVED = (
 BROUGHT = (
     "(a different definition is brought to the default one by its difference from the reference)"
 )
-"""What notes say, here and on the page of the checker."""
+"""Text of notes, here and on the page of the checker."""
 
-# Of all maneuvers together: what a page of 3 MB holds.
+# Maximum number of frames of all maneuvers together, for a page of 3 MB.
 _MOST_FRAMES = 6000
 LEAST_FRAMES = 50
-# Leaning farther, a bicycle lies on the floor, and the tangent of its roll means nothing [rad].
+# Largest roll and steer [rad]. Beyond it, a bicycle lies on the floor, and tan(roll) has no
+# meaning.
 FALLEN = 1.4
-# A gap below a wheel that Newton's iteration for the pitch does not leave where there is a pitch.
+# Largest gap below a wheel after Newton's iteration for the pitch, if there is a pitch.
 SMALLEST_GAP = 1e-9  # [m]
-# A result that is farther from the reference is out of sight [m].
+# Distance from the reference beyond which a result is out of sight [m].
 OUT_OF_SIGHT = 1000.0
 
 
@@ -71,8 +73,8 @@ class Shown:
     ----------
     motion : Motion3D
     columns : mapping of str to ndarray, shape (n,)
-        By name of `columns.BENCHMARK_COLUMNS`, default definitions; of a result only what its
-        file has.
+        Columns by name of `columns.BENCHMARK_COLUMNS`, in default definitions; for a result only
+        those in its file.
     """
 
     motion: Motion3D
@@ -86,9 +88,9 @@ class ShownResult(Shown):
     Attributes
     ----------
     first
-        Index of its first frame among those of the reference.
+        Index of the first frame among those of the reference.
     notes : tuple of str
-        Sources of its quantities, and where it ends: sentences.
+        Sentences on the sources of the quantities, and on where the result ends.
     """
 
     first: int
@@ -105,7 +107,7 @@ class Scene:
     reference : Shown
     result : ShownResult, optional
     notes : tuple of str
-        Why there is no result, if a file was given.
+        Reasons why there is no result, if a file was given.
     """
 
     number: int
@@ -117,13 +119,13 @@ class Scene:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Replay:
-    """All that is shown.
+    """All scenes of a replay.
 
     Attributes
     ----------
     bicycle : Bicycle
     dataset_version
-        Of the reference.
+        Version of the reference.
     scenes : tuple of Scene
     report : Report, optional
         Scores of the result file, if one was given.
@@ -141,21 +143,21 @@ def replay(
     maneuver: int | None = None,
     rate: float = RATE,
 ) -> Replay:
-    """The maneuvers of a reference, with those of a result file beside them.
+    """Return the maneuvers of a reference, with those of a result file next to them.
 
     Parameters
     ----------
     reference : Reference
     results : Results or sequence of Results, optional
     maneuver
-        Only this one; by default all.
+        Number of the only maneuver to show; by default all.
     rate
-        Frames in a second.
+        Frames per second.
 
     Raises
     ------
     NothingScoredError
-        The file has nothing of the motion, or not this maneuver.
+        The file has no column of the motion, or does not contain this maneuver.
     """
     bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
     equations = Equations.binary64(bicycle)
@@ -183,7 +185,7 @@ def _scene(number: int, maneuver: ReferenceManeuver, equations: Equations, rate:
 
 
 def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
-    """A scene with the result's motion, or with a note why there is none."""
+    """Return a scene with the result's motion, or with a note why there is none."""
     held = [m for m in scored.maneuvers if m.maneuver == scene.number]
     if not held:
         return replace(scene, notes=(f"The file does not hold maneuver {scene.number}.",))
@@ -192,7 +194,7 @@ def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
 
 
 def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownResult | str:
-    """The result's motion, or why there is none."""
+    """Return the result's motion, or the reason why there is none."""
     part = found.part
     columns = {c.key: c for c in found.compared}
     moving = [name for name in WRITTEN_STATES if name in columns]
@@ -208,7 +210,7 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     time = scene.reference.motion.time
     if not len(rows_time):
         return f"The first row of maneuver {scene.number} in the file has no usable number."
-    # The last frame is within a rounding of the last row.
+    # The last frame may differ from the last row by a rounding.
     inside = np.flatnonzero((time >= rows_time[0]) & (time <= rows_time[-1] * (1 + 1e-12)))
     if len(inside) < 2:
         return f"The rows of maneuver {scene.number} in the file span less than two frames."
@@ -247,13 +249,13 @@ def _result_state(
     equations: Equations,
     differences: Mapping[str, tuple[Array, Array]],
 ) -> State:
-    """The reference's state plus differences, with the pitch that puts both wheels on the floor."""
+    """Return the reference's state plus differences, with the pitch for wheels on the floor."""
 
     def state(t: Array) -> Mapping[str, Array]:
         found = dict(maneuver.approximate(t, STATE))
         for name, (rows_time, error) in differences.items():
             found[name] = found[name] + np.interp(t, rows_time, error)
-        # Of a fallen bicycle this is anything; `_upright` looks at it.
+        # The pitch of a fallen bicycle has no meaning; `_upright` detects this.
         with np.errstate(all="ignore"):
             found["pitch"] = pitch_on_the_floor(
                 equations.k, found["roll_angle"], found["pitch"], found["steer_angle"]
@@ -264,7 +266,7 @@ def _result_state(
 
 
 def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
-    """Number of frames before the bicycle has no posture with both wheels on the floor."""
+    """Return the number of frames before no posture has both wheels on the floor."""
     roll = state["roll_angle"]
     with np.errstate(all="ignore"):
         gap = front_contact_height(
@@ -276,7 +278,7 @@ def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
 
 
 def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3D, int]:
-    """The motion as long as it is near the reference, and the number of frames of that."""
+    """Return the motion while it is near the reference, and the number of its frames."""
     beside = reference.rear_contact[first : first + len(found.time)]
     with np.errstate(all="ignore"):
         away = np.linalg.norm(found.rear_contact - beside, axis=1)
@@ -286,7 +288,7 @@ def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3
 
 
 def _leading(good: NDArray[np.bool_]) -> int:
-    """Number of entries before the first that is not true."""
+    """Return the number of entries before the first that is not true."""
     bad = np.flatnonzero(~good)
     return int(bad[0]) if len(bad) else len(good)
 
@@ -309,7 +311,7 @@ def _notes(
 
 
 def _understood(found: ManeuverScore) -> str:
-    """Columns that are not taken as written."""
+    """Return a note on columns that are converted before they are shown."""
     taken = []
     for c in found.columns:
         u, w = c.as_understood, c.as_written

@@ -1,1 +1,1 @@
-"""Scoring for people with a browser: a page to drop result files on."""
+"""Scoring in a browser: a page to drop result files on."""

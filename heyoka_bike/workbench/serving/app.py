@@ -1,6 +1,7 @@
-"""The server: which address gives what.
+"""The server: addresses and their answers.
 
-Every request passes the `Guard`: its host, headers for browsers, no foreign forms, a line of log.
+Every request passes the `Guard`, which checks the host, adds headers for browsers, rejects forms of
+other sites, and logs a line.
 """
 
 import asyncio
@@ -55,34 +56,34 @@ from heyoka_bike.workbench.serving.uploads import receive
 
 _SAFE = {
     "x-content-type-options": "nosniff",
-    # Not to other sites, but with the origin in forms of our own.
+    # Other sites get no referrer, but our own forms send their origin.
     "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "x-frame-options": "DENY",
     "permissions-policy": "camera=(), geolocation=(), microphone=()",
 }
-# Only files of the package may be cached on the way.
+# Only files of the package may be cached by intermediaries.
 _NO_CACHE_HEADER = ("cache-control", "no-store")
 _HEALTH = "/health"
-# Where a browser says that a page of another site sent the form.
+# Values with which a browser marks a form sent from a page of another site.
 _FOREIGN = ("cross-site", "same-site")
 
 
 class Guard:
-    """An ASGI application inside these rules.
+    """An ASGI application behind checks of every request.
 
     Parameters
     ----------
     app
     hosts
-        Names under which it may be asked for, without ports; ``*`` for any. A page of another site
-        whose name is made to lead here is not one of them.
+        Allowed host names, without ports; ``*`` for any. They exclude pages of other sites whose
+        name is made to resolve to this server.
     log
-        Called with one line for each request: no address of a result, no names, no contents.
+        Called with one line for each request, without addresses of results, names or contents.
     root
-        Path below which the server is hosted. Whether who passes requests on takes it away does not
-        matter: the application gets paths without it, and it as the ``root_path``.
+        Path below which the server is hosted. A proxy may remove it or not: the application gets
+        paths without it, and the path itself as ``root_path``.
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class Guard:
 
         app = self._app
         headers = Headers(scope=scope)
-        # Whoever watches over the server asks by whatever name it has inside.
+        # Health checks may use any host name, because a supervisor uses an internal one.
         is_told = "*" in self._hosts or _host(headers) in self._hosts or path == _HEALTH
         if not is_told:
             app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
@@ -122,14 +123,14 @@ class Guard:
         try:
             await app(scope, receive, guarded)
         except asyncio.CancelledError:
-            # The server is asked to end, and has waited for its tasks as long as it may.
+            # The server is being stopped, and has waited for its tasks as long as it may.
             if status:
                 raise
             said = {"error": f"the server is being stopped, try again in {_SECONDS_OF_RESTART} s"}
             again = {"retry-after": str(_SECONDS_OF_RESTART), "connection": "close"}
             await JSONResponse(said, 503, again)(scope, receive, guarded)
         except Exception as e:
-            # Whoever raised it may have put names and places into it, which the log must not have.
+            # The message of the exception may contain names and paths, which must not be logged.
             self._log(f"{fault(e)} in the server")
             if status:
                 raise RuntimeError("an answer was broken off") from None
@@ -143,11 +144,11 @@ class Guard:
 
 
 def _is_foreign(headers: Headers) -> bool:
-    """True if a browser says that a page of another site sent this."""
+    """Return whether a browser says that a page of another site sent the request."""
     site = headers.get("sec-fetch-site")
     if site is not None:
         return site in _FOREIGN
-    # Browsers of before 2023, and all browsers without TLS, name the page's own server only.
+    # Browsers of before 2023, and all browsers without TLS, send only the origin.
     origin = headers.get("origin")
     if origin is None:
         return False
@@ -161,17 +162,17 @@ _USUAL_PORTS = {"http": "80", "https": "443"}
 
 
 def _with_port(place: str, usual: str) -> str:
-    """A host with its port, the usual one if it names none."""
+    """Return a host with its port, which is the usual one if the text has none."""
     return place if re.search(r":[0-9]+\Z", place) else f"{place}:{usual}"
 
 
 def _host(headers: Headers) -> str:
-    """The host that is asked for."""
+    """Return the requested host."""
     return _name(headers.get("host", ""))
 
 
 def _name(host: str) -> str:
-    """A host without its port and the brackets of IPv6."""
+    """Return a host without its port and the brackets of IPv6."""
     host = host.lower()
     if host.startswith("["):
         return host[1:].partition("]")[0]
@@ -186,42 +187,42 @@ _STATIC = {
     "serve.css": (pages.STATIC / "serve.css", "text/css"),
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
 }
-# What is started again by a supervisor is there by then.
+# By then a supervisor has restarted the server.
 _SECONDS_OF_RESTART = 10
 _TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
-# Starlette's messages, in more words.
+# Longer texts for Starlette's messages.
 _USUAL = {
     "Not Found": "There is no such page.",
     "Method Not Allowed": "This address does not take such a request.",
 }
 _NEVER = "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
-# Only files of this package are styles and scripts.
+# Styles and scripts come only from files of this package.
 _HEADERS_OF_PAGES = (
     "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src data:; "
     + _NEVER
 )
 
 
-# Of reports and replays, whose scripts are the package's own, word for word.
+# Policy of reports and replays, whose scripts are exactly those of the package.
 _REPORTS = f"{policy(REPORT_SCRIPT, REPLAY_SCRIPT.read_text(encoding='utf-8') + START)}; {_NEVER}"
 
 
 class Server:
-    """The state of a running server, and its answers.
+    """The state of a running server, and its request handlers.
 
     Parameters
     ----------
     folder
-        Of its own, which it fills and empties.
+        Folder for the server's exclusive use, which it fills and empties.
     limits
     hosts
-        Names under which it may be asked for; ``*`` for any.
+        Allowed host names; ``*`` for any.
     board
-        HTML of the leaderboard, if there is one to show.
+        HTML of the leaderboard, if there is one.
     log
-        Called with one line.
+        Called with each line of the log.
     root
-        Path below which it is hosted, without a slash at its end.
+        Path below which the server is hosted, without a trailing slash.
     """
 
     def __init__(
@@ -241,7 +242,7 @@ class Server:
                 (HTTPException, InputError, ClientDisconnect, OSError), _refused
             ),
         )  # fmt: skip
-        # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
+        # A redirect would contain the requested host and scheme, which may be those of a proxy.
         self.app.router.redirect_slashes = False
 
     def _routes(self) -> list[Route]:
@@ -279,22 +280,22 @@ class Server:
             try:
                 await run_in_threadpool(self.store.sweep)
             except Exception as e:
-                # The next one may find what this one did not.
+                # The next sweep may remove what this one did not.
                 self.log(f"sweep: {fault(e)} in the server")
 
     async def home(self, request: Request) -> Response:
-        """The page to drop files on."""
+        """Show the page to drop files on."""
         return _page(pages.home(_root(request), self.limits, self.board is not None))
 
     async def static(self, request: Request) -> Response:
-        """A style or the script."""
+        """Send a style sheet or the script."""
         found = _STATIC.get(request.path_params["name"])
         if found is None:
             raise HTTPException(404)
         return FileResponse(found[0], media_type=found[1], headers={"cache-control": "max-age=300"})
 
     async def health(self, request: Request) -> Response:
-        """Health of the server, and the length of its queue."""
+        """Report the health of the server, and the length of its queue."""
         is_full = self.store.is_full()
         said = {
             "status": "full" if is_full else "ok",
@@ -304,25 +305,25 @@ class Server:
         return JSONResponse(said, 507 if is_full else 200)
 
     async def leaderboard(self, request: Request) -> Response:
-        """The submissions that the server was started with."""
+        """Show the submissions that the server was started with."""
         if self.board is None:
             raise HTTPException(404)
         return _report(pages.with_bar(self.board, pages.bar_of_home(_root(request))))
 
     async def api(self, request: Request) -> Response:
-        """Documentation of the server for programs."""
+        """Show the documentation of the interface for programs."""
         return _page(pages.api(_root(request), self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
-        """The OpenAPI description of the addresses for programs."""
+        """Send the OpenAPI description of the interface for programs."""
         return JSONResponse(description(self.limits, _root(request)))
 
     async def upload(self, request: Request) -> Response:
-        """Score files, for a browser: its address is the answer."""
+        """Score files from a browser; the answer is the address of the result."""
         return await self._begun(request, await self._received(request))
 
     async def example(self, request: Request) -> Response:
-        """Score a file that comes with the package."""
+        """Score an example file of the package."""
         folder = self.store.room()
         shutil.copy(data_folder() / "peers" / _EXAMPLE_FILE, folder / FILES)
         return await self._begun(request, Task("score", folder, (_EXAMPLE_FILE,)))
@@ -336,7 +337,7 @@ class Server:
         return RedirectResponse(address, 303)
 
     async def result(self, request: Request) -> Response:
-        """A result without more said."""
+        """Show the report of a result."""
         return RedirectResponse(f"{_root(request)}/results/{request.path_params['key']}/score", 303)
 
     async def remove(self, request: Request) -> Response:
@@ -346,7 +347,7 @@ class Server:
         return RedirectResponse(f"{_root(request)}/", 303)
 
     async def ask(self, request: Request) -> Response:
-        """Begin a diagnosis or a replay of a result."""
+        """Start a diagnosis or a replay of a result."""
         result, kind = self._found(request), _kind(request.path_params["kind"])
         self._check_offered(kind)
         if kind not in result.jobs:
@@ -355,7 +356,7 @@ class Server:
         return RedirectResponse(f"{_root(request)}/results/{result.key}/{kind}", 303)
 
     async def show(self, request: Request) -> Response:
-        """A result as a page, or as a file to take away: ``score``, ``score.json`` ..."""
+        """Show a result as a page, or send it as a file: ``score``, ``score.json`` ..."""
         result, path = self._found(request), Path(request.path_params["name"])
         kind, suffix = _kind(path.stem), path.suffix
         job = result.jobs.get(kind)
@@ -384,7 +385,7 @@ class Server:
         )
 
     async def job(self, request: Request) -> Response:
-        """Progress of a task."""
+        """Report the progress of a task."""
         result, kind = self._found(request), _kind(request.path_params["kind"])
         job = result.jobs.get(kind)
         if job is None:
@@ -392,7 +393,7 @@ class Server:
         return JSONResponse(_said(request, result, kind, job))
 
     async def score(self, request: Request) -> Response:
-        """Score files, for a program: the report is the answer, and nothing is kept."""
+        """Score files for a program; the answer is the report, and nothing is stored."""
         task = await self._received(request)
         try:
             job = self.queue.submit(task)
@@ -405,7 +406,7 @@ class Server:
             await run_in_threadpool(self.store.drop, task.folder)
 
     async def diagnose(self, request: Request) -> Response:
-        """Begin a diagnosis, for a program."""
+        """Start a diagnosis, for a program."""
         self._check_offered("diagnose")
         task = await self._received(request, "diagnose")
         result = self._stored(task)
@@ -427,7 +428,7 @@ class Server:
             raise HTTPException(408, said, close) from None
 
     def _stored(self, task: Task) -> StoredResult:
-        """Keep a task once it has a place in the queue."""
+        """Store a task once it has a place in the queue."""
         try:
             job = self.queue.submit(task)
         except BusyError:
@@ -447,7 +448,7 @@ class Server:
 
 
 def _root(request: Request) -> str:
-    """Path before the address of whatever is here, see `Guard`."""
+    """Return the path before all addresses of the server, see `Guard`."""
     return str(request.scope["root_path"])
 
 
@@ -459,7 +460,7 @@ def _kind(text: str) -> Kind:
 
 
 async def _ended_or_left(request: Request, job: QueuedTask, look_seconds: float) -> TaskEnding:
-    """The end of a job; if the client goes away before it, nobody wants it any more."""
+    """Wait for the end of a job; cancel the job if the client disconnects first."""
     while not (await asyncio.wait([job.over], timeout=look_seconds))[0]:
         if await request.is_disconnected():
             job.cancel()
@@ -467,7 +468,7 @@ async def _ended_or_left(request: Request, job: QueuedTask, look_seconds: float)
 
 
 def _status(ending: TaskEnding) -> int:
-    """Of the answer, for how a job ended."""
+    """Return the HTTP status of the answer for the ending of a job."""
     if ending.is_full:
         return 507
     return 422 if ending.state == "refused" else 500
@@ -507,7 +508,7 @@ def _wants_json(request: Request) -> bool:
 def _answer(
     request: Request, status: int, message: str, headers: Mapping[str, str] | None = None
 ) -> Response:
-    """An error as the client reads it."""
+    """Return an error in the format that the client expects."""
     if _wants_json(request):
         return JSONResponse({"error": message}, status, headers)
     found = _page(pages.error(_root(request), _TITLES.get(status, "Not found"), message), status)
@@ -516,7 +517,7 @@ def _answer(
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    """The answer to a request that cannot be carried out."""
+    """Return the answer to a request that cannot be carried out."""
     match error:
         case HTTPException():
             said = _USUAL.get(error.detail, error.detail)
@@ -524,9 +525,9 @@ async def _refused(request: Request, error: Exception) -> Response:
         case InputError():
             return _answer(request, 400, str(error))
         case ClientDisconnect():
-            # Nobody reads it.
+            # The client has disconnected, so nobody reads the answer.
             return PlainTextResponse("", 400)
         case OSError(errno=number) if number in NO_ROOM:
-            # The part of the request that has not arrived is not read.
+            # Do not read the part of the request that has not arrived.
             return _answer(request, 507, FULL, {"connection": "close"})
     raise error

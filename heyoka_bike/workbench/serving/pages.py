@@ -1,6 +1,6 @@
-"""Pages of the server, and its description for programs, as OpenAPI.
+"""Pages of the server, and its description for programs in OpenAPI.
 
-What comes from a file or a user is escaped; none of it is script.
+Text from files or users is escaped and never becomes script.
 """
 
 import json
@@ -34,12 +34,13 @@ _SAID_OF_STAGES: dict[Kind, str] = {
 
 
 def shell(root: str, title: str, body: str, *, head: str = "", bar: str = "") -> str:
-    """A page of the server; all but the title is HTML.
+    """Return a page of the server; all arguments except the title are HTML.
 
     Parameters
     ----------
     root
-        Path below which the server is hosted, here and in what follows, without a slash at its end.
+        Path below which the server is hosted, in this and all other functions, without a trailing
+        slash.
     """
     return _SHELL.substitute(
         root=root, title=escape(title), body=body, head=head, bar=bar or bar_of_home(root),
@@ -48,7 +49,7 @@ def shell(root: str, title: str, body: str, *, head: str = "", bar: str = "") ->
 
 
 def bar_of_home(root: str, links: str = "") -> str:
-    """Links of a page that is no result's."""
+    """Return the links of a page that does not belong to a result."""
     return (
         f'<nav class="bar" aria-label="Pages"><a class="home" href="{root}/">Score a file</a>'
         f"{links}</nav>"
@@ -56,7 +57,7 @@ def bar_of_home(root: str, links: str = "") -> str:
 
 
 def home(root: str, limits: Limits, has_leaderboard: bool) -> str:
-    """The page with the form."""
+    """Return the page with the form."""
     board = f'<a href="{root}/leaderboard">Leaderboard</a>' if has_leaderboard else ""
     body = _HOME_PAGE.substitute(
         root=root, upload=limits.upload, files=limits.files, most=limits.upload // 1_000_000,
@@ -66,12 +67,12 @@ def home(root: str, limits: Limits, has_leaderboard: bool) -> str:
 
 
 def api(root: str, limits: Limits, address: str) -> str:
-    """The page about the interface for programs.
+    """Return the page about the interface for programs.
 
     Parameters
     ----------
     address
-        At which this server was asked, with a slash at its end.
+        Address of this server in the request, with a trailing slash.
     """
     body = _API.substitute(root=root, most=limits.upload // 1_000_000, address=escape(address))
     return shell(root, "For programs", body)
@@ -85,7 +86,7 @@ def _starts() -> str:
 
 
 def waiting(root: str, result: StoredResult, kind: Kind, job: QueuedTask, ahead: int) -> str:
-    """The page while something is done."""
+    """Return the page shown while a task is running."""
     names = ", ".join(result.task.files)
     queue = f"{ahead} wait for a free processor." if job.state == "waiting" and ahead else ""
     body = _WAITING.substitute(
@@ -96,7 +97,7 @@ def waiting(root: str, result: StoredResult, kind: Kind, job: QueuedTask, ahead:
         names=escape(names),
         queue=queue,
     )
-    # Without script the page asks again by itself.
+    # Without scripts the page reloads itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
     return shell(root, _SAID_OF_STAGES[kind], body, head=head, bar=bar(root, result, kind))
 
@@ -105,8 +106,8 @@ def error(
     root: str, title: str, message: str, *, result: StoredResult | None = None,
     kind: Kind = "score",
 ) -> str:  # fmt: skip
-    """A page that says what is wrong, in one line."""
-    # The message is the command's; here its options are fields.
+    """Return a page with an error message of one line."""
+    # The message is that of the command; on the page its options are fields.
     hint = _HINT.template if "column names" in message or "--" in message else ""
     body = _ERROR.substitute(root=root, title=escape(title), message=escape(message), hint=hint)
     links = "" if result is None else bar(root, result, kind)
@@ -114,9 +115,9 @@ def error(
 
 
 def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
-    """A page of the package with links above it, and what a diagnosis says.
+    """Insert links, and the lines of a diagnosis, above a page of the package.
 
-    It stands by itself, styles too, as a page that is taken away does.
+    The result is self-contained, including styles, like a downloaded page.
     """
     said = "".join(f"<p>{prose(text)}</p>" for text in diagnosis)
     if said:
@@ -126,12 +127,12 @@ def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
 
 
 def bar(root: str, result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> str:
-    """Links of a result.
+    """Return the links of a result.
 
     Parameters
     ----------
     downloads
-        Suffixes of what can be taken away of this page.
+        Suffixes of the files that can be downloaded from this page.
     """
     place = f"{root}/results/{result.key}"
     is_one_run = any(
@@ -171,13 +172,13 @@ _OPENAPI = Path(__file__).with_name("openapi.json")
 
 
 def description(limits: Limits, root: str = "") -> dict[str, Any]:
-    """The interface as OpenAPI 3.1, of a server that is hosted below a path."""
+    """Return the interface in OpenAPI 3.1, for a server that is hosted below a path."""
     text = _OPENAPI.read_text(encoding="utf-8")
     found: dict[str, Any] = json.loads(text.replace("{upload}", str(limits.upload)))
     found["info"]["version"] = __version__
     found["servers"] = [{"url": root or "/"}]
     text = _SCHEMA.read_text(encoding="utf-8")
-    # Its parts stand beside it: generators of clients follow no deeper references.
+    # Definitions become components, because client generators do not follow nested references.
     schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))
     parts = {f"score_{name}": part for name, part in schema.pop("$defs").items()}
     for key in ("$schema", "$id"):
@@ -186,7 +187,7 @@ def description(limits: Limits, root: str = "") -> dict[str, Any]:
     paths = found["paths"]
     score, diagnose = paths["/score"]["post"], paths["/diagnose"]["post"]
     if limits.has_diagnosis:
-        # It is asked, and refused, as a score is.
+        # A diagnosis has the same requests and errors as a score.
         refusals = {code: x for code, x in score["responses"].items() if code != "200"}
         paths["/diagnose"]["post"] = score | diagnose
         paths["/diagnose"]["post"]["responses"] = diagnose["responses"] | refusals

@@ -1,4 +1,4 @@
-"""A bounded queue of tasks, each carried out in a process of its own that has limits."""
+"""A bounded queue of tasks, each run in a process of its own with limits."""
 
 import asyncio
 import os
@@ -17,37 +17,37 @@ from heyoka_bike.system.log import fault
 from heyoka_bike.workbench.serving.tasks import Kind, Limits, Task, TaskEnding, is_long, work
 
 _PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.serving.preload")
-# The assumed time of a task before one has been measured [s].
+# Assumed time of a task before one has been measured [s].
 _FIRST_GUESS = 1.0
 
 
 class BusyError(HTTPException):
-    """There is too much to do.
+    """The server has too much to do.
 
     Parameters
     ----------
     seconds : int
-        When to try again [s].
+        Time after which to try again [s].
     """
 
     def __init__(self, seconds: int) -> None:
-        # The part of the request that has not arrived is not read.
+        # Do not read the part of the request that has not arrived.
         headers = {"retry-after": str(seconds), "connection": "close"}
         super().__init__(503, f"busy, try again in {seconds} s", headers)
 
 
 class QueuedTask:
-    """A task on its way; the loop of the server writes it, anybody reads it.
+    """A task in the queue; only the server's event loop changes it, any thread may read it.
 
     Attributes
     ----------
     task
     ending : TaskEnding or None
-        None until it has ended.
+        Ending of the task; None until it has ended.
     over : asyncio.Task
-        Gives the ending.
+        asyncio task whose result is the ending.
     unwanted : threading.Event
-        Set once nobody waits for it any more.
+        Set once nobody waits for the task any more.
     """
 
     over: asyncio.Task[TaskEnding]
@@ -60,34 +60,34 @@ class QueuedTask:
 
     @property
     def state(self) -> Literal["waiting", "working", "done", "refused", "failed"]:
-        """Where it is."""
+        """State of the task."""
         if self.ending is not None:
             return self.ending.state
         return "waiting" if self.future is None else "working"
 
     @property
     def share(self) -> float:
-        """Of the work that is done, 0 to 1."""
+        """Completed fraction of the work, 0 to 1."""
         if self.state == "done":
             return 1.0
         progress = self.future and self.future.progress
         return progress[1] if progress else 0.0
 
     def cancel(self) -> None:
-        """Nobody waits for it any more: it ends, from whichever thread that is said."""
+        """End the task because nobody waits for it; may be called from any thread."""
         self.unwanted.set()
         if self.future is not None:
             self.future.cancel()
 
 
 class TaskQueue:
-    """Tasks that wait, and those that are carried out: as many at once as `limits` says.
+    """Waiting and running tasks, of which at most `limits.workers` run at once.
 
     Parameters
     ----------
     limits
     log
-        Called with one line about what went wrong, without contents.
+        Called with one line about each failure, without contents.
     """
 
     def __init__(self, limits: Limits, log: Callable[[str], None]) -> None:
@@ -95,22 +95,23 @@ class TaskQueue:
         self._tasks: list[QueuedTask] = []
         self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # By whether a task is long.
+        # Executors for short tasks and for long ones.
         self._executors = {
             is_long: ProcessExecutor(limits.workers, limits.of_process(is_long), _PRELOAD)
             for is_long in (False, True)
         }
         self._places = asyncio.Semaphore(limits.workers)
-        # One of several does no long work, so that a few diagnoses do not keep all files waiting.
+        # With several workers one does no long work, so that a few diagnoses do not block all
+        # scoring.
         self._long_places = asyncio.Semaphore(max(1, limits.workers - 1))
 
     def submit(self, task: Task) -> QueuedTask:
-        """Put a task at the end of the queue.
+        """Append a task to the queue.
 
         Raises
         ------
         BusyError
-            So many wait already that one more would have to wait too long.
+            The queue is full, so one more task would have to wait too long.
         """
         self.check(task.kind)
         queued = QueuedTask(task)
@@ -119,21 +120,21 @@ class TaskQueue:
         return queued
 
     def check(self, kind: Kind) -> None:
-        """Raise `BusyError` if a task of this kind could not be put there now."""
+        """Raise `BusyError` if a task of this kind could not be appended now."""
         most = self._limits.waiting
         long = [x for x in self._tasks if x.state == "waiting" and is_long(x.task.kind)]
-        # Half of the places at most are for diagnoses, each of which may take minutes.
+        # At most half of the places are for diagnoses, each of which may take minutes.
         if self.waiting() >= most or (is_long(kind) and 2 * len(long) >= most):
             each = sum(self._seconds) / len(self._seconds)
             seconds = each * self.waiting() / self._limits.workers / 2
             raise BusyError(max(1, round(seconds)))
 
     def waiting(self) -> int:
-        """The number of waiting tasks."""
+        """Return the number of waiting tasks."""
         return sum(queued.state == "waiting" for queued in self._tasks)
 
     async def close(self) -> None:
-        """End all work."""
+        """End all tasks."""
         for queued in self._tasks:
             queued.cancel()
         await asyncio.gather(*(queued.over for queued in self._tasks))
@@ -150,7 +151,7 @@ class TaskQueue:
             return queued.ending
 
     async def _ending(self, queued: QueuedTask) -> TaskEnding:
-        """The end of a task in words for its user; the log has the details."""
+        """Return the ending of a task in words for its user, and log the details."""
         task, kind = queued.task, queued.task.kind
         limits = self._limits.of_process(is_long(kind))
         try:
@@ -158,7 +159,7 @@ class TaskQueue:
                 raise CancelledError
             queued.future = self._executors[is_long(kind)].submit(work, task, limits.memory)
             if queued.unwanted.is_set():
-                # Said by another thread meanwhile.
+                # Another thread cancelled the task meanwhile.
                 queued.future.cancel()
             over = asyncio.wrap_future(queued.future)
             await asyncio.gather(over, return_exceptions=True)
@@ -168,7 +169,7 @@ class TaskQueue:
         except TimeoutError:
             return TaskEnding("refused", f"takes more than {limits.seconds:g} s, expected less", 1)
         except BrokenExecutor:
-            # Killed by the system, most likely for its memory or its time.
+            # The system ended the process, most likely for its memory or its time.
             self._log(f"{kind}: its process ended by itself")
             said = (
                 f"ended before it was done: it needs more than {limits.seconds:g} s or "

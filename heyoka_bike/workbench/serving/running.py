@@ -1,9 +1,10 @@
-"""A server that runs until it is stopped, with so many connections and no more.
+"""Run a server until it is stopped, with a limited number of connections.
 
-A connection is ended where its client neither asks nor reads. h11 takes heads whose lines end with
-a line feed alone, which RFC 9112 allows (section 2.2). After a request with both a length and
-chunks it keeps the connection, which is not allowed (section 6.1;
-https://github.com/python-hyper/h11/issues/90). A proxy before it may see other requests in these.
+A connection is closed if its client neither sends nor reads. h11 accepts heads whose lines end with
+only a line feed, which RFC 9112 allows (section 2.2). After a request with both a length and chunks
+it keeps the connection open, which is not allowed (section 6.1;
+https://github.com/python-hyper/h11/issues/90). A proxy in front of the server may see other
+requests in such bytes, so this module rejects them.
 """
 
 import asyncio
@@ -34,19 +35,19 @@ from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.tasks import Limits
 
 _MOST_CONNECTIONS_WAITING = 1000
-# Requests at once; each has a connection and a file. Beyond the other ones files are needed, too.
+# Each connection needs up to two files, and others are needed in addition.
 _OTHER_FILES = 100
 _WANTED_FILES = 3 * _MOST_CONNECTIONS_WAITING + _OTHER_FILES
-_LONGEST_HEAD = 1 << 14  # [bytes]
+_LONGEST_HEAD = 1 << 14  # maximum length of a request's head [bytes]
 _BARE = re.compile(rb"(?<!\r)\n")
-# Read at once [bytes]: of pieces of one byte each a tenth of a second's work.
+# Maximum number of bytes read at once; as chunks of one byte they take a tenth of a second.
 _BYTES_AT_ONCE = 1 << 14
-# Held by the system of an answer [bytes]: what is in there is taken as read.
+# Send buffer in the system [bytes]; an answer in this buffer counts as read by the client.
 _SENT = 1 << 18
 
 
 def most_requests() -> int:
-    """The largest number of requests at once: 1000, or as many as the system gives files for."""
+    """Return the maximum number of requests at once: 1000, or fewer if the file limit is low."""
     try:
         import resource
     except ImportError:
@@ -60,10 +61,10 @@ def most_requests() -> int:
 
 
 class StrictParser(h11.Connection):
-    """Refuses requests that two servers may understand differently."""
+    """Rejects requests that two servers may interpret differently."""
 
     def next_event(self) -> Any:
-        """The next event; raises `h11.RemoteProtocolError` for such a request."""
+        """Return the next event; raise `h11.RemoteProtocolError` for an ambiguous request."""
         if self.their_state is h11.IDLE:
             head = self.trailing_data[0].partition(b"\r\n\r\n")[0]
             if _BARE.search(head):
@@ -77,22 +78,23 @@ class StrictParser(h11.Connection):
 
 
 class Connection(H11Protocol):
-    """A connection that is ended where its client lets it wait for nothing.
+    """A connection that is closed if its client is idle.
 
-    Of more than may ask at once, those that have not asked for longest make room; those beyond
-    twice as many are ended unheard, for each of them takes one of the files that the system gives.
+    Above the limit of requests at once, the connections that have been idle longest are closed. New
+    connections above twice the limit are closed at once, because each uses one of the process's
+    files.
 
     Attributes
     ----------
     patience : float
-        Within which a client has to send a whole head, or to read some of its answer [s].
+        Time within which a client has to send a whole head, or to read part of its answer [s].
     """
 
     patience = 30.0
     _looking: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
-        """A client is there."""
+        """Set up the connection of a new client."""
         super().connection_made(transport)
         self.conn = StrictParser(h11.SERVER, _LONGEST_HEAD)
         self.since = monotonic()
@@ -110,21 +112,21 @@ class Connection(H11Protocol):
         self._look(None)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """It is gone."""
+        """Clean up after the connection has ended."""
         if self._looking is not None:
             self._looking.cancel()
         super().connection_lost(exc)
 
     @property
     def is_waiting(self) -> bool:
-        """True if its client has asked for nothing, or has all of its answer."""
-        # None until something is asked for.
+        """True if the client has no open request, or has received all of its answer."""
+        # The cycle is None until there is a request.
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is None or cycle.response_complete
 
     def _look(self, before: tuple[Any, int] | None) -> None:
-        """End the connection if its client has had time enough and done nothing with it."""
-        # None until something is asked for.
+        """Close the connection if the client has made no progress since the previous call."""
+        # The cycle is None until there is a request.
         cycle: RequestResponseCycle | None = self.cycle
         unread = self.transport.get_write_buffer_size()
         is_ours = cycle is not None and not cycle.response_complete and not unread
@@ -136,12 +138,12 @@ class Connection(H11Protocol):
 
 
 _ALL_ADDRESSES = ("0.0.0.0", "::")
-_GRACE = 5  # [s]
+_GRACE = 5  # [s], time for open requests when the server stops
 _BACKLOG = 2048
-_OPENED_AFTER = 0.5  # [s]
-# Of the folder of what is kept.
+_OPENED_AFTER = 0.5  # [s], delay before the browser opens the page
+# Prefix of the folder for stored results.
 _PREFIX = "heyoka-bike-serve-"
-# In it, the name of the folder that multiprocessing has, and removes unless it is killed.
+# Subfolder for the temporary files of multiprocessing, which remain if the process is killed.
 _PROCESSES = "processes"
 
 
@@ -149,37 +151,37 @@ def serve(
     host: str, port: int, names: Sequence[str], limits: Limits, board: str | None,
     is_opened: bool, root: str = "",
 ) -> None:  # fmt: skip
-    """Serve until interrupted; what was kept is removed then.
+    """Serve until interrupted, then remove everything that was stored.
 
     Parameters
     ----------
     host, port
-        To listen on; port 0 is any that is free.
+        Address to listen on; port 0 means any free port.
     names
-        By which it may be asked for.
+        Allowed host names.
     limits
     board
-        HTML of the leaderboard, if there is one to show.
+        HTML of the leaderboard, if there is one.
     is_opened
-        Whether to open it in the browser.
+        True to open the page in the browser.
     root
-        Path below which it is hosted, without a slash at its end.
+        Path below which the server is hosted, without a trailing slash.
 
     Raises
     ------
     InputError
-        The address cannot be listened on.
+        The server cannot listen on the address.
     """
-    # It would write pieces of what was sent.
+    # This logger would write parts of uploaded data.
     logging.getLogger("python_multipart").setLevel(logging.CRITICAL)
-    # It says which requests it refused before they were anybody's.
+    # This logger reports requests that uvicorn rejected before the application saw them.
     refused = logging.getLogger("uvicorn.error")
     refused.addHandler(_Refusals(logging.WARNING))
     refused.propagate = False
-    # Who asks it to end gets it ended as by the keyboard: what it keeps is removed.
+    # A termination request is handled like a keyboard interrupt, so stored results are removed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     bound = _bound(host, port)
-    # On every address there is, it answers to its names only.
+    # A server on all addresses answers only requests for its names.
     named = names[0] if host in _ALL_ADDRESSES and names[0] != "*" else host
     shown = f"[{named}]" if ":" in named else named
     address = f"http://{shown}:{bound.getsockname()[1]}{root}/"
@@ -192,7 +194,7 @@ def serve(
         server = Server(results, limits, names, board, _log, root)
         config = uvicorn.Config(
             server.app, log_config=None, access_log=False, http=Connection,
-            # Most of them wait: more are answered 503.
+            # Most connections wait; further ones get the answer 503.
             limit_concurrency=most_requests(),
             timeout_graceful_shutdown=_GRACE, server_header=False,
         )  # fmt: skip
@@ -207,13 +209,13 @@ def serve(
 
 
 def _hold(folder: str) -> int | None:
-    """Show other servers that this one lives: an open file, if there is nobody who holds it."""
+    """Lock a folder to show that its server is alive; return None if another process holds it."""
     try:
         import fcntl
     except ImportError:
-        # Windows: nothing is removed of which it is not known whether it is used.
+        # Windows has no such locks, so folders that may be in use are never removed.
         return None
-    # A file of such a name that somebody else put there may be a pipe, or lead elsewhere.
+    # A file with such a name from another user may be a pipe, or a link.
     found = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -224,13 +226,13 @@ def _hold(folder: str) -> int | None:
 
 
 def sweep(place: Path, *, new: float = 60.0) -> None:
-    """Remove what servers kept in a folder that were killed, or that the machine went down under.
+    """Remove the folders of servers that were killed, or that a crash of the machine stopped.
 
-    A folder older than `new` [s] is held if its server lives.
+    A folder older than `new` [s] is locked if its server is alive.
     """
     for folder in place.glob(f"{_PREFIX}*"):
         with suppress(OSError):
-            # A new one is about to be held.
+            # A new folder is about to be locked.
             if time() - folder.stat().st_mtime > new and (held := _hold(str(folder))) is not None:
                 with suppress(OSError, UnicodeDecodeError):
                     name = (folder / _PROCESSES).read_text(encoding="utf-8")
@@ -246,7 +248,7 @@ def _bound(host: str, port: int) -> socket.socket:
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         bound.bind((host, port))
-        # Who comes before the server is ready waits.
+        # Clients that connect before the server is ready wait.
         bound.listen(_BACKLOG)
     except OSError as e:
         bound.close()
@@ -258,10 +260,10 @@ def _bound(host: str, port: int) -> socket.socket:
 
 
 class _Refusals(logging.Handler):
-    """Warnings of uvicorn, without traces, as lines of our log."""
+    """Converts uvicorn's warnings to lines of our log, without tracebacks."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Log one."""
+        """Log a warning."""
         _log(record.getMessage())
 
 

@@ -1,4 +1,4 @@
-"""Storage of a server: the files of each result, until they expire."""
+"""Storage of the server: the files of each result, until they expire."""
 
 import re
 import secrets
@@ -12,30 +12,30 @@ from unicodedata import normalize
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
 from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
-# In characters; and in bytes, of which file systems take 255.
+# Maximum length of a file name in characters and in bytes; file systems allow 255 bytes.
 _LONGEST_FILE_NAME, _MOST_NAME_BYTES = 80, 240
 _NO_NAME = "results.txt"
-# When there is room for more requests, as a guess [s].
+# Estimated time until there is room for more requests [s].
 _ROOM_IN = 5
 _UNUSUAL = re.compile(r"[^\w .()+=,@~-]")
 
 
 @dataclass(eq=False, slots=True)
 class StoredResult:
-    """A result: its files, and the work on them.
+    """A result: its files, and the tasks on them.
 
     Attributes
     ----------
     key
-        In its address; who knows it may see the result.
+        Key in the address of the result; anybody who knows it may see the result.
     until : float
-        When it is removed [s since 1970].
+        Time when the result is removed [s since 1970].
     task
-        How its files are scored.
+        Task that scores the files.
     has_diagnosis
-        Whether it can be diagnosed here.
+        True if the result can be diagnosed here.
     jobs
-        What was asked for.
+        Requested tasks by kind.
     """
 
     key: str
@@ -45,35 +45,35 @@ class StoredResult:
     jobs: dict[Kind, QueuedTask]
 
     def of(self, kind: Kind) -> Task:
-        """The task of another kind, of the same files."""
+        """Return the task of another kind for the same files."""
         return replace(self.task, kind=kind)
 
 
 class ResultStore:
-    """Results in a folder, each in one of its own.
+    """Results in a folder, each in a subfolder of its own.
 
     Parameters
     ----------
     folder
-        Which is the server's alone.
+        Folder for the server's exclusive use.
     limits
     """
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits = folder, limits
         self._results: dict[str, StoredResult] = {}
-        # Of what is there and not stored, by folder [bytes].
+        # Size of arrived files that are not stored yet, by folder [bytes].
         self._arrived: dict[Path, int] = {}
 
     def __len__(self) -> int:
         return len(self._results)
 
     def is_full(self) -> bool:
-        """True if the disk has no room for one more request of the largest size."""
+        """True if the disk has no room for another request of the maximum size."""
         return shutil.disk_usage(self._folder).free < self._limits.upload
 
     def room(self) -> Path:
-        """A new folder for the files of a request."""
+        """Create a new folder for the files of a request."""
         folder = self._folder / secrets.token_urlsafe(12)
         self._arrived[folder] = 0
         (folder / FILES).mkdir(parents=True, mode=0o700)
@@ -85,19 +85,19 @@ class ResultStore:
         Raises
         ------
         BusyError
-            All requests together hold more than they may.
+            All requests together exceed their limit.
         """
         self._arrived[folder] += size
         if sum(self._arrived.values()) > self._limits.arriving_bytes:
             raise BusyError(_ROOM_IN)
 
     def drop(self, folder: Path) -> None:
-        """Remove a folder from `room` that is not kept."""
+        """Remove a folder from `room` that is not to be stored."""
         _remove(folder)
         self._arrived.pop(folder, None)
 
     def keep(self, job: QueuedTask) -> StoredResult:
-        """Keep a result whose folder is from `room`, until its time is over."""
+        """Store a result, whose folder is from `room`, until it expires."""
         task, limits = job.task, self._limits
         until = time() + limits.kept_seconds
         result = StoredResult(task.folder.name, until, task, limits.has_diagnosis, {task.kind: job})
@@ -106,19 +106,19 @@ class ResultStore:
         return result
 
     def get(self, key: str) -> StoredResult | None:
-        """The result with this key, if it is there still."""
+        """Return the result with this key, or None if it is not there any more."""
         result = self._results.get(key)
         return None if result is None or result.until < time() else result
 
     def remove(self, result: StoredResult) -> None:
-        """Remove a result, and end what is done for it."""
+        """Remove a result, and cancel its tasks."""
         for job in list(result.jobs.values()):
             job.cancel()
         self._results.pop(result.key, None)
         _remove(result.task.folder)
 
     def sweep(self) -> None:
-        """Remove what is over, and the oldest of what is too much."""
+        """Remove expired results, and the oldest ones if there are too many."""
         sizes = {result: _size(result.task.folder) for result in list(self._results.values())}
         size = sum(sizes.values())
         for result in sorted(sizes, key=lambda result: result.until):
@@ -130,9 +130,10 @@ class ResultStore:
                 break
             size -= sizes[result]
             self.remove(result)
-        # Written by a process after its result was removed.
+        # A process may write files after its result was removed.
         for folder in self._folder.iterdir():
-            # In this order: one that has arrived is kept before it is no longer arriving.
+            # The order of the checks matters: a result is stored before its folder stops being
+            # "arrived".
             if folder not in self._arrived and folder.name not in self._results:
                 _remove(folder)
 
@@ -142,7 +143,7 @@ def _remove(folder: Path) -> None:
 
 
 def file_name(given: str, taken: set[str]) -> str:
-    """A name for an uploaded file: as it was given, but without anything but a name."""
+    """Return a safe and unique name for an uploaded file, similar to the given one."""
     name = normalize("NFC", given.replace("\\", "/").rsplit("/", 1)[-1])
     name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_FILE_NAME:]
     name = name.encode()[-_MOST_NAME_BYTES:].decode(errors="ignore").lstrip(" .-_~") or _NO_NAME
@@ -159,7 +160,7 @@ def file_name(given: str, taken: set[str]) -> str:
 
 def _size(folder: Path) -> int:
     size = 0
-    # It may be removed meanwhile.
+    # Another thread may remove the file meanwhile.
     with suppress(OSError):
         for path in folder.rglob("*"):
             with suppress(OSError):

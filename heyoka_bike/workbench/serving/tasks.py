@@ -1,7 +1,7 @@
-"""Work on uploaded files, in a process of its own that is ended when it takes too much.
+"""Tasks on uploaded files, each in a process of its own that ends if it exceeds limits.
 
-The process reads ``files`` in a folder and writes ``made`` beside them. `Limits` are those of one
-request to a server.
+The process reads ``files`` in a folder and writes ``made`` in the same folder. `Limits` contains
+the limits of the server.
 """
 
 import errno
@@ -26,41 +26,41 @@ _MB = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of one request, and of what is stored of it.
+    """Limits of a request, and of the storage of results.
 
     Attributes
     ----------
     upload : int
-        Of all that one request holds [bytes].
+        Maximum size of a request [bytes].
     files
-        Result files in one request.
+        Maximum number of result files in a request.
     score_seconds, diagnose_seconds : float
-        For a piece of work, processor time and time on the clock [s].
+        Limits of a task, both for processor time and for elapsed time [s].
     upload_seconds : float
-        For a request to arrive [s].
+        Time for a request to arrive [s].
     memory : int
-        Of the process of a piece of work [bytes].
+        Memory of the process of a task [bytes].
     workers
-        Pieces of work at once.
+        Number of tasks at once.
     waiting
-        That wait for one of them.
+        Maximum number of waiting tasks.
     kept_seconds : float
-        How long a result is kept [s].
+        Time for which a result is stored [s].
     kept
-        Results at once; the oldest make room.
+        Maximum number of results; the oldest are removed first.
     kept_bytes : int
-        Of all results and their files [bytes].
+        Maximum size of all results and their files [bytes].
     arriving_bytes : int
-        Of all requests that are not kept yet [bytes].
+        Maximum size of all requests that are not stored yet [bytes].
     field : int
-        Of a field of a form that is no file [bytes].
+        Maximum size of a form field that is not a file [bytes].
     page_seconds : float
-        How long a page waits for its work before it says that it waits [s].
+        Time that a page waits for its task before it shows progress [s].
     look_seconds, sweep_seconds : float
-        Between two looks whether a waiting client is there, and between two sweeps of what is
-        stored [s].
+        Intervals between checks that a waiting client is connected, and between sweeps of the
+        storage [s].
     has_diagnosis
-        Whether ``diagnose`` is offered.
+        True if the server offers ``diagnose``.
     """
 
     upload: int = 100 * _MB
@@ -82,7 +82,7 @@ class Limits:
     has_diagnosis: bool = True
 
     def of_process(self, is_long: bool) -> ProcessLimits:
-        """Of the process of a piece of work; a diagnosis is long."""
+        """Return the limits of a task's process; a diagnosis is long."""
         seconds = self.diagnose_seconds if is_long else self.score_seconds
         return ProcessLimits(seconds, self.memory)
 
@@ -91,36 +91,36 @@ Kind = Literal["score", "diagnose", "replay"]
 
 FILES, MADE = "files", "made"
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
-"""Errors of a disk that is full, or of a quota."""
+"""Error numbers of a full disk, or of an exceeded quota."""
 FULL = "the server's disk is full"
 _STEMS: dict[Kind, str] = {"score": "report", "diagnose": "diagnosis", "replay": "replay"}
 RENDERED = {"html": ".html", "json": ".json", "csv": ".csv", "junit": ".xml"}
-"""Formats of a report, and how the names of their files end."""
+"""Formats of a report, and the suffixes of their files."""
 
 _LONGEST_LINE_TOLD = 500
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A piece of work.
+    """A task on uploaded files.
 
     Attributes
     ----------
     kind
     folder : Path
-        That holds `FILES`; `MADE` is put there.
+        Folder that contains `FILES`; the task writes `MADE` there.
     files
-        Names in it, in the order in which they were given.
+        Names of the files, in the order of the request.
     maneuver
-        That a file of one maneuver holds, if that is told.
+        Maneuver of a file with a single maneuver, if it was given.
     columns
-        What the columns are, if that is told.
+        Names of the columns, if they were given.
     steps, tolerances
-        Of runs of one program, one for each file.
+        Steps or tolerances of runs of one program, one for each file.
     names
-        Of the programs, one for each file.
+        Names of the programs, one for each file.
     require
-        Requirements that are judged, too.
+        Requirements to judge in addition.
     """
 
     kind: Kind
@@ -134,7 +134,7 @@ class Task:
     require: tuple[str, ...] = ()
 
     def made(self, suffix: str) -> Path:
-        """The result in a format with this suffix."""
+        """Return the path of the result in a format with this suffix."""
         return self.folder / MADE / f"{_STEMS[self.kind]}{suffix}"
 
 
@@ -146,15 +146,15 @@ class TaskEnding:
     ----------
     state
     message
-        Why it was refused or failed: one line for the user.
+        Reason for a rejection or failure: one line for the user.
     code : int
-        Exit code that the command ends with.
+        Exit code of the command.
     is_one_run
-        Whether the files are those of one run, which can be diagnosed.
+        True if the files belong to one run, which can be diagnosed.
     diagnosis
-        What is said of the cause.
+        Lines on the cause.
     is_full
-        Whether it failed as the disk has no room.
+        True if the task failed because the disk is full.
     """
 
     state: Literal["done", "refused", "failed"]
@@ -166,18 +166,18 @@ class TaskEnding:
 
 
 def is_long(kind: Kind) -> bool:
-    """True if a task of this kind may take minutes."""
+    """Return whether a task of this kind may take minutes."""
     return kind == "diagnose"
 
 
 def work(task: Task, memory: int) -> dict[str, Any]:
-    """Carry out a task in a process of its own; gives the parts of an `TaskEnding`.
+    """Run a task in a process of its own; return the fields of a `TaskEnding`.
 
     Parameters
     ----------
     task
     memory
-        That the process is limited to [bytes].
+        Memory limit of the process [bytes].
     """
     try:
         os.chdir(task.folder / FILES)

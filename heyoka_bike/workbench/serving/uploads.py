@@ -1,4 +1,4 @@
-"""Result files as a request brings them: by a form, or as its body."""
+"""Result files from a request: in a form, or as its body."""
 
 import asyncio
 import shutil
@@ -21,30 +21,31 @@ from heyoka_bike.workbench.serving.tasks import FILES, Kind, Limits, Task
 
 _FILE_FIELD, _PASTED_FIELD, _NAME_FIELD = "file", "pasted", "filename"
 OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")
-"""Fields beside the files, or parts of the query; as the options of the command of this name."""
+"""Form fields in addition to the files, or parts of the query; named like the command's options."""
 
-# Around and between the files of a form [bytes].
+# Maximum number of bytes around and between the files of a form.
 _BESIDE = 100_000
-# The option of which there may be several, and fields in all.
+# The option that may be repeated, and the maximum number of fields.
 _REPEATED = "require"
 _MOST_FIELDS = 50
-# Of an option [characters]; and of rows that are pasted, which stand in memory [bytes].
+# Maximum length of an option [characters]; pasted rows, which stay in memory, are limited in bytes.
 _LONGEST_OPTION = 10_000
 _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
-# Forms are taken apart beside the loop that answers, and few at once: their fields are in memory.
+# Forms are parsed outside of the server's event loop, few at a time, because their fields are in
+# memory.
 _PARSERS = ThreadPoolExecutor(2, "forms")
 _FORM_FIELD = "form"
 _Fields = Sequence[tuple[str, str]]
 
 
 class TooLargeError(HTTPException):
-    """More bytes than one request may hold."""
+    """A request has more bytes than it may have."""
 
     def __init__(self, limits: Limits) -> None:
         most = limits.upload // 1_000_000
         said = f"found more than {most} MB, expected less; 1001 rows of a maneuver are usual"
-        # The rest of it is not read.
+        # Do not read the rest of the request.
         super().__init__(413, said, {"connection": "close"})
 
 
@@ -57,20 +58,20 @@ async def receive(
     ----------
     request
     kind
-        Of what is to be done with them.
+        Kind of the task for the files.
     folder
     limits
     arrived
-        Called with the size of each part as it arrives [bytes]; what it raises ends the request.
+        Called with the size of each part as it arrives [bytes]; an exception ends the request.
 
     Raises
     ------
     InputError
-        No file, an empty one, too many, a form that is none, or an option that is.
+        There is no file, an empty file or too many, or the form or an option is invalid.
     TooLargeError
-        More bytes than `limits` allows; as soon as it is known, which may be before any arrives.
+        The request has more bytes than `limits` allows; this may be known before any arrives.
     ClientDisconnect
-        The client went away.
+        The client disconnected.
     """
     told = request.headers.get("content-length", "")
     most = limits.upload + _BESIDE
@@ -78,7 +79,7 @@ async def receive(
         raise TooLargeError(limits)
 
     async def save(path: Path) -> int:
-        """Write the body to a file; its size [bytes], whatever it was said to be."""
+        """Write the body to a file; return the received size [bytes], whatever was announced."""
         size = 0
         with path.open("wb") as out:
             async for chunk in request.stream():
@@ -93,7 +94,7 @@ async def receive(
     query = request.query_params.multi_items()
     if content.lower() == b"multipart/form-data":
         if parameters.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
-            # It might name any codec of Python's, some of which take for ever.
+            # The name could be any codec of Python, and some of those take forever.
             raise InputError("found a form in another encoding, expected UTF-8")
         await save(folder / _FORM_FIELD)
         files, fields = await asyncio.get_running_loop().run_in_executor(
@@ -113,7 +114,7 @@ async def receive(
 
 
 async def _parsed(request: Request, folder: Path, limits: Limits) -> tuple[list[str], _Fields]:
-    """Names of the files of a form, which are written to the folder, and the filled fields."""
+    """Write the files of a form to the folder; return their names and the filled fields."""
     body = folder / _FORM_FIELD
     try:
         with body.open("rb") as file:
@@ -137,14 +138,14 @@ def _written(form: FormData, folder: Path) -> tuple[list[str], _Fields]:
     files, fields = [], []
     for key, given in form.multi_items():
         if isinstance(given, UploadFile):
-            # A browser sends a file without name and content where none was chosen.
+            # A browser sends a file without name and content if none was chosen.
             if key == _FILE_FIELD and (given.filename or given.size):
                 name = file_name(given.filename or "", taken)
                 with (folder / name).open("wb") as out:
                     shutil.copyfileobj(given.file, out, _CHUNK)
                 files.append(name)
         elif key not in (_FILE_FIELD, _PASTED_FIELD) and given.strip():
-            # A form has all of its fields, and those that nobody filled are empty.
+            # A form contains all of its fields, and unfilled ones are empty.
             fields.append((key, given.strip()))
     pasted = form.get(_PASTED_FIELD)
     if isinstance(pasted, str) and pasted.strip():
@@ -176,12 +177,12 @@ def _task(kind: Kind, folder: Path, files: Sequence[str], fields: _Fields) -> Ta
 
 
 def _options(told: _Fields) -> dict[str, list[str]]:
-    """The options sent with the files, by name.
+    """Return the options sent with the files, by name.
 
     Raises
     ------
     InputError
-        A name that is no option, one that is told twice, or too much.
+        A name is not an option or occurs twice, or a value is too long.
     """
     found: dict[str, list[str]] = {}
     if len(told) > _MOST_FIELDS:

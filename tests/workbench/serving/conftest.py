@@ -1,4 +1,4 @@
-"""A server in this process, with processes of its own, and one that small limits apply to."""
+"""A server in this process, with its own worker processes, and one with small limits."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def example() -> Path:
 
 @pytest.fixture
 def serving(tmp_path):
-    """Start a server with some limits; all are ended with the test."""
+    """Starts servers with given limits, which end with the test."""
     started = []
 
     def start(hosts=("*",), board=None, root="", **limits):

@@ -1,4 +1,4 @@
-"""A real browser: a file is dropped, scored, replayed, compared and refused, without complaint."""
+"""In a real browser a file is dropped, scored, replayed, compared and rejected, without errors."""
 
 import re
 import socket
@@ -26,14 +26,14 @@ WIDTHS = {"phone": 400, "tablet": 820, "desk": 1280}
 
 
 def board(folder):
-    """The leaderboard of two of the published submissions."""
+    """Return the leaderboard of two published submissions."""
     found = leaderboard(str(copied(folder)), [load_reference()], lambda share: None)
     return render(document(found, origin(("leaderboard", "results"))))
 
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
-    """A server on this machine, on a port of its own."""
+    """The address of a server on a free port of this machine."""
     bound = socket.socket()
     bound.bind(("127.0.0.1", 0))
     limits = Limits(workers=2, upload=2_000_000, files=4)
@@ -51,7 +51,7 @@ def address(tmp_path_factory):
 
 @pytest.fixture(params=WIDTHS)
 def page(request, chromium, address):
-    """A page at each width; the test fails with what the browser complains of."""
+    """A page at each width; the test fails if the browser reports an error."""
     scheme = "dark" if request.param == "phone" else "light"
     context = chromium.new_context(
         viewport={"width": WIDTHS[request.param], "height": 900}, color_scheme=scheme
@@ -71,7 +71,7 @@ def page(request, chromium, address):
 
 
 def fits(page):
-    """Whether nothing has to be scrolled sideways."""
+    """Return whether the page needs no horizontal scrolling."""
     return page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
@@ -82,7 +82,7 @@ def test_drop_score_replay_and_back(page, example):
     page.wait_for_selector(".verdict")
     assert "1.6 correct digits" in page.inner_text(".verdict")
     assert fits(page)
-    # The page of the server has styles of its own above those of the report.
+    # The server's page has its own styles in addition to those of the report.
     assert page.locator(".lines .error").first.is_visible()
     line = page.locator('path[data-name="roll angle"]').first
     entry = page.get_by_role("button", name="roll angle", pressed=True).first
@@ -141,7 +141,8 @@ def test_what_is_refused_is_said_in_place(page, example):
     page.evaluate(DROP, ["<b>notes.txt", "all is well"])
     page.wait_for_url(re.compile("/results/.*/score"))
     page.locator("[role=alert]", has_text="b_notes.txt").wait_for()
-    assert "Failed to load" in "".join(page.complaints)  # the browser's own word for the answer 422
+    # the browser's message about the answer 422
+    assert "Failed to load" in "".join(page.complaints)
 
 
 def test_the_leaderboard_and_back(page):
@@ -161,7 +162,7 @@ def test_a_slow_connection_shows_how_much_is_sent(chromium, address, example):
     page.context.new_cdp_session(page).send(
         "Network.emulateNetworkConditions", slow | {"uploadThroughput": 200_000}
     )
-    # A second of a slow line.
+    # One second of a slow connection.
     page.evaluate(DROP, [example.name, example.read_text()])
     page.locator(".busy", has_text=re.compile("sending .* of ")).wait_for()
     page.wait_for_url(re.compile("/results/.*/score"))
@@ -175,7 +176,7 @@ def test_why_it_differs(chromium, address, example):
     page.get_by_role("button", name="Try it with an example").click()
     page.get_by_role("button", name="Why it differs").click()
     page.wait_for_selector(".answer", timeout=120_000)
-    # The example is of Exudyn's trapezoidal rule.
+    # The example was made with Exudyn's trapezoidal rule.
     assert "the trapezoidal rule with a step of 0.01 s" in page.inner_text(".answer")
     page.close()
 

@@ -1,4 +1,4 @@
-"""Below a path every link, form, redirect and address leads below it, whoever takes it away."""
+"""Below a path every link, form, redirect and address stays below it, with any proxy."""
 
 import re
 import time
@@ -14,14 +14,14 @@ from support.clusters import wait_for
 
 BROWSER = {"accept": "text/html"}
 ROOT = "/science/bicycle"
-# All that a browser or the script follows.
+# All links that a browser or the script follows.
 ADDRESSES = re.compile(r'(?:href|action|src|data-state)="([^"#][^"]*)"')
 OUTSIDE = re.compile(r"https?:|data:|mailto:")
 
 
 @pytest.fixture(params=["kept", "taken away"])
 def ask(request, serving):
-    """A request by an address as a browser has it; the server in front may take the path away."""
+    """Request an address as a browser does; a proxy may remove the path."""
     client = serving(root=ROOT, board="<style></style>\n</head><body>\n<main>\nboard</main></body>")
 
     def asked(method, address, **more):

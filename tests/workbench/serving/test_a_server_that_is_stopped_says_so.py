@@ -1,4 +1,4 @@
-"""Who waits while the server is asked to end gets the documented answer."""
+"""Clients that wait while the server is being stopped get the documented answer."""
 
 import asyncio
 import json
@@ -11,7 +11,7 @@ from heyoka_bike.workbench.serving.app import Guard
 
 
 def asked(begins):
-    """The messages of an answer whose request is cancelled, some of it sent before or not."""
+    """Return the messages of a cancelled request's answer, partly sent before or not."""
     sent, log = [], []
 
     async def app(scope, receive, send):

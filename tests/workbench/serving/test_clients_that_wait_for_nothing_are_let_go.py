@@ -1,4 +1,4 @@
-"""Connections whose client sends no whole head, or reads nothing, end; too many are not kept."""
+"""Connections that send no whole head or read nothing are closed, and their number is limited."""
 
 import socket
 import threading
@@ -31,7 +31,7 @@ async def page(scope, receive, send):
 
 @pytest.fixture
 def port(request):
-    """A server of two requests at once that waits a tenth of a second for its clients."""
+    """A server of at most two requests at once, which waits a tenth of a second for clients."""
 
     class Impatient(Connection):
         patience = getattr(request, "param", 0.1)
@@ -53,7 +53,7 @@ def port(request):
 
 def connected(port):
     client = socket.socket()
-    # So that an answer that is not read stays with the server.
+    # A small buffer, so that an unread answer remains in the server.
     client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     client.settimeout(20)
     client.connect(("127.0.0.1", port))
@@ -87,13 +87,13 @@ def test_who_asks_nothing(port, sent):
 def test_who_reads_nothing(port):
     with connected(port) as client:
         client.sendall(HEAD + b"\r\n")
-        # What is on the way still arrives.
+        # Data that is already on the way still arrives.
         time.sleep(1.0)
         assert received(client) < len(PAGE)
 
 
 class Client:
-    """A transport of which so much is unread, look by look."""
+    """A transport with these amounts of unread data, check by check."""
 
     def __init__(self, *unread):
         self.unread = iter(unread)
@@ -111,9 +111,9 @@ class Client:
     [
         ((300, 200, 100, 1), True, False),
         ((300, 200, 200), True, True),
-        # Of a file, a piece at a time.
+        # A file that is sent in pieces.
         ((300, 200, 200), False, True),
-        # Work for which the client waits.
+        # A task for which the client waits.
         ((0, 0, 0), False, False),
         ((0, 0), True, True),
     ],
@@ -142,7 +142,7 @@ def test_those_beyond_what_there_is_room_for(port):
 
 @pytest.mark.parametrize("port", [30.0], indirect=True)
 def test_slow_heads_make_room(port):
-    """Who sends a request is answered at once, however many others send none."""
+    """A request is answered at once, however many other clients send nothing."""
     held = [connected(port) for _ in range(20)]
     for client in held:
         client.sendall(HEAD)

@@ -1,4 +1,4 @@
-"""Uploads that were damaged anywhere: an answer of one line each, no fault, nothing left behind."""
+"""Damaged uploads get an answer of one line each, without errors or remaining files."""
 
 import random
 import re
@@ -12,7 +12,7 @@ pytest.importorskip("uvicorn")
 
 
 WRITTEN = Path(__file__).parents[2] / "scoring" / "written"
-# Larger ones take long and are no other cases.
+# Larger files take long and test nothing else.
 LARGEST = 400_000
 ANSWERS = {200, 400, 413, 422}
 
@@ -27,7 +27,7 @@ def seeds(example):
 
 
 def damaged(content, rng):
-    """The bytes with one to three kinds of damage."""
+    """Return the bytes with one to three kinds of damage."""
     data = bytearray(content)
     for _ in range(rng.randint(1, 3)):
         kind, at = rng.randrange(7), rng.randrange(len(data) + 1)
@@ -42,7 +42,7 @@ def damaged(content, rng):
         elif kind == 3:
             data[at:at] = rng.randbytes(rng.randint(1, 300))
         elif kind == 4:
-            # Sizes and counts are numbers of this form in most formats.
+            # Sizes and counts have this form in most formats.
             data[at : at + 8] = rng.choice((0, 1, 2**31 - 1, 2**40, 2**63 - 1)).to_bytes(
                 8, "little"
             )
@@ -61,7 +61,7 @@ def sends(client, example, count, seed):
         name, content = rng.choice(found)
         body = damaged(content, rng)
         if rng.random() < 0.1:
-            # The form itself, damaged.
+            # The form itself is damaged.
             form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="' + name.encode()
             form += b'"\r\n\r\n' + body[:20_000] + b"\r\n--x--\r\n"
             headers = {"content-type": "multipart/form-data; boundary=x"}
@@ -78,7 +78,7 @@ def sends(client, example, count, seed):
     return answers
 
 
-# Starlette leaves the file of a form that cannot be read to the garbage collector, which closes it.
+# Starlette leaves the file of an unreadable form to the garbage collector, which closes the file.
 @pytest.mark.filterwarnings("ignore:Unclosed file <tempfile.SpooledTemporaryFile:ResourceWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.proof

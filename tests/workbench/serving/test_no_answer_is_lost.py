@@ -1,4 +1,4 @@
-"""The load that anybody can put on a server counts lost answers, kills and memory."""
+"""The load test that users can run counts lost answers, killed processes and memory."""
 
 import json
 import os
@@ -23,7 +23,7 @@ def test_a_soak_with_kills_loses_none(monkeypatch, capsys):
     said = json.loads(capsys.readouterr().out)
     assert said["answers lost"] == 0
     assert said["answers"]["200"] > 0
-    # One that had answered already may be killed, too.
+    # A killed process may already have answered.
     assert said["processes killed"] > 0
     assert sum(said["answers"].values()) - said["answers"]["200"] <= said["processes killed"]
     assert all(size > 10 for size in said["MB, median of each tenth of the time"])
