@@ -60,8 +60,8 @@ def add_parser(subparsers: Any) -> None:
         "--equations LANGUAGE": "write the equations of motion in one of "
         f"{', '.join(_LANGUAGES)} (matlab for GNU Octave too)",
         "--model FORMAT": f"write a model for physics engines in one of {', '.join(_MODELS)}",
-        "--checker [FILE_OR_DIR]": f"write {_STEM_NAME}.h: the exact motion, and how many digits of yours "
-        "are right",
+        "--checker [FILE_OR_DIR]": f"write {_STEM_NAME}.h: the exact motion, and how many digits "
+        "of yours are right",
         "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that judges files in the "
         "browser, without a server",
     }

@@ -1,4 +1,4 @@
-"""The page of ``export --page`` shows where a file goes, says what was found, and obeys the keyboard.
+"""The page of ``export --page`` shows where a file goes and what was found; keys move in it.
 
 Its charts and its replay show one time, and it calls a maneuver a guess where `score` does.
 """
