@@ -24,7 +24,8 @@ examples:
   heyoka-bike export --equations python
   heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90
   heyoka-bike export --model urdf --bicycle browser --nearest-valid-inertia
-  heyoka-bike export --checker -o tests/
+  heyoka-bike export --checker tests/
+  heyoka-bike export --page judge.html
 """
 
 import argparse
@@ -60,16 +61,19 @@ def add_parser(subparsers: Any) -> None:
         "--equations LANGUAGE": "write the equations of motion in one of "
         f"{', '.join(_LANGUAGES)} (matlab for GNU Octave too)",
         "--model FORMAT": f"write a model for physics engines in one of {', '.join(_MODELS)}",
-        "--checker": f"write {_STEM_NAME}.h: the exact motion, and how many digits of yours "
-        "are right",
-        "--page": f"write {_STEM_NAME}.html: a page that judges files in the browser, without a "
-        "server",
+        "--checker [FILE_OR_DIR]": f"write {_STEM_NAME}.h: the exact motion, and how many digits "
+        "of yours are right",
+        "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that judges files in the "
+        "browser, without a server",
     }
+    # Without a place they are written where -o says; an empty one is this folder.
+    place: dict[str, object] = {"const": True, "type": lambda text: text or "."}
     options.add_arguments(
-        what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS}
-    )
+        what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS},
+        checker=place, page=place,
+    )  # fmt: skip
     others = {
-        "-o --output FILE_OR_DIR .": f"file, or folder for {_STEM_NAME}.* or {_BICYCLE}.* "
+        "-o --output FILE_OR_DIR": f"file, or folder for {_STEM_NAME}.* or {_BICYCLE}.* "
         "(default: this folder)",
         "--bicycle NAME|FILE": "of --equations and --model: a bicycle of the collection, or a TOML "
         "file (default: benchmark)",
@@ -99,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
     for name in dict.fromkeys(name for names in _GOES_WITH.values() for name in names):
         if getattr(args, name) is not None and name not in _GOES_WITH[asked]:
             raise InputError(f"--{name.replace('_', '-')}: does not go with --{asked}")
+    args.output = _output(args, asked)
     write = {
         "format": _reference, "equations": _equations, "model": _model, "checker": _checker,
         "page": _page,
@@ -108,6 +113,18 @@ def run(args: argparse.Namespace) -> int:
     for path in files:
         print(path)
     return Exit.OK
+
+
+def _output(args: argparse.Namespace, asked: str) -> str:
+    """Where the files are written: behind --checker or --page, or by -o."""
+    place, output = getattr(args, asked), args.output
+    if asked not in ("checker", "page") or place is True:
+        return "." if output is None else str(output)
+    if output is not None:
+        raise InputError(
+            f"--{asked}: found {quoted(place)} and -o {quoted(output)}, expected one of them"
+        )
+    return str(place)
 
 
 def _reference(args: argparse.Namespace) -> dict[Path, bytes]:

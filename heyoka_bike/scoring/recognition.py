@@ -41,18 +41,18 @@ FASTEST_MODE = 0.05
 initial conditions, whatever the equations are."""
 
 # Rows are near to a maneuver if they differ by no more than this part, beyond their digits.
-_NEAR = 0.01
+NEAR = 0.01
 # First rows are those of the given initial conditions to this part, or far from others by that:
 # values that differ by a factor of 3. A mistake may make a speed of 4 m/s that of 4.67 m/s.
-_EXACT, _FAR = TOLERANCE, 0.5
+EXACT, FAR = TOLERANCE, 0.5
 # More rows of a span show the same.
-_MOST_ROWS_OF_SPAN = 16
+MOST_ROWS_OF_SPAN = 16
 # A unit as the heading names it, or SI, is this much likelier than another one; a sign likewise.
-_LOG_ODDS_AS_WRITTEN = log(5.0)
-_ZEROED = ("potential_energy", "mechanical_energy")
+LOG_ODDS_AS_WRITTEN = log(5.0)
+ZEROED = ("potential_energy", "mechanical_energy")
 # Other columns, such as heights and normal forces, vary little about nearly the same value.
-_SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
-_ROUNDOFF = 1e-15  # relative to the scale of a column
+SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
+ROUNDOFF = 1e-15  # relative to the scale of a column
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,17 +151,31 @@ def _is_excluded(
         if _starts_apart(key, maneuver, other)
     ]
     both = [(a, b) for a, b in starts if a is not None and b is not None]
-    runs = [(near[key].largest, far[key].largest) for key in keys if _varies(key, maneuver)]
-    shows = any(a <= _EXACT or b >= _FAR for a, b in both if CLEARLY * a <= b)
-    shows |= any(a <= _NEAR and b >= CLEARLY * _NEAR for a, b in runs)
+    runs = [(near[key].largest, far[key].largest) for key in keys if varies(key, maneuver)]
+    shows = any(a <= EXACT or b >= FAR for a, b in both if CLEARLY * a <= b)
+    shows |= any(a <= NEAR and b >= CLEARLY * NEAR for a, b in runs)
     contradicts = any(CLEARLY * b <= a for a, b in both)
-    contradicts |= any(b <= _NEAR and a >= CLEARLY * _NEAR for a, b in runs)
+    contradicts |= any(b <= NEAR and a >= CLEARLY * NEAR for a, b in runs)
     return shows and not contradicts
 
 
-def _varies(key: str, maneuver: ReferenceManeuver) -> bool:
+def varies(key: str, maneuver: ReferenceManeuver) -> bool:
     """True if a column is near to a maneuver only if it moves as in the maneuver."""
-    return key not in _SIZED or float(np.ptp(maneuver[key])) >= _FAR * maneuver.scale(key)
+    return key not in SIZED or float(np.ptp(maneuver[key])) >= FAR * maneuver.scale(key)
+
+
+def middle(key: str, maneuver: ReferenceManeuver) -> float:
+    """The value of a column from which its sizes count in a maneuver [SI]."""
+    return 0.0 if key in SIZED else float(median(maneuver[key]))
+
+
+def factors(key: str, named: str | None, maneuver: ReferenceManeuver) -> Mapping[str, float]:
+    """Factors to SI of the units in which a column may be written, by unit."""
+    found = {unit: factor(unit)[0] for unit in tried(COMPARED[key][0].unit, named)}
+    if key == "forward_speed":
+        # A wheel's rate [rad/s].
+        found |= {name: float(Fraction(maneuver.parameters[name])) for name in ("rR", "rF")}
+    return found
 
 
 def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) -> bool:
@@ -193,10 +207,10 @@ def _nearness(rows: Candidate) -> _Nearness:
             is_start &= time > 0.0
         else:
             is_start &= np.cumsum(is_start) == 1
-        middle = 0.0 if key in _SIZED else float(median(maneuver[key]))
         compared = _Compared(
-            values, half, expected[key], middle, maneuver.scale(key), good, is_start, ends.tolist()
-        )
+            values, half, expected[key], middle(key, maneuver), maneuver.scale(key), good, is_start,
+            ends.tolist(),
+        )  # fmt: skip
         ways = (compared.read(way) for way in _ways(key, rows.units.get(key), maneuver))
         found[key] = min(ways, key=lambda c: float(c.spans.sum()) + c.cost)
     return found
@@ -209,7 +223,7 @@ def _spans(time: Array) -> Iterator[NDArray[np.intp]]:
     doubled[late] = np.ceil(np.log2(time[late]))
     for which in np.unique(doubled):
         span = np.flatnonzero(doubled == which)
-        few = min(len(span), _MOST_ROWS_OF_SPAN)
+        few = min(len(span), MOST_ROWS_OF_SPAN)
         yield span[np.linspace(0, len(span) - 1, few).astype(np.intp)]
 
 
@@ -219,20 +233,14 @@ _Way = tuple[float, bool, float]
 
 def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[_Way]:
     """The units, signs and zeros in which a column may be written."""
-    si = COMPARED[key][0].unit
-    written = named or si
-    factors = [(factor(unit)[0], unit == written) for unit in tried(si, named)]
-    if key == "forward_speed":
-        # A wheel's rate [rad/s].
-        radii = (float(Fraction(maneuver.parameters[name])) for name in ("rR", "rF"))
-        factors += [(radius, False) for radius in radii]
+    written = named or COMPARED[key][0].unit
     signs = (1,) if key.endswith("energy") else (1, -1)
-    zeros = (False, True) if key in _ZEROED or key in FREE_ZERO else (False,)
-    for size, is_written in factors:
+    zeros = (False, True) if key in ZEROED or key in FREE_ZERO else (False,)
+    for unit, size in factors(key, named, maneuver).items():
         for sign in signs:
             for is_moved in zeros:
-                others = (not is_written) + (sign < 0) + is_moved
-                yield sign * size, is_moved, others * _LOG_ODDS_AS_WRITTEN
+                others = (unit != written) + (sign < 0) + is_moved
+                yield sign * size, is_moved, others * LOG_ODDS_AS_WRITTEN
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -270,7 +278,7 @@ class _Compared:
             x, y = x - x[first], y - y[first]
         else:
             x, y = x - self.middle, y - self.middle
-        floor = abs(times) * self.half + _ROUNDOFF * self.scale + np.finfo(np.float64).tiny
+        floor = abs(times) * self.half + ROUNDOFF * self.scale + np.finfo(np.float64).tiny
         apart, size = np.abs(x - y) + floor, np.abs(x) + np.abs(y) + floor
         beyond = np.maximum(apart - 2 * floor, 0.0)
         logs, largest = [], 0.0

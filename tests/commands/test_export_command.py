@@ -346,3 +346,15 @@ for name in {list(FILES)}:
 """
     done = python(code, HEAVY)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(("kind", "suffix"), [("--page", ".html"), ("--checker", ".h")])
+def test_page_and_checker_take_the_place_behind_them(kind, suffix, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(kind, "new/inner", capsys=capsys)[:2] == (0, f"new/inner/{STEM}{suffix}\n")
+    assert run(kind, f"mine{suffix}", capsys=capsys)[:2] == (0, f"mine{suffix}\n")
+    assert run(kind, "", capsys=capsys)[:2] == (0, f"{STEM}{suffix}\n")
+    code, _, err = run(kind, "a", "-o", "b", capsys=capsys)
+    assert code == 1
+    assert err == f"heyoka-bike: error: {kind}: found 'a' and -o 'b', expected one of them\n"
+    assert not (tmp_path / "a").exists()

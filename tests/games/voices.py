@@ -38,7 +38,8 @@ _AT_ONCE = 50
 _JUDGE = """
 const fs = require("fs");
 const [, , folder] = process.argv;
-const source = ["judging.js", "reading.js"].map((x) => fs.readFileSync(`${folder}/${x}`, "utf8"));
+const scripts = JSON.parse(fs.readFileSync(`${folder}/scripts.json`, "utf8"));
+const source = scripts.map((x) => fs.readFileSync(`${folder}/${x}`, "utf8"));
 const data = fs.readFileSync(`${folder}/data.json`, "utf8");
 const made = new Function(
   `"use strict"; const data = ${data};\\n${source.join("\\n")}\\nreturn [judgedText, Unreadable];`
@@ -47,8 +48,8 @@ const [judgedText, Unreadable] = made();
 for (const path of fs.readFileSync(0, "utf8").split("\\n").filter(Boolean)) {
   let said;
   try {
-    const { line, style, cells } = judgedText(fs.readFileSync(path, "utf8"), "it");
-    said = { line, style, grade: Math.max(...cells.map((c) => c.grade)) };
+    const { line, style, cells, maneuver, guess } = judgedText(fs.readFileSync(path, "utf8"), "it");
+    said = { line, style, grade: Math.max(...cells.map((c) => c.grade)), maneuver, guess };
   } catch (e) {
     if (!(e instanceof Unreadable)) throw e;
     said = { refused: e.message };
@@ -65,6 +66,7 @@ class PageJudge:
         self.folder = folder
         for name in page.SCRIPTS:
             shutil.copy(page.KEPT.parent / name, folder)
+        (folder / "scripts.json").write_text(json.dumps(page.SCRIPTS))
         (folder / "data.json").write_text(json.dumps(page.page_data()))
         (folder / "judge.js").write_text(_JUDGE)
 

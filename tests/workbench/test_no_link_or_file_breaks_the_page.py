@@ -34,7 +34,7 @@ async function outcome(give) {
   await pause(5);
   return {
     problem: by("problem").textContent, verdict: by("verdict").textContent,
-    isShown: !by("result").hidden, style: by("verdict").className, raised: [...raised],
+    isShown: !by("result").hidden, style: by("shown").className, raised: [...raised],
     extra: Object.keys(Object.prototype).length + document.querySelectorAll("#result img").length,
   };
 }
@@ -106,7 +106,7 @@ def test_links(page, rows, opened, seed):
     assert complaints == []
     for outcome, link in zip(found, links, strict=True):
         if outcome["isShown"] and link.startswith("#result="):
-            assert outcome["verdict"].startswith("shared, not checked here: "), link
+            assert outcome["verdict"].startswith("Shared, not checked here: "), link
             assert outcome["style"] == "verdict shared", link
     assert sum(x["isShown"] for x in found) > 20
     assert sum(not x["isShown"] for x in found) > 100
@@ -151,4 +151,4 @@ def test_the_last_of_two_links_is_shown(page, opened):
     """
     ((found,), _) = outcomes(opened, page, steps)
     assert found["isShown"], found
-    assert found["verdict"].startswith("shared, not checked here: right"), found
+    assert found["verdict"].startswith("Shared, not checked here: right"), found

@@ -38,12 +38,12 @@ function judged(file, maneuver) {
   return { name: file.name, line: string(judge.line()), style: grade === 1 && !isRight ? "close" : styles[grade], isWhole: Boolean(judge.is_whole()), cells: found, rows: rows.length };
 }
 
-// A text judged, or an `Unreadable`; maneuver 0 is recognised by its values.
+// A text judged, or an `Unreadable`. Maneuver 0 is recognised by its values; `guess` then lists those that it may be, too.
 function judgedText(text, name, chosen = 0) {
   const file = read(text, name);
   file.written = evened(Array.from({ length: file.width }, (_, i) => written(file, i)), file.columns.time);
-  const isOne = file.columns.of.some((c) => !c.maneuver);
-  const maneuver = isOne ? chosen || recognised(file) : 0;
+  const isOne = file.columns.of.some((c) => !c.maneuver), found = isOne && !chosen ? recognised(file) : null;
+  const maneuver = found ? found.maneuver : chosen, guess = found?.rivals.length ? found.rivals : null;
   const result = judged(file, maneuver);
   const compared = Math.max(0, ...result.cells.map((c) => c.rows));
   const stop = (said) => { throw new Unreadable(`${name}: ${said}`); };
@@ -54,13 +54,7 @@ function judgedText(text, name, chosen = 0) {
     const named = file.columns.of.find((x) => x.at === c.at).unit;
     if (c.rows && named && c.unit !== named) stop(`found ${keys[c.key]} in ${unitText(named)} by its heading and in ${unitText(c.unit)} by its values, expected one of them`);
   }
-  return { ...result, file, maneuver, isOne, compared };
+  return { ...result, file, maneuver, isOne, guess, compared };
 }
 
 const unitText = (unit) => unit.replace(/ (s|h|min)-1/g, "/$1");
-
-// The maneuver of a file of one: that whose columns have the most digits.
-function recognised(file) {
-  const told = (n) => judged(file, n).cells.reduce((sum, c) => sum + c.digits, 0);
-  return MANEUVERS.map((n) => [told(n), n]).sort((a, b) => b[0] - a[0])[0][1];
-}

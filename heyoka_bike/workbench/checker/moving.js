@@ -86,6 +86,17 @@ function differencesOf(number, cells, { numbers, width, columns, rows }) {
 
 const listed = (items) => (items.length > 1 ? `${items.slice(0, -1).join(", ")} and ${items[items.length - 1]}` : items.join(""));
 
+// Half of the last digit that the file writes of a column, at its largest value [SI].
+function resolutionOf(given, { numbers, width, rows, written }) {
+  const of = (key) => {
+    const c = given[data.replay.states.indexOf(key)];
+    if (!c) return 0;
+    const largest = rows.reduce((most, _, i) => Math.max(most, Math.abs(value(numbers[i * width + c.at])) || 0), 0);
+    return c.factor * halfDigit(largest, written[c.at]);
+  };
+  return { roll: of("roll_angle"), steer: of("steer_angle"), speed: of("forward_speed") };
+}
+
 function besideOf({ number, times, columns }, { cells, file }) {
   const { states, labels, outOfSight } = data.replay;
   const held = cells.filter((c) => c.maneuver === number);
@@ -116,7 +127,7 @@ function besideOf({ number, times, columns }, { cells, file }) {
   if (count < stood) end = `From ${until} s on its bicycle is not shown: it has left the scene.`;
   else if (stood < inside.length) end = `From ${until} s on its bicycle is not shown: it has fallen.`;
   else if (first + inside.length < times.length) end = isCut ? `It is shown until ${until} s: the next row has no usable number.` : `Its rows end at ${Number(last.toPrecision(4))} s.`;
-  return { result: { first, differences }, notes: notesOf(given, labels, inside[0], end) };
+  return { result: { first, differences, resolution: resolutionOf(given, file) }, notes: notesOf(given, labels, inside[0], end) };
 }
 
 function notesOf(given, labels, start, end) {

@@ -3,6 +3,7 @@
 const MOST_BYTES = 64e6;
 const MOST_PASTED = 4e6;
 const POINTS = 700;
+const INVITATION = document.getElementById("invitation").textContent;
 
 const at = (id) => document.getElementById(id);
 
@@ -35,58 +36,78 @@ function judgeText(text, name, chosen = 0) {
   hideResult();
   try {
     const result = judgedText(text, name, chosen);
-    at("which").hidden = !result.isOne;
-    at("maneuver").value = String(result.maneuver);
+    if (result.isOne) offerManeuvers(text, name, result.maneuver, result.guess ? guessText(result.maneuver, result.guess) : "");
     const times = result.file.numbers, { width, columns } = result.file, mine = result.cells.filter((c) => c.rows);
     const within = Array.from({ length: result.rows }, (_, i) => times[i * width + columns.time]).filter((t) => Number.isFinite(judge.exact(mine[0].maneuver, 0, t)));
     const remarks = [`${result.compared} of ${result.rows} rows compared, ${seconds(within[0])} to ${seconds(within[within.length - 1])} s of 0 to ${seconds(judge.end(mine[0].maneuver))} s`];
-    if (result.isOne) remarks.push(`maneuver ${result.maneuver}, ${chosen ? "as told" : "recognised by its values"}`);
+    if (result.isOne) remarks.push(`maneuver ${result.maneuver}, ${chosen ? "as chosen" : result.guess ? "a guess" : "recognised by its values"}`);
     if (result.file.skipped) remarks.push(result.file.skipped);
     show({ ...result, remarks });
   } catch (problem) {
     if (!(problem instanceof Unreadable)) throw problem;
     at("problem").textContent = `${problem.message}. More formats, and why a result differs: heyoka-bike score ${name}`;
+    if (problem instanceof NoManeuver) offerManeuvers(text, name, 0, "");
   }
 }
+
+let offered = null;
+
+// The control by which a person chooses the maneuver of a file that does not name it; 0: not yet chosen.
+function offerManeuvers(text, name, maneuver, guess) {
+  offered = { text, name };
+  at("guess").textContent = guess;
+  at("which").hidden = false;
+  at("which").classList.toggle("guessed", Boolean(guess));
+  at("maneuver").value = maneuver ? String(maneuver) : "";
+}
+
+const guessText = (maneuver, rivals) => `The file does not name its maneuver. It is compared with maneuver ${maneuver}, which is a guess: it may also be maneuver ${rivals.join(" or ")}. Choose it here:`;
 
 /* ---- Showing ---- */
 
 const seconds = (t) => String(Number(t.toPrecision(6)));
 const oneDecimal = (x) => (x < 0 && x > -0.05 ? 0 : x).toFixed(1);
-// A name that may be broken after its underscores only.
-const broken = (key) => key.split("_").flatMap((part, i, all) => (i + 1 < all.length ? [`${part}_`, make("wbr")] : [part]));
 const label = (cell) => `${phrases.maneuver} ${cell.maneuver} ${keys[cell.key]}`;
+const inWords = (key) => key.replaceAll("_", " ");
+const title = (cell) => `${phrases.maneuver} ${cell.maneuver}, ${inWords(keys[cell.key])}`;
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
+// How a column differs from the default, and what else fits it, in the words of a report; empty without either.
 function takenAs(c) {
   if (!c.rows) return "never filled in: one number in every row";
-  const said = [c.definition + (c.column === c.key ? "" : ", not the default")];
+  const said = [], isDefault = c.column === c.key, usual = string(judge.definition(c.key));
+  if (!isDefault || c.also.length) said.push(c.definition);
+  if (!isDefault && !c.also.includes(usual)) said.push(`not the default ${usual}`);
   if (c.also.length) said.push(`may also be ${c.also.join(" or ")}`);
-  if (c.sign < 0) said.push("sign -1");
-  if (c.unit !== units[c.key]) said.push(unitText(c.unit));
-  if (c.offset) said.push(`offset ${Number(c.offset.toPrecision(9))} J`);
+  if (c.sign < 0) said.push("other sign");
+  if (c.unit !== units[c.key]) said.push(`in ${unitText(c.unit)}`);
+  if (c.offset) said.push(`zero at ${Number(c.offset.toPrecision(5))} ${units[c.key]}`);
   return said.join(", ");
 }
 
 function show(result) {
   shown = result;
-  at("verdict").textContent = result.line;
-  at("verdict").className = `verdict ${result.style}`;
+  const verdict = `${capital(result.line)}.`;
+  at("sign").textContent = result.file ? signs[Math.max(...result.cells.map((c) => c.grade))] : "";
+  at("verdict").textContent = verdict;
+  at("shown").className = `verdict ${result.style}`;
   at("facts").textContent = `${result.name}: ${result.remarks.join("; ")}`;
   const present = MANEUVERS.filter((n) => result.cells.some((c) => c.maneuver === n));
-  const head = make("tr", {}, make("th", { scope: "col" }, phrases.correct_digits), ...present.map((n) => make("th", { scope: "col" }, `${phrases.maneuver} ${n}`)), make("th", { scope: "col", class: "taken" }, "taken as"));
+  const rows = keys.map((key, k) => [key, result.cells.filter((c) => c.key === k)]).filter(([, mine]) => mine.length);
+  const taken = rows.map(([, mine]) => takenAs(mine.find((c) => c.rows) || mine[0])), isUsual = !taken.some(Boolean);
+  const heading = (text, style) => make("th", style ? { scope: "col", class: style } : { scope: "col" }, text);
+  const head = make("tr", {}, heading(capital(phrases.correct_digits)), ...present.map((n) => heading(`${phrases.maneuver} ${n}`)), ...(isUsual ? [] : [heading("taken as", "taken")]));
   const body = make("tbody");
-  for (const [k, key] of keys.entries()) {
-    const mine = result.cells.filter((c) => c.key === k);
-    if (!mine.length) continue;
-    const row = make("tr", {}, make("th", { scope: "row" }, ...broken(key)));
+  for (const [i, [key, mine]] of rows.entries()) {
+    const row = make("tr", {}, make("th", { scope: "row" }, inWords(key)));
     for (const n of present) {
       const c = mine.find((x) => x.maneuver === n);
       if (!c || !c.rows) { row.append(make("td", { class: "unknown" }, "-")); continue; }
-      const button = make("button", { type: "button", "aria-pressed": "false", "aria-label": `${label(c)}: ${oneDecimal(c.digits)} digits, ${words[c.grade]}` }, make("b", { "aria-hidden": "true" }, signs[c.grade]), ` ${oneDecimal(c.digits)}`);
+      const button = make("button", { type: "button", tabindex: "-1", "aria-pressed": "false", "aria-label": `${title(c)}: ${oneDecimal(c.digits)} digits, ${words[c.grade]}` }, make("b", { "aria-hidden": "true" }, signs[c.grade]), ` ${oneDecimal(c.digits)}`);
       button.addEventListener("click", () => detail(c, button));
       row.append(make("td", { class: styles[c.grade] }, button));
     }
-    row.append(make("td", { class: "taken" }, takenAs(mine.find((c) => c.rows) || mine[0])));
+    if (!isUsual) row.append(make("td", { class: "taken" }, taken[i]));
     body.append(row);
   }
   at("matrix").replaceChildren(make("thead", {}, head), body);
@@ -96,12 +117,44 @@ function show(result) {
   at("copied").textContent = "";
   at("asked").hidden = true;
   at("result").hidden = false;
+  invite(result.name);
+  at("announced").textContent = [verdict, at("guess").textContent].filter(Boolean).join(" ");
+  showMotion(result);
   const worst = result.cells.filter((c) => c.rows).sort((a, b) => a.digits - b.digits)[0];
+  at("detail").hidden = at("rows").hidden = !worst;
   if (worst) {
     const buttons = [...at("matrix").querySelectorAll("button")];
-    detail(worst, buttons.find((b) => b.getAttribute("aria-label").startsWith(`${label(worst)}:`)));
+    detail(worst, buttons.find((b) => b.getAttribute("aria-label").startsWith(`${title(worst)}:`)));
   }
-  showMotion(result);
+  at("shown").scrollIntoView({ block: "nearest" });
+}
+
+// The target says what was judged, and that it takes another file.
+function invite(name) {
+  at("drop").classList.toggle("has", Boolean(name));
+  at("invitation").textContent = name ? `${name}: drop another file here, or click to choose one` : INVITATION;
+}
+
+const STEPS_OF_KEYS = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] };
+
+// Arrow keys choose the next cell in their direction that was compared; Home and End the ends of a row.
+function moveInMatrix(event) {
+  const cell = event.target.closest("td"), isEnd = event.key === "Home" || event.key === "End";
+  if (!cell || !(isEnd || STEPS_OF_KEYS[event.key]) || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  const row = cell.parentElement, body = [...row.parentElement.rows];
+  let button = null;
+  if (isEnd) {
+    const inRow = [...row.querySelectorAll("button")];
+    button = inRow[event.key === "Home" ? 0 : inRow.length - 1];
+  } else {
+    const [down, across] = STEPS_OF_KEYS[event.key];
+    let i = body.indexOf(row) + down, j = cell.cellIndex + across;
+    for (; body[i]?.cells[j] && !button; i += down, j += across) button = body[i].cells[j].querySelector("button");
+  }
+  if (!button) return;
+  button.click();
+  button.focus();
 }
 
 const value = (x) => (Math.abs(x) <= MOST_VALUE ? x : NaN);
@@ -121,10 +174,13 @@ function series(c) {
 }
 
 function detail(c, button) {
-  for (const other of at("matrix").querySelectorAll("button")) other.setAttribute("aria-pressed", String(other === button));
+  for (const other of at("matrix").querySelectorAll("button")) {
+    other.setAttribute("aria-pressed", String(other === button));
+    other.tabIndex = other === button ? 0 : -1;
+  }
   const unit = unitText(units[c.key]), end = judge.end(c.maneuver), scale = judge.scale(c.maneuver, c.column);
-  at("what").textContent = label(c);
-  at("taken").textContent = `${takenAs(c)}; off by at most ${c.max_error.toPrecision(3)} ${unit}, at ${Number(c.time_of_max.toPrecision(6))} s`;
+  at("what").textContent = capital(title(c));
+  at("taken").textContent = [`Off by ${c.max_error.toPrecision(2)} ${unit} at ${seconds(c.time_of_max)} s`, takenAs(c)].filter(Boolean).join("; taken as ");
   const exact = Array.from({ length: POINTS + 1 }, (_, i) => (end * i) / POINTS);
   const lines = [{ style: "exact", t: exact, y: exact.map((t) => judge.exact(c.maneuver, c.column, t)) }];
   const mine = series(c);
@@ -138,11 +194,12 @@ function detail(c, button) {
   } else if (c.errors) errors = { t: c.errors.map((_, i) => (end * (i + 0.5)) / c.errors.length), y: c.errors.map((x) => (x === null ? NaN : 10 ** (x / 10))) };
   at("values").textContent = `[${unit}] over time [s]${mine ? "; exact grey, yours blue" : ""}`;
   at("errors").textContent = `[${unit}] over time [s], by powers of ten`;
-  const texts = [`Exact curve${mine ? " and yours" : ""} of ${label(c)}`, `Error of ${label(c)}`];
-  at("curve").replaceChildren(chart(at("curve"), lines, end, texts[0]));
-  at("error").replaceChildren(chart(at("error"), [{ style: "off", t: errors.t, y: errors.y.map((x) => Math.log10(Math.max(x, least))) }], end, texts[1], true));
+  const texts = [`Exact curve${mine ? " and yours" : ""} of ${title(c)}`, `Error of ${title(c)}`];
+  at("curve").replaceChildren(chart(at("curve"), lines, c.maneuver, texts[0]));
+  at("error").replaceChildren(chart(at("error"), [{ style: "off", t: errors.t, y: errors.y.map((x) => Math.log10(Math.max(x, least))) }], c.maneuver, texts[1], true));
   at("rows").hidden = !mine;
   if (mine) worstRows(c, mine);
+  showMotions.goTo(c.maneuver);
 }
 
 // The largest error in each of so many parts of the run.
@@ -157,8 +214,8 @@ function largest(mine, parts) {
 }
 
 // As wide as its place, so that letters have one size; `place` is the element that it will stand in.
-function chart(place, lines, end, title, isPower = false) {
-  const width = Math.min(600, Math.max(280, place.clientWidth)), height = Math.round(120 + width / 6), bottom = 26, top = 8, right = 14;
+function chart(place, lines, maneuver, title, isPower = false) {
+  const end = judge.end(maneuver), width = Math.min(600, Math.max(280, place.clientWidth)), height = Math.round(120 + width / 6), bottom = 26, top = 8, right = 14;
   const values = lines.flatMap((l) => l.y).filter(Number.isFinite), finite = values.length ? values : [0];
   let low = Math.min(...finite), high = Math.max(...finite);
   if (isPower) { low = Math.floor(low); high = Math.max(Math.ceil(high), low + 1); }
@@ -185,6 +242,11 @@ function chart(place, lines, end, title, isPower = false) {
     });
     found.append(svg("path", { class: l.style, d }));
   }
+  found.append(svg("line", { class: "cursor", "data-maneuver": String(maneuver), "data-left": String(left), "data-width": String(width - left - right), y1: top, y2: height - bottom }));
+  found.addEventListener("click", (event) => {
+    const part = (((event.clientX - found.getBoundingClientRect().left) * width) / found.clientWidth - left) / (width - left - right);
+    showMotions.goTo(maneuver, end * Math.min(Math.max(part, 0), 1));
+  });
   return found;
 }
 
@@ -220,7 +282,17 @@ function worstRows(c, mine) {
 /* ---- Replay ---- */
 
 const exactly = exactScenes();
-const showMotions = replay({ bicycle: data.replay.bicycle, maneuvers: exactly, isPart: true });
+const showMotions = replay({ bicycle: data.replay.bicycle, maneuvers: exactly, isPart: true, timeShown: moveCursors });
+
+// The time of the replay in the charts of its maneuver.
+function moveCursors(maneuver, part) {
+  for (const line of document.querySelectorAll(".curve .cursor")) {
+    const x = Number(line.dataset.left) + part * Number(line.dataset.width), isHere = Number(line.dataset.maneuver) === maneuver;
+    line.setAttribute("x1", x);
+    line.setAttribute("x2", x);
+    line.setAttribute("visibility", isHere ? "visible" : "hidden");
+  }
+}
 
 // Beside the exact motion that of a result, if there is one.
 function showMotion(result) {
@@ -233,6 +305,9 @@ function showMotion(result) {
 }
 
 function hideResult() {
+  at("which").hidden = true;
+  at("guess").textContent = at("announced").textContent = "";
+  invite("");
   if (at("result").hidden && !at("moving").firstChild) return;
   at("result").hidden = true;
   showMotion(null);
@@ -243,10 +318,10 @@ function hideResult() {
 // Before there is a result: what it will be compared with.
 function showAsked() {
   const k = keys.indexOf("roll_angle"), places = MANEUVERS.map(() => make("div"));
-  at("motions").append(...MANEUVERS.map((n, i) => make("figure", {}, make("figcaption", {}, make("b", {}, `${phrases.maneuver} ${n}`), ` ${keys[k]} [${unitText(units[k])}] over time [s]`), places[i])));
+  at("motions").append(...MANEUVERS.map((n, i) => make("figure", {}, make("figcaption", {}, make("b", {}, `${phrases.maneuver} ${n}`), ` ${inWords(keys[k])} [${unitText(units[k])}] over time [s]`), places[i])));
   for (const [i, n] of MANEUVERS.entries()) {
     const end = judge.end(n), t = Array.from({ length: POINTS + 1 }, (_, j) => (end * j) / POINTS);
-    places[i].append(chart(places[i], [{ style: "yours", t, y: t.map((x) => judge.exact(n, k, x)) }], end, `Exact ${keys[k]} of ${phrases.maneuver} ${n}`));
+    places[i].append(chart(places[i], [{ style: "yours", t, y: t.map((x) => judge.exact(n, k, x)) }], n, `Exact ${inWords(keys[k])} of ${phrases.maneuver} ${n}`));
   }
 }
 
@@ -272,7 +347,6 @@ async function take(file) {
     if (text === null) refuse(`${file.name}: cannot be read, expected a file.`);
     else judgeText(text, file.name);
   }
-  at("verdict").focus();
 }
 
 function takePasted() {
@@ -297,11 +371,12 @@ const isAngle = (k) => units[k] === "rad";
 
 function example() {
   judgeText(exampleText(), "example.csv");
-  at("verdict").focus();
 }
 
-at("maneuver").append(...MANEUVERS.map((n) => make("option", { value: String(n) }, String(n))));
+at("maneuver").append(make("option", { value: "", hidden: "" }, "choose"), ...MANEUVERS.map((n) => make("option", { value: String(n) }, String(n))));
 at("file").addEventListener("change", () => { if (at("file").files.length) take(at("file").files[0]); });
+at("file").addEventListener("click", () => { at("file").value = ""; });  // the same file may be chosen again
+at("matrix").addEventListener("keydown", moveInMatrix);
 at("example").addEventListener("click", example);
 at("save").addEventListener("click", () => {
   const saved = make("a", { download: "example.csv", href: URL.createObjectURL(new Blob([exampleText()], { type: "text/csv" })) });
@@ -310,8 +385,8 @@ at("save").addEventListener("click", () => {
 });
 at("wanted").textContent = keys.join(", ");
 showAsked();
-at("judge").addEventListener("click", () => { takePasted(); at("verdict").focus(); });
-at("maneuver").addEventListener("change", () => judgeText(shown.file.text, shown.name, Number(at("maneuver").value)));
+at("judge").addEventListener("click", takePasted);
+at("maneuver").addEventListener("change", () => judgeText(offered.text, offered.name, Number(at("maneuver").value)));
 at("text").addEventListener("paste", (event) => {
   // So long a text would hold up the page if it were shown.
   const text = event.clipboardData.getData("text");
@@ -333,6 +408,16 @@ at("link").addEventListener("click", async () => {
 for (const name of ["dragenter", "dragover", "dragleave", "drop"])
   document.addEventListener(name, (event) => {
     event.preventDefault();
-    at("drop").classList.toggle("over", name === "dragenter" || name === "dragover");
+    // A drag that goes from one element of the page to another leaves nothing.
+    const isOver = name !== "drop" && (name !== "dragleave" || event.relatedTarget !== null);
+    if (isOver !== at("drop").classList.contains("over")) showDrag(isOver);
     if (name === "drop" && event.dataTransfer.files.length) take(event.dataTransfer.files[0]);
   });
+
+let invitation = "";
+
+function showDrag(isOver) {
+  at("drop").classList.toggle("over", isOver);
+  if (isOver) invitation = at("invitation").textContent;
+  at("invitation").textContent = isOver ? "Release the file to judge it" : invitation;
+}

@@ -11,7 +11,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS, RATE_OF
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.outputs import yaw_rate
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -19,7 +19,10 @@ from heyoka_bike.bicycle.equations.whole_motion import Configuration, track_spee
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.straight_line import JAVASCRIPT, StraightLine
-from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring import recognition
+from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, may_mean
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.units import UNITS
@@ -41,7 +44,7 @@ from heyoka_bike.workbench.replay.page import STYLE as REPLAY_STYLE
 _HERE = Path(__file__).parent
 _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 KEPT = _HERE / "checker.wasm"
-SCRIPTS = ("judging.js", "reading.js")
+SCRIPTS = ("judging.js", "reading.js", "recognising.js")
 """Scripts that read and judge files without a page; they find `page_data` in ``data``."""
 
 _SHOWING = (PITCH_SCRIPT, _HERE / "moving.js", REPLAY_SCRIPT, _HERE / "page.js", _HERE / "links.js")
@@ -88,6 +91,29 @@ def page_data() -> dict[str, Any]:
         "headings": _headings(),
         "unitWords": [_unit_words(unit, UNITS[unit]) for unit in units],
         "timeUnits": _unit_words("s", ("s", "ms")),
+        "recognition": _recognition_data(load_reference()),
+    }
+
+
+def _recognition_data(reference: Reference) -> dict[str, Any]:
+    """What ``recognising.js`` needs of `scoring.recognition`; columns by their place."""
+    keys, maneuvers = list(BENCHMARK_COLUMNS), [reference[n] for n in reference]
+    rates = {keys.index(a): keys.index(r) for a, r in RATE_OF.items() if a in keys}
+    return {
+        "fastest": recognition.FASTEST_MODE,
+        "near": recognition.NEAR,
+        "exact": recognition.EXACT,
+        "far": recognition.FAR,
+        "clearly": CLEARLY,
+        "farthest": HALF,
+        "mostRows": recognition.MOST_ROWS_OF_SPAN,
+        "logOdds": recognition.LOG_ODDS_AS_WRITTEN,
+        "roundoff": recognition.ROUNDOFF,
+        "zeroed": [keys.index(key) for key in recognition.ZEROED],
+        "factors": [recognition.factors(key, None, maneuvers[0]) for key in keys],
+        "rates": [rates.get(i) for i in range(len(keys))],
+        "varies": [[recognition.varies(key, m) for key in keys] for m in maneuvers],
+        "middles": [[recognition.middle(key, m) for key in keys] for m in maneuvers],
     }
 
 

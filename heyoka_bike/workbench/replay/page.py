@@ -345,6 +345,7 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
         found["result"] = {
             "first": result.first,
             "differences": {name: _few_digits(x) for name, x in differences.items()},
+            "resolution": {_SHORT_NAMES[name]: x for name, x in result.resolution.items()},
         }
     return found
 

@@ -1,7 +1,9 @@
 "use strict";
 // Draws the scene and runs the time. World and body axes: x forward, y to the right, z down [m].
-// What is returned shows other maneuvers in place of those given. Where `data.isPart`, the stage is a
-// part of a page: it begins at rest, takes nothing from the address, and has no keys outside of it.
+// Returns a function that shows other maneuvers in place of those given; its `goTo` chooses a maneuver
+// and a time. Where `data.isPart`, the stage is a part of a page: it begins at rest, takes nothing from
+// the address, and has no keys outside of it. `data.timeShown` is called with the maneuver and the part
+// of its duration that are shown.
 const replay = (data) => {
   let { points: P, radii, tilt, solids } = data.bicycle;
   const FAR_ANGLE = 1.15;  // what an exaggerated roll or steer may come to [rad]
@@ -499,6 +501,12 @@ const replay = (data) => {
   };
   const fixed = (x, digits) => x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1").replace("-", "−");
   const short = (x) => x === 0 ? "0" : x.toExponential(1).replace("-", "−").replace("e-", "e−").replace("e+", "e");
+  // A difference below the digits of the file is zero. Yaw and track follow from the angles and the speed.
+  const resolved = (name, d) => {
+    const { roll = 0, steer = 0, speed = 0 } = scene.result.resolution;
+    const least = { roll, steer, speed, yaw: Math.max(roll, steer), track: speed }[name];
+    return Math.abs(d) <= least ? 0 : d;
+  };
   const write = (exact, difference) => {
     COLUMNS.forEach(([name, , , digits], i) => {
       cells.reference[i].textContent = fixed(exact[name], digits);
@@ -506,13 +514,14 @@ const replay = (data) => {
       const d = difference ? difference[name] : undefined;
       const isThere = d !== undefined;
       cells.result[i].textContent = isThere ? fixed(exact[name] + d, digits) : "–";
-      cells.difference[i].textContent = isThere ? short(d) : "–";
+      cells.difference[i].textContent = isThere ? short(resolved(name, d)) : "–";
     });
     clock.textContent = `${t.toFixed(2)} s`;
     if (document.activeElement !== slider || isPlaying) slider.value = t;
     slider.setAttribute("aria-valuetext", `${t.toFixed(2)} s`);
     const place = `${100 * t / scene.duration}%`;
     for (const line of cursors) { line.setAttribute("x1", place); line.setAttribute("x2", place); }
+    if (data.timeShown) data.timeShown(scene.number, t / scene.duration);
     const said = [];
     if (exaggerated() !== 1) said.push(`roll and steer drawn ×${exaggerated()}`);
     if (magnified() !== 1 && isShown("result")) said.push(`difference drawn ×${magnified()}`);
@@ -704,11 +713,18 @@ const replay = (data) => {
   addEventListener("resize", resize);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColours(); ask(); });
   draw();
-  return (maneuvers, bicycle = data.bicycle) => {
+  const show = (maneuvers, bicycle = data.bicycle) => {
     ({ points: P, radii, tilt, solids } = bicycle);
     data.maneuvers = maneuvers;
     makeTable();
     begin();
     setPlaying(!data.isPart && !still.matches);
   };
+  // The maneuver as it is, with the time that it has, if no time is given.
+  show.goTo = (maneuver, time = t) => {
+    setPlaying(false);
+    if (maneuver !== scene.number) setManeuver(maneuver);
+    goTo(time);
+  };
+  return show;
 };
