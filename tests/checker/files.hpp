@@ -5,7 +5,6 @@
 #include <map>
 #include <set>
 #include <sstream>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include "interval.hpp"
 
@@ -19,11 +18,6 @@ inline const std::string& regular(const std::string& path) {
     struct stat found;
     readable(stat(path.c_str(), &found) == 0 && S_ISREG(found.st_mode), path + " is not a regular file");
     return path;
-}
-// Packed data may unpack to a thousand times its length: then there is no memory, and that is said.
-inline void limit_memory() {
-    const rlimit most = {rlim_t(1) << 31, rlim_t(1) << 31};
-    setrlimit(RLIMIT_AS, &most);
 }
 
 inline std::string text_of(const std::string& path) {
@@ -106,10 +100,6 @@ inline hid_t member(hid_t group, const std::string& name) {
     expect(link.type == H5L_TYPE_HARD, name + " is a link, expected numbers stored in the file");
     return good(H5Oopen(group, name.c_str(), H5P_DEFAULT), name);
 }
-inline void expect_own(hid_t dataset, const std::string& name) {
-    const hid_t made = good(H5Dget_create_plist(dataset), name);
-    expect(H5Pget_layout(made) != H5D_VIRTUAL && H5Pget_external_count(made) == 0, name + " is kept in another file");
-}
 // No attribute, data set or group is there but those that are known.
 inline void expect_only(hid_t group, const std::string& known) {
     std::vector<std::string> found;
@@ -143,8 +133,8 @@ inline std::string attribute(hid_t of, const std::string& name) {
 }
 template <class V>
 std::vector<V> array(hid_t of, const std::string& name, hid_t type, std::vector<hsize_t>& shape) {
-    const hid_t d = member(of, name), space = good(H5Dget_space(d), name);
-    expect_own(d, name);
+    const hid_t d = member(of, name), space = good(H5Dget_space(d), name), made = good(H5Dget_create_plist(d), name);
+    expect(H5Pget_layout(made) != H5D_VIRTUAL && H5Pget_external_count(made) == 0, name + " is kept in another file");
     expect_stored(H5Dget_type(d), type, space, int(shape.size()), name);
     H5Sget_simple_extent_dims(space, shape.data(), nullptr);
     const hssize_t entries = H5Sget_simple_extent_npoints(space);

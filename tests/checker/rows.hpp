@@ -83,7 +83,10 @@ struct Table {
     std::vector<std::vector<double>> hi, lo, bound;
     std::vector<std::set<long>> undecided;  // rows of each column in which hi and lo are only near
 
-    Table(hid_t group, std::size_t rows) {
+    Table(hid_t group, const Claim& claim) {
+        const Interval steps = claim.at_start.at("duration") / claim.at_start.at("spacing");
+        const std::size_t rows = std::lround(steps.middle().below()) + 1;
+        expect(same(claim.input.at("duration"), claim.input.at("spacing"), rows - 1), "the last row is not the end");
         std::vector<hsize_t> shape(1);
         time = array<double>(group, "time", H5T_NATIVE_DOUBLE, shape);
         time_lo = array<double>(group, "time_lo", H5T_NATIVE_DOUBLE, shape);
@@ -100,8 +103,7 @@ struct Table {
         }
     }
     void check_time(std::size_t row, const Interval& t) const {
-        const Interval left = t - Interval::exactly(time[row]);
-        expect(rounds_to(t, time[row]) && rounds_to(left, time_lo[row]),
+        expect(rounds_to(t, time[row]) && rounds_to(t - Interval::exactly(time[row]), time_lo[row]),
                "uncontrolled-bicycle.h5, time, row " + std::to_string(row) + ": is not that of the row");
     }
     void check(std::size_t row, std::size_t column, const Interval& x) const {
@@ -116,14 +118,12 @@ struct Table {
 };
 
 // The rows of maneuver `number` of `count` that are before `until`; returns how many values they have.
-inline std::size_t check_rows(const std::vector<Text>& texts, hid_t group, const Bicycle& k, const Candidate& run,
+inline std::size_t check_rows(const std::vector<Text>& texts, const Table& table, const Bicycle& k, const Candidate& run,
                               const Claim& claim, const Column& at_start, std::size_t number, std::size_t count,
                               double until) {
     const auto& given = claim.at_start;
-    const Interval &spacing = given.at("spacing"), steps = given.at("duration") / spacing;
-    const std::size_t rows = std::lround(steps.middle().below()) + 1;
-    expect(same(claim.input.at("duration"), claim.input.at("spacing"), rows - 1), "the last row is not the end");
-    const Table table(group, rows);
+    const Interval& spacing = given.at("spacing");
+    const std::size_t rows = table.time.size();
     std::size_t values = 0, undecided = 0;
     for (const Text& text : texts)
         expect(text.words.size() == rows, text.name + ": expected " + std::to_string(rows) + " rows");
