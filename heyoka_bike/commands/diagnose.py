@@ -36,7 +36,10 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__, files)
     options.add_format(p, ("text", "json"))
     maneuver = {"--maneuver N": "maneuver that a file of one maneuver holds"}
-    options.add_arguments(p, maneuver | options.COLUMNS | options.BUDGET | options.REFERENCE)
+    details = {"--details": "print every remark, also where no cause is named"}
+    options.add_arguments(
+        p, maneuver | options.COLUMNS | options.BUDGET | options.REFERENCE | details
+    )
     options.add_workers(p)
 
 
@@ -66,7 +69,8 @@ def run(args: argparse.Namespace) -> int:
     nothing = causes.finding(NothingToDiagnose())
     if nothing in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {nothing.message}")
-    print(_as_json(found) if args.format == "json" else diagnosis(found))
+    text = diagnosis(found, has_details=args.details)
+    print(_as_json(found) if args.format == "json" else text)
     return Exit.STOPPED_EARLY if found.is_stopped_early else Exit.OK
 
 

@@ -779,6 +779,44 @@ class CoarseGrid(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class HalfPrecision(Evidence):
+    """Columns whose values are numbers of half precision; `are_all` if every one is."""
+
+    keys: tuple[str, ...]
+    are_all: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RowsReversed(Evidence):
+    """Maneuvers whose rows are written from the last to the first."""
+
+    maneuvers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SingleRows(Evidence):
+    """Single rows of a column that do not fit the rows around them.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    rows
+        How many.
+    time
+        Of the first [s].
+    is_held
+        True if each holds the value of the row before it.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    rows: int
+    time: float
+    is_held: bool
+
+
+@dataclass(frozen=True, slots=True)
 class RateOfDifferences(Evidence):
     """A rate that is a difference of its own angle: ``forward``, ``backward`` or ``central``."""
 
@@ -887,11 +925,14 @@ class OtherColumn(Evidence):
     maneuvers : tuple of int
     other
         The key of what it holds.
+    of_maneuver
+        The maneuver from which that is, if it is another one.
     """
 
     key: str
     maneuvers: tuple[int, ...]
     other: str
+    of_maneuver: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -1057,14 +1098,14 @@ class BeginsAs(Evidence):
 
     Attributes
     ----------
-    key
+    keys : tuple of str
     order
         1 as of another rate at the start, other times or an integrator; 2 as of a force or another
         speed at the start; 3 as of a force that is zero there. No more are told apart.
     maneuvers
     """
 
-    key: str
+    keys: tuple[str, ...]
     order: int
     maneuvers: tuple[int, ...]
 
@@ -1093,9 +1134,12 @@ class EnergyVaries(Evidence):
     largest : mapping of int to (float, float)
         By the number of the maneuver, how much more it is than in the first row where that is most
         [J], and when [s]. Of maneuvers where it is seen.
+    until
+        From when on it stays in all of these [s]; None if it does not.
     """
 
     largest: Mapping[int, tuple[float, float]]
+    until: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -1192,19 +1236,23 @@ class RowsBetween(Evidence):
 
     Attributes
     ----------
-    maneuver
+    maneuvers : tuple of int
     order
-        0 if rows repeat the one before, 1 if they are on straight lines between others.
+        0 if rows repeat the one before, 1 if they are on straight lines between others, 2 if they
+        are on curves between others.
     share
         Of the rows.
     keys : tuple of str
         Those of the angles and rates that show it, if these are less than half.
+    every
+        Every row of this count is right, where rows are on curves; otherwise 0.
     """
 
-    maneuver: int
+    maneuvers: tuple[int, ...]
     order: int
     share: float
     keys: tuple[str, ...] = ()
+    every: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """The sentences of what a diagnosis found; see `sayings`."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from math import floor, log10
@@ -29,6 +30,8 @@ _PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
 # A part of a term that is all of it.
 _WHOLE = 0.02
 _COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
+_INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
+_BODIES = {"B": "rear frame", "H": "fork"}
 _OF_FORCES = (
     "The benchmark has no force but gravity, and all terms of the equations of motion: check what "
     "your program applies beside gravity, by default or in its joints"
@@ -45,6 +48,7 @@ def _(e: seen.Explained) -> Finding:
     said = _said(first.mistakes)
     if first.found:
         said = f"{_COUNTS.get(len(first.found), 'these explain')} it: {said}"
+        said += _of_parts(first.found)
     begins = ("" if e.rank == 1 else "or, less likely: ") + (
         "" if e.rest is None else "looks like: "
     )
@@ -52,6 +56,9 @@ def _(e: seen.Explained) -> Finding:
     text = f"{text[0].upper()}{text[1:]}. {_proof(e)}"
     if e.rest is not None:
         text += f". {_something_else(first, e.rest)}"
+    if e.rivals:
+        near = "; or ".join(_said(h.mistakes) for h in e.rivals)
+        text += f". Nearly as much is explained by: {near}"
     text = f"{text}. {_advice(e)}"
     if others:
         same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.few])
@@ -118,22 +125,19 @@ def _(e: seen.LikeliestUntilThen) -> Finding:
 def _(e: seen.Integrator) -> Finding:
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in e.methods)
     first = e.methods[0]
-    said = f"Of the methods known here the first error term of {names} is the nearest"
-    if e.is_explained:
-        said = (
-            f"The error is that of a method of order {first.order}. Its first term is that of "
-            f"{names}, and other methods can share this term"
-        )
-    if not first.is_of_rows:
-        said += (
-            ". Rows are no whole number of such steps apart: so it is another method of order "
-            f"{first.order}, with a step of its own"
-        )
-    said += (
-        ". What the file leaves of the exact equations, in the rates of the angles and in the "
-        f"accelerations, falls by a factor of {first.relief:.2g} with it. Take a smaller step, or "
-        "a method of higher order"
+    said = (
+        f"The error is that of a method of order {first.order}, as of {names}: what the "
+        f"file leaves of the exact equations falls by a factor of {first.relief:.2g}. "
     )
+    if not first.is_of_rows:
+        said += "Rows are no whole number of such steps apart, so it is another method. "
+    said += "Take a smaller step, or a method of higher order"
+    if not e.is_explained:
+        said = (
+            f"Of the known methods {names} is the nearest, but explains a factor of "
+            f"{first.relief:.2g} only. If a smaller step leaves the error as it is, it is another "
+            "cause"
+        )
     methods = [{"method": m.says, "step": m.step} for m in e.methods]
     return info("integrator", said, methods=methods, relief=first.relief)
 
@@ -144,15 +148,15 @@ def _(e: seen.IntegratedBy) -> Finding:
     h = e.hypothesis
     said = "The error is " if e.is_sure else "The nearest of the methods known here is "
     said += f"that of {names}" if e.is_sure else names
-    said += (
-        ". Run here, in roll, steer, their rates and the rolling rate, it leaves an error that is "
-        f"smaller by a factor of {h.relief:.1g}. "
-    )
-    if not e.is_sure:
-        said += "In other coordinates the same method leaves another error"
+    said += f". Run here, it lets the error fall by a factor of {h.relief:.1g}. "
+    if e.is_sure:
+        said += "Nothing else is seen. " if e.rest is None else f"{_something_else(h, e.rest)}. "
+        said += "Take a smaller step, or a method of higher order"
     else:
-        said += "Nothing else is seen" if e.rest is None else _something_else(h, e.rest)
-    said += ". Take a smaller step, or a method of higher order"
+        said += (
+            "In other coordinates it leaves another error. If a smaller step leaves the error as "
+            "it is, it is another cause"
+        )
     methods = [{"method": m.method, "step": m.step} for m in e.methods]
     return info("integrator", said, methods=methods, relief=h.relief)
 
@@ -171,18 +175,14 @@ def _(e: seen.Direction) -> Finding:
 def _(e: seen.ForceUnexplained) -> Finding:
     shares = e.left.shares
     what = (
-        "What is left is more than an integrator's error: a higher order of this, or another cause "
-        "beside it"
+        "What is left is more than an integrator's error: a higher order of this, or another cause"
         if e.is_beside
-        else "A force or a term is missing, or one too many, or constraints drift, slip or yield, "
-        "and it is none of the causes known here"
+        else "A force or a term is missing or too many, or constraints drift, slip or yield; it is "
+        "no cause that is known here"
     )
     said = (
-        f"{what}. The file's own roll acceleration is off from the exact equations by "
-        f"{_part(shares['roll'])}, its steer acceleration by {_part(shares['steer'])}. An "
-        f"integrator would leave {e.left.above:.2g} times less, by the slopes of the angles. As a "
-        f"generalised force it acts most in the equation of {e.left.acts_in}: look there first, "
-        "and at what acts beside gravity"
+        f"{what}. It acts most in the equation of {e.left.acts_in}: look there first. "
+        f"Accelerations are off by {_part(shares['roll'])} (roll), {_part(shares['steer'])} (steer)"
     )
     if e.is_end:
         said += ". Two mistakes at once were not tried: --thorough, in Python thorough=True, does"
@@ -193,16 +193,13 @@ def _(e: seen.ForceUnexplained) -> Finding:
 def _(e: seen.LeftOfEquations) -> Finding:
     off = ", ".join(f"{name} by {_part(share)}" for name, share in e.shares.items())
     said = (
-        "What the file leaves of the exact equations acts most, as a generalised force, in the "
-        f"equation of {e.acts_in}. Its own accelerations are off: {off}. That is {e.above:.2g} "
-        "times what its rates are off from the slopes of its angles. Explicit integrators were "
-        "seen to leave up to 3 times that, others up to 150 times: "
+        f"What the file leaves of the exact equations acts most in the equation of {e.acts_in}; "
+        f"accelerations are off: {off}. "
     )
     said += (
-        "a term of the model alone would leave more. So it is the integrator, or the way from "
-        "the state to the angles and rates that are written"
+        "An integrator leaves as much, a term of the model more"
         if e.may_be_explicit
-        else "the more it is, the likelier it is a term of the model"
+        else f"That is {e.above:.2g} times what integrators leave in the rates, some 150 times"
     )
     return info("left_of_equations", said, **_numbers_left(e))
 
@@ -244,13 +241,20 @@ def _(e: seen.TorqueLaw) -> Finding:
 @register
 def _(e: seen.NoCauseFound) -> Finding:
     said = (
-        f"No usual mistake explains the difference, alone or with another: {e.tried} such "
-        f"programs were tried. The largest error is {e.max_rel_error:.2g} of the scale, {e.key} of "
-        f"maneuver {e.maneuver}"
+        f"No usual mistake explains the difference: {e.tried} programs were tried. The largest "
+        f"error is {e.max_rel_error:.2g} of the scale, {e.key} of maneuver {e.maneuver}"
     )
     if e.are_equations_met:
-        said += ". The equations of motion show no changed parameter, force or initial condition"
-    return info("no_mistake_found", said, tried=e.tried, max_rel_error=e.max_rel_error)
+        said += ". The equations of motion are met"
+    if e.closest:
+        first = e.closest[0]
+        said += (
+            f". The closest is: {_said(first.mistakes)}. It explains a factor of "
+            f"{first.relief:.2g} of what disagrees with the equations, and not all"
+        )
+    closest = [list(h.codes) for h in e.closest]
+    numbers = {"tried": e.tried, "max_rel_error": e.max_rel_error, "closest": closest}
+    return info("no_mistake_found", said, **numbers)
 
 
 @register
@@ -341,6 +345,26 @@ def _advice(e: seen.Explained) -> str:
     text = "Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
     is_of_start = not first.found and any(m.kind == "start" for m in first.mistakes)
     return text + (_OF_STARTS if is_of_start else "")
+
+
+def _of_parts(found: Sequence[Found]) -> str:
+    """What an inertia of one body looks like that has several values."""
+    told = {m[2]: x for x in found if (m := _INERTIA.fullmatch(x.name))}
+    bodies = {x.name[1] for x in found}
+    if len(told) < len(found) or len(bodies) > 1 or not {"xx", "zz"} <= told.keys():
+        return ""
+    body = _BODIES[bodies.pop()]
+    sums = [
+        sum(getattr(told[axes], field) for axes in ("xx", "zz")) for field in ("value", "right")
+    ]
+    if abs(sums[0] - sums[1]) < TOLERANCE * sums[1]:
+        return f". The sum of both is right: the inertia of the {body}, or of a part, is turned"
+    if all(x.value < x.right for axes, x in told.items() if axes != "xz"):
+        return (
+            f". All are too small, as if the inertias of the {body}'s parts were added without "
+            "moving them to the common centre"
+        )
+    return ""
 
 
 def _changed(found: Sequence[Found]) -> str:

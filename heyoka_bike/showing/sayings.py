@@ -50,8 +50,7 @@ _NAMES_OF_EVIDENCE = 100
 """Names that the evidence of a finding has, each cut as in a message."""
 
 DEFAULT_CONVENTIONS = (
-    "The file follows the conventions that are taken by default: SI units, roll and steer positive "
-    "to the right, potential energy from the floor, and the first definition of each column"
+    "Conventions: as by default (SI units, roll and steer positive to the right, V from the floor)"
 )
 
 
@@ -699,10 +698,43 @@ def _(e: seen.ErrorStays) -> Finding:
 def _(e: seen.CoarseGrid) -> Finding:
     said = (
         f"{e.key} of {maneuvers(e.maneuvers)}: every value is a multiple of {e.step:.6g} (SI), far "
-        "coarser than the digits written. So it was rounded on the way: by an encoder or another "
-        "sensor, a table, or a number of few digits. It is compared as far as that tells"
+        "coarser than the digits written, as of an encoder, a table or a rounded number. Smaller "
+        "errors are not judged"
     )
     return warning("coarse_grid", said, column=e.key, maneuvers=list(e.maneuvers), step=e.step)
+
+
+@_finding.register
+def _(e: seen.HalfPrecision) -> Finding:
+    which = "All values" if e.are_all else f"The values of {named(e.keys)}"
+    said = (
+        f"{which} are half-precision numbers (11 bits), good to three digits, however many are "
+        "written. Store them in double precision"
+    )
+    return warning("half_precision", said, columns=list(e.keys))
+
+
+@_finding.register
+def _(e: seen.RowsReversed) -> Finding:
+    said = (
+        f"The rows of {maneuvers(e.maneuvers)} are written from the last to the first: the last "
+        "row is the start of the motion. Reverse the values or the times"
+    )
+    return warning("rows_reversed", said, maneuvers=list(e.maneuvers))
+
+
+@_finding.register
+def _(e: seen.SingleRows) -> Finding:
+    many = "1 single row" if e.rows == 1 else f"{e.rows} single rows"
+    what = "hold the value of the row before" if e.is_held else "are far from the rows around them"
+    if e.rows == 1:
+        what = what.replace("hold", "holds").replace("are far", "is far").replace("them", "it")
+    said = (
+        f"{e.key} of {maneuvers(e.maneuvers)}: {many} {what}, the first at {e.time:.6g} s. Look at "
+        "how this column is written or measured there"
+    )
+    where = {"column": e.key, "maneuvers": list(e.maneuvers)}
+    return warning("single_rows", said, **where, rows=e.rows, time=e.time, is_held=e.is_held)
 
 
 @_finding.register
@@ -787,12 +819,13 @@ def _(e: seen.ColumnRatio) -> Finding:
 
 @_finding.register
 def _(e: seen.OtherColumn) -> Finding:
+    of = f" of maneuver {e.of_maneuver}" if e.of_maneuver is not None else ""
     said = (
-        f"{e.key} of {maneuvers(e.maneuvers)} has the values of {e.other}. Check the order in "
+        f"{e.key} of {maneuvers(e.maneuvers)} has the values of {e.other}{of}. Check the order in "
         "which columns are written there"
     )
     where = {"column": e.key, "maneuvers": list(e.maneuvers)}
-    return warning("other_column", said, **where, other=e.other)
+    return warning("other_column", said, **where, other=e.other, of_maneuver=e.of_maneuver)
 
 
 @_finding.register
@@ -930,14 +963,11 @@ def _(_: seen.TooFewRows) -> Finding:
 @_finding.register
 def _(e: seen.SmoothError) -> Finding:
     said = (
-        "The error is smooth, as the steps of an integrator, another model, or columns or times "
-        f"that are written otherwise leave it. Halve the step ({_BOTH_STEPS}), or divide the "
-        f"tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a "
-        "method of order p; any other stays the same curve; and noise of rounding or of "
-        "iterations stays as large, but is another curve"
+        "The error is smooth. Halve the step or divide the tolerance by ten: if the error falls, "
+        "it is the integrator's; if it stays, it is not"
     )
     if e.missing:
-        said += f". With {named(e.missing)} in the file, what it leaves of the equations shows more"
+        said += f". With {named(e.missing)} in the file, the equations of motion could be checked"
     return info("smooth_error", said, missing=list(e.missing))
 
 
@@ -946,9 +976,9 @@ def _(e: seen.WorkFromStart) -> Finding:
     each = ", ".join(f"{x:.3g} W in maneuver {n}" for n, x in e.powers.items())
     forces = ", ".join(f"{x:.3g} N" for x in e.forces.values())
     said = (
-        f"From the first row on the kinetic energy changes by {each}, where gravity does no work: "
-        f"by a force of {forces} along the motion, as of drag, wind, a slope or a drive, unless it "
-        "becomes less with a smaller step"
+        f"From the first row on the kinetic energy changes by {each}, where gravity does no work, "
+        f"as a force of {forces} along the motion does: drag, wind, a slope or a drive. An "
+        "integrator's share falls with its step"
     )
     numbers = {
         "powers": {str(n): x for n, x in e.powers.items()},
@@ -961,10 +991,9 @@ def _(e: seen.WorkFromStart) -> Finding:
 def _(e: seen.Unsymmetric) -> Finding:
     said = (
         f"The error of {e.key} begins in maneuver {e.large} with {e.times:.2g} times what it is in "
-        f"maneuver {e.small}, whose roll rate is far smaller: so it is not in proportion to the "
-        "roll rate. Something moves the upright bicycle to one side: a mass, a wheel or an axis "
-        "that is off the plane of symmetry, a torque, wind, a slope or a frame that turns. Or a "
-        "friction has a size of its own"
+        f"maneuver {e.small}, whose roll rate is far smaller. So something moves the upright "
+        "bicycle to one side (a mass, an axis, a torque, wind, a slope), or a friction has a size "
+        "of its own"
     )
     numbers = {"column": e.key, "maneuvers": [e.small, e.large], "times": e.times}
     return warning("unsymmetric", said, **numbers)
@@ -973,21 +1002,19 @@ def _(e: seen.Unsymmetric) -> Finding:
 @_finding.register
 def _(e: seen.BeginsAs) -> Finding:
     power = {1: "the time", 2: "its square", 3: "its cube, or a higher power"}[e.order]
-    rate = e.key.replace("angle", "rate")
-    others = (
-        f"neither the times nor the first {rate} are other ones. A force or a term of the model"
-    )
-    written = "integrators and a column that is written otherwise"
+    rates = " or ".join(key.replace("angle", "rate") for key in e.keys)
     why = {
-        1: f"So it is no force: another first {rate}, other times, {written} begin so",
-        2: f"So {others} that acts from the first row on, as those of velocities do, begins so; "
-        f"another speed, some {written}, too",
-        3: f"So {others} that is zero upright and straight, as those of angles are, or that sets "
-        f"in begins so; some {written}, too",
+        1: f"another first {rates}, other times, or a stiff force that acts within the first rows",
+        2: "a force or a term that acts from the first row on, or another speed",
+        3: "a force or a term that is zero upright and straight, or one that sets in later",
     }[e.order]
-    each = maneuvers(e.maneuvers)
-    said = f"The error of {e.key} of {each} begins in proportion to {power}. {why}"
-    where = {"column": e.key, "maneuvers": list(e.maneuvers)}
+    many = "errors of " if len(e.keys) > 1 else "error of "
+    begin = "begin" if len(e.keys) > 1 else "begins"
+    said = (
+        f"The {many}{' and '.join(e.keys)} of {maneuvers(e.maneuvers)} {begin} in proportion to "
+        f"{power}, as with {why}"
+    )
+    where = {"column": e.keys[0], "columns": list(e.keys), "maneuvers": list(e.maneuvers)}
     return warning("begins_as", said, **where, order=e.order)
 
 
@@ -998,14 +1025,13 @@ def _(e: seen.EnergyTrend) -> Finding:
     changes = dict(zip(each, e.changes, strict=True))
     if max(e.changes) > 0.0:
         said = (
-            f"The mechanical energy grows steadily{every}, as with an explicit method of low "
-            "order, or with a drive in the model: a smaller step helps against the former only"
+            f"The mechanical energy grows steadily{every}, as with a drive in the model, or an "
+            "explicit method of low order, whose share falls with its step"
         )
         return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
     said = (
-        f"The mechanical energy falls steadily{every}. Either the model loses it, by a damper, "
-        "drag, or a contact that slips or yields, or numerical damping does: with a smaller step "
-        "or tolerance only the latter becomes less"
+        f"The mechanical energy falls steadily{every}, as with a damper, drag or a contact that "
+        "slips, or with numerical damping, which alone falls with the step or the tolerance"
     )
     return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
 
@@ -1013,14 +1039,20 @@ def _(e: seen.EnergyTrend) -> Finding:
 @_finding.register
 def _(e: seen.EnergyVaries) -> Finding:
     each = ", ".join(f"{x:+.3g} J at {t:.4g} s in maneuver {n}" for n, (x, t) in e.largest.items())
-    said = (
-        f"The mechanical energy does not stay as it is in the first row: it changes by up to "
-        f"{each}. A force in the model does work, or stores energy that is not in the sum, or an "
-        "integrator's error does: with a smaller step or tolerance only the latter becomes less"
-    )
+    if e.until is not None:
+        each = ", ".join(f"{x:+.3g} J in maneuver {n}" for n, (x, _) in e.largest.items())
+        said = (
+            f"The mechanical energy changes before {e.until:.3g} s only, by up to {each}, and then "
+            "stays: look at what acts, or is ramped, in that time"
+        )
+    else:
+        said = (
+            f"The mechanical energy changes by up to {each}. A force does work, or stores energy "
+            "that is not in the sum; or it is an integrator's error, which falls with its step"
+        )
     changes = {str(n): x for n, (x, _) in e.largest.items()}
     times = {str(n): t for n, (_, t) in e.largest.items()}
-    return info("energy_varies", said, changes=changes, times=times)
+    return info("energy_varies", said, changes=changes, times=times, until=e.until)
 
 
 @_finding.register
@@ -1028,8 +1060,7 @@ def _(e: seen.EnergyKept) -> Finding:
     most = max(e.exchanged.values())
     said = (
         f"The mechanical energy keeps to {e.left:.2g} J, while its parts are off by up to "
-        f"{most:.2g} J: what is wrong does no work. So it is no damper, drag, friction or drive: "
-        "look at masses, lengths, inertia, the start, and terms of the equations"
+        f"{most:.2g} J. A damper, drag, friction or a drive in the motion would change it"
     )
     exchanged = {str(n): x for n, x in e.exchanged.items()}
     return info("energy_kept", said, left=e.left, exchanged=exchanged)
@@ -1108,15 +1139,28 @@ def _(e: seen.RowsRepeated) -> Finding:
 
 @_finding.register
 def _(e: seen.RowsBetween) -> Finding:
-    what = "are on straight lines between rows" if e.order else "repeat the row before"
-    where = named(e.keys) if e.keys else "most of its angles and rates"
-    said = (
-        f"At least {100 * e.share:.0f} % of the rows of maneuver {e.maneuver} {what}, in {where}, "
-        "as no motion does: rows were held or interpolated. Write the integrator's own rows, or "
-        "its dense output at the times asked for"
-    )
-    numbers = {"order": e.order, "share": e.share, "columns": list(e.keys)}
-    return warning("rows_between", said, maneuver=e.maneuver, **numbers)
+    if e.every:
+        said = (
+            f"Every {_ordinal(e.every)} row of {maneuvers(e.maneuvers)} is right, and the rows "
+            "between are not: they were interpolated. Write the integrator's own rows, or its "
+            "dense output"
+        )
+    else:
+        what = "are on straight lines between rows" if e.order else "repeat the row before"
+        where = named(e.keys) if e.keys else "most of its angles and rates"
+        said = (
+            f"At least {100 * e.share:.0f} % of the rows of {maneuvers(e.maneuvers)} {what}, in "
+            f"{where}, as no motion does: they were held or interpolated. Write the integrator's "
+            "own rows, or its dense output"
+        )
+    where_ = {"maneuver": e.maneuvers[0], "maneuvers": list(e.maneuvers)}
+    numbers = {"order": e.order, "share": e.share, "columns": list(e.keys), "every": e.every}
+    return warning("rows_between", said, **where_, **numbers)
+
+
+def _ordinal(count: int) -> str:
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{count}{'th' if 10 < count % 100 < 14 else ends.get(count % 10, 'th')}"
 
 
 @_finding.register
@@ -1140,9 +1184,8 @@ def _(e: seen.Departs) -> Finding:
         what = f"on, where it is the right motion {_later(e.shift)}: rows or steps were {why}"
     else:
         what = (
-            "on. A mistake in the model or at the start is seen from the first rows on: look at "
-            "what happens there, such as an event, an input, a limit or an impulse that sets in, "
-            "or a restart from rounded numbers"
+            "on: look at what happens there. A mistake in the model or at the start is seen from "
+            "the first rows on"
         )
     by = f", by its {named(e.keys)}," if e.keys else ""
     said = (

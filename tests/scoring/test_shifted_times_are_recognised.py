@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from generators.made_results import codes, made, smooth_error
-from heyoka_bike.scoring.diagnosis import pursue as diagnosis
+from heyoka_bike.scoring.diagnosis import pursue
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
@@ -88,9 +89,9 @@ def test_the_diagnosis_goes_on_with_the_times_set_right(reference, monkeypatch):
         asked.extend(parts)
         raise StopIteration
 
-    monkeypatch.setattr(diagnosis, "explain", explain)
+    monkeypatch.setattr(pursue, "explain", explain)
     with pytest.raises(StopIteration):
-        diagnosis.diagnose(shifted(made(reference), 1.0), reference)
+        diagnose(shifted(made(reference), 1.0), reference)
     for part in asked:
         assert part.time[0] == 0.0
         assert np.max(np.abs(part.time - np.arange(len(part.time)) / 100)) < 1e-9

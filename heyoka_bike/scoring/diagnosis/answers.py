@@ -176,14 +176,31 @@ def _explained(
     """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
     first = hypotheses[0]
     as_given = (_written_as_given(x, report) for x in first.found)
+    rest = left_over(first, causes)
     return Explained(
         rank,
         hypotheses,
-        left_over(first, causes),
+        rest,
         _acceleration(first, causes),
         tuple(key for key in as_given if key),
         max(above_digits(first).values(), default=0.0),
+        () if rest is None or causes is None else _rivals(first, causes),
     )
+
+
+def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
+    """Other causes that let what remains of the equations fall nearly as much."""
+    if h.mistakes[0].kind != "model":
+        return ()
+    relief = causes.relief(h.mistakes)
+    near = (x for x in _by_relief(causes) if x.relief * CLEARLY > relief and x.count <= h.count)
+    return tuple(x for x in near if not x.parts & h.parts)[: WEIGHTS.refined]
+
+
+def _by_relief(causes: Residual) -> list[Hypothesis]:
+    """Plausible causes that explain something of what the equations leave, the best first."""
+    every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
+    return sorted((x for x in every if x.relief > WEIGHTS.explains), key=lambda x: -x.relief)
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
@@ -215,4 +232,5 @@ def _no_cause(
     m, c = max(columns, key=lambda x: (error(x[1]), f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
-    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met)
+    closest = _by_relief(seen)[: WEIGHTS.refined] if seen is not None and seen.visibility else ()
+    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met, tuple(closest))

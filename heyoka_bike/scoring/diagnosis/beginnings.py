@@ -15,6 +15,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import hidden
@@ -125,12 +126,15 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
 def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
     """The power of the time with which an angle's error begins, the least of the maneuvers."""
     keys = {c.key for m in maneuvers for c in m.columns if c.key in LATERAL and c.unit == "rad"}
+    found: dict[str, tuple[int, tuple[int, ...]]] = {}
     for key in sorted(keys):
         each = {m.maneuver: order for m in maneuvers for c in m.columns
                 if c.key == key and _is_wrong(c) and (order := _power(c)) is not None}  # fmt: skip
         # What is a start in one and a force in another tells nothing.
         if each and (min(each.values()) > 1 or max(each.values()) == 1):
-            yield BeginsAs(key, min(each.values()), tuple(each))
+            found[key] = min(each.values()), tuple(each)
+    for (order, numbers), alike in grouped((x, key) for key, x in found.items()).items():
+        yield BeginsAs(tuple(alike), order, numbers)
 
 
 def _is_wrong(c: ColumnScore) -> bool:

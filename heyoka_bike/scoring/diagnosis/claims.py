@@ -6,7 +6,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import FAR_WORSE
@@ -26,6 +26,9 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     # Each of several explains something where the equations do not show it.
     least = BY_FAR**h.count if is_hidden else WEIGHTS.explains
     if h.unexplained is not None or h.relief < least:
+        return False
+    if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
+        # Several share what none of them is.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
@@ -50,8 +53,9 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
     """What a cause leaves beyond digits: typical errors in scales, where they are more."""
-    # What energy a force has, and a rotor in the place of a program's own, is not agreed on.
-    has_energy = not any(x.name in FORCES for x in h.found) and OF_TENSORS.isdisjoint(h.codes)
+    # What energy a force stores, and a rotor in the place of a program's own, is not agreed on.
+    stores = any(x.name in FORCES and x.name not in WITHOUT_POTENTIAL for x in h.found)
+    has_energy = not stores and OF_TENSORS.isdisjoint(h.codes)
     return {
         k: x
         for k, x in h.after.items()
@@ -81,9 +85,7 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     unexplained = {k: x for k, x in above.items() if x > TOLERANCE and h.before[k] < CLEARLY * x}
     if unexplained:
         return max(unexplained, key=unexplained.__getitem__)
-    # A force is known to first order, and what it leaves may be of the next one.
-    is_exact = not any(x.name in FORCES for x in h.found)
-    if is_exact and residual is not None and residual.leaves_more(h.mistakes):
+    if residual is not None and residual.leaves_more(h.mistakes):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
     # Columns of roll and steer of one motion may be off by parts of their scales that differ, too.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
@@ -62,7 +63,19 @@ class _Energy:
         back = float(np.min(np.diff(means) * np.sign(change)))
         if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
+        # No tenth of the run has most of it.
+        if float(np.max(np.abs(np.diff(means)))) > HALF * abs(change):
+            return 0.0
         return change / self.size
+
+    @property
+    def until(self) -> float | None:
+        """When it has come to its last value, if that is in the first half of the run [s]."""
+        left = np.abs(self.change - self.change[-1])
+        limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
+        moving = np.flatnonzero(left > limit)
+        end = float(self.time[moving[-1]]) if len(moving) else float(self.time[0])
+        return end if end < HALF * float(self.time[-1]) else None
 
 
 def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKept]:
@@ -86,7 +99,9 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     elif (all(x < 0.0 for x in trends) or all(x > 0.0 for x in trends)) and varying:
         yield EnergyTrend(numbers, trends)
     elif not is_right and any(_does_work(known[n]) for n in varying):
-        yield EnergyVaries(varying)
+        ends = [known[n].until for n in varying]
+        settled = [x for x in ends if x is not None]
+        yield EnergyVaries(varying, max(settled) if len(settled) == len(ends) else None)
 
 
 def _is_kept(x: _Energy) -> bool:

@@ -37,6 +37,8 @@ class Explained(Evidence):
         Columns whose first row has the start that is given, where another one was found.
     left
         The largest typical error that digits do not explain, in scales; 0 if there is none.
+    rivals : tuple of Hypothesis
+        Other causes that explain nearly as much of the equations, where the cause is not all.
     """
 
     rank: int
@@ -45,6 +47,7 @@ class Explained(Evidence):
     acceleration: tuple[str, float, float] | None
     as_given: tuple[str, ...]
     left: float = 0.0
+    rivals: tuple[Hypothesis, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -197,6 +200,8 @@ class NoCauseFound(Evidence):
         Of the largest error, in scales.
     are_equations_met
         True if the file's motion leaves nothing of the equations.
+    closest : tuple of Hypothesis
+        Causes that explain a part of what the equations leave, though not enough.
     """
 
     tried: int
@@ -204,6 +209,7 @@ class NoCauseFound(Evidence):
     key: str
     max_rel_error: float
     are_equations_met: bool
+    closest: tuple[Hypothesis, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ from heyoka_bike.scoring.evidence import (
     RowsRepeated,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
@@ -63,7 +64,12 @@ def shown(report: Report) -> tuple[AtOnce, ...]:
     found += _between(maneuvers)
     found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
-    known = {x.maneuver for x in found if not isinstance(x, FallsOver)}
+    known = {
+        n
+        for x in found
+        if not isinstance(x, FallsOver)
+        for n in (x.maneuvers if isinstance(x, RowsBetween) else (x.maneuver,))
+    }
     return (*found, *_departures([m for m in maneuvers if m.maneuver not in known]))
 
 
@@ -89,18 +95,46 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
 
 
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
-    """Rows held, or on straight lines between fewer rows, in angles and rates.
+    """Rows held, or on lines or curves between fewer rows, in angles and rates.
 
     In most of them, as one of these may be computed from the others, row by row; or in a few.
     """
-    for m in maneuvers:
-        lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
-        for order in (1, 2):
-            shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
-            if shares:
-                few = () if 2 * len(shares) >= len(lateral) else tuple(shares)
-                yield RowsBetween(m.maneuver, order - 1, min(shares.values()), few)
-                break
+    found = {m.maneuver: x for m in maneuvers if (x := _rows_between(m)) is not None}
+    for (order, keys, every), each in grouped(
+        ((x.order, x.keys, x.every), x) for x in found.values()
+    ).items():
+        numbers = tuple(n for x in each for n in x.maneuvers)
+        yield RowsBetween(numbers, order, min(x.share for x in each), keys, every)
+
+
+def _rows_between(m: ManeuverScore) -> RowsBetween | None:
+    """How the rows of a maneuver are between fewer rows; None if they are not."""
+    lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
+    for order in (1, 2):
+        shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
+        if shares:
+            few = () if 2 * len(shares) >= len(lateral) else tuple(shares)
+            return RowsBetween((m.maneuver,), order - 1, min(shares.values()), few)
+    counts = {c.key: count for c in lateral if (count := _right_rows(c))}
+    every = max(counts.values(), default=0)
+    if every and 2 * sum(x == every for x in counts.values()) > len(lateral):
+        return RowsBetween((m.maneuver,), 2, 1.0 - 1.0 / every, (), every)
+    return None
+
+
+def _right_rows(c: ColumnScore) -> int:
+    """Of which count every row is right by far, while those between are off as a plot shows; or 0.
+
+    The first of these rows is the first of the file.
+    """
+    error = np.abs(c.trace.error)
+    if float(np.max(error)) <= TOLERANCE * c.scale:
+        return 0
+    for every in range(2, len(error) // FEWEST_TELLING_ROWS + 1):
+        others = np.arange(len(error)) % every > 0
+        if BY_FAR * float(np.max(error[~others])) < rms(error[others]):
+            return every
+    return 0
 
 
 def _flat(c: ColumnScore, order: int) -> float:

@@ -32,6 +32,7 @@ from heyoka_bike.scoring.evidence import (
     ColumnsApart,
     DefinitionUnknown,
     Evidence,
+    OtherClock,
     OtherColumn,
     RightElsewhere,
     SignContradiction,
@@ -107,8 +108,8 @@ class Pursuit:
         """Go on with the rows that are left once something was undone.
 
         What is left of these is no cause of its own where it is right, or far less than before. A
-        known mistake of what is written that leaves nothing takes the place of a ratio, or of a
-        column that is in the place of another in all maneuvers.
+        known mistake of what is written that leaves nothing takes the place of a ratio, of a clock
+        of all maneuvers, or of a column that is in the place of another in all maneuvers.
         """
         # A maneuver whose columns were all put aside has nothing to lay beside it.
         parts = tuple(part for part in undone.parts if part.has_values())
@@ -130,7 +131,8 @@ class Pursuit:
 
     def _may_be_known(self, x: Evidence) -> bool:
         is_everywhere = isinstance(x, OtherColumn) and len(x.maneuvers) == len(self.view.maneuvers)
-        return isinstance(x, ColumnRatio) or is_everywhere
+        is_one_clock = isinstance(x, OtherClock) and x.maneuver is None
+        return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
 
     def of_motion(self) -> Answer:
         """What explains the rows that are left, by the motions of programs."""

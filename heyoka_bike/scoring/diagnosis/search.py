@@ -289,8 +289,8 @@ def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
-        # Whole runs are explained no better.
-        likely = [h for h in likely if h.relief > WEIGHTS.explains]
+        # Rows that are far apart show less of a value than whole runs do.
+        likely = [h for h in likely if h.relief > WEIGHTS.explains or h.log_odds > WEIGHTS.said]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
         # Where a force is left, or no motion is seen, no values are those of the file.
         yield from file.judged(h.mistakes for h in likely)

@@ -21,6 +21,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, app
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, log_ratio
+from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
@@ -83,8 +84,8 @@ class _SeenPart:
 
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
-        if program.motion.amounts:
-            # What potential a force has is not agreed on.
+        if any(name not in WITHOUT_POTENTIAL for name, _ in program.motion.amounts):
+            # What energy a force stores is not agreed on.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
         columns = program.written(columns, self.time)

@@ -7,9 +7,9 @@ that undone; a line here; and the sentence of its evidence in `showing.sayings`.
 from dataclasses import dataclass
 
 from heyoka_bike.scoring.diagnosis.followed import Step
-from heyoka_bike.scoring.rows.columns import bounded, deviating_columns
-from heyoka_bike.scoring.rows.grids import coarse_grids
-from heyoka_bike.scoring.rows.maneuvers import mirrored, stopped
+from heyoka_bike.scoring.rows.columns import bounded, deviating_columns, single_rows
+from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
+from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
 from heyoka_bike.scoring.rows.table import Look
 from heyoka_bike.scoring.rows.times import (
@@ -36,7 +36,10 @@ class Source(Step):
 SOURCES = (
     Source("unit", "are times in minutes or hours?", other_unit),
     Source("late", "are all times shifted?", late_rows),
+    Source("bits", "are values of single or half precision?", few_bits),
     Source("grid", "are values on a grid far coarser than their digits?", coarse_grids),
+    Source("reversed", "is the last row the start of the motion?", reversed_rows),
+    Source("single rows", "do single rows repeat the row before?", single_rows),
     Source("stopped", "do the last rows repeat one another?", stopped),
     Source("mirrored", "does a maneuver begin to the other side?", mirrored),
     Source("exchanged", "are an angle and its rate in each other's place?", exchanged_with_rate),

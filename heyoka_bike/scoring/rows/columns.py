@@ -18,6 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
@@ -29,6 +30,7 @@ from heyoka_bike.scoring.evidence import (
     Evidence,
     OtherColumn,
     Scaled,
+    SingleRows,
     SmoothedColumns,
     UnsignedColumn,
     WholeTurns,
@@ -42,6 +44,8 @@ from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, max_
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
+# Rows that are single are fewer than this part of all.
+_MOST_SINGLE = 0.2
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
 
@@ -60,12 +64,15 @@ class _Deviation:
         Factor and offset, bounds, or a width.
     other
         The key of the column that is there.
+    of
+        The maneuver from which that is, if it is another one.
     """
 
     how: str
     values: Array
     about: tuple[float, ...]
     other: str = ""
+    of: int | None = None
 
 
 _Deviations = Mapping[tuple[int, str], _Deviation]
@@ -85,7 +92,7 @@ def deviating_columns(report: Report) -> Undone | None:
             continue
         best = BY_FAR
         for describe in ways:
-            if (deviation := describe(m, c)) is None:
+            if (deviation := describe(m, c, report)) is None:
                 continue
             told = np.isfinite(deviation.values)
             left = rms((c.trace.error - deviation.values)[told])
@@ -152,7 +159,8 @@ def _without_exchanged_everywhere(
     """
     every = {
         key for key, places in report.by_column().items()
-        if all((m.maneuver, key) in found and found[m.maneuver, key].other for m, _ in places)
+        if all((m.maneuver, key) in found and found[m.maneuver, key].other
+               and found[m.maneuver, key].of is None for m, _ in places)
     }  # fmt: skip
     return {place: d for place, d in found.items() if place[1] not in every}
 
@@ -177,37 +185,53 @@ def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Arra
     return meant
 
 
-def _another(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
-    """The right values of another column of the same unit, by its default definition.
+def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | None:
+    """The right values of another column of the same unit, or of another maneuver.
 
-    Where a sum is constant, each part is a function of the other, too.
+    By its default definition: where a sum is constant, each part is a function of the other, too.
     """
-    keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS if key != c.key}
+    keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS}
     names = [name for name, key in keys.items() if COMPARED[key][0].unit == c.unit]
     value = c.trace.value + c.as_understood.offset
-    right = m.part.reference.approximate(c.trace.time, names)
-    nearest = min(names, key=lambda name: rms(value - right[name]), default=None)
+    end = float(np.max(c.trace.time))
+    there = {
+        (other.maneuver, name): x
+        for other in report.maneuvers
+        if end <= float(other.part.reference.duration)
+        for name, x in other.part.reference.approximate(c.trace.time, names).items()
+        if (other.maneuver, keys[name]) != (m.maneuver, c.key)
+    }
+    nearest = min(there, key=lambda place: rms(value - there[place]), default=None)
     if nearest is None:
         return None
-    deviation = right[nearest] - c.as_understood.offset - c.trace.reference
-    return _Deviation("another", deviation, (), keys[nearest])
+    deviation = there[nearest] - c.as_understood.offset - c.trace.reference
+    number, name = nearest
+    of = number if number != m.maneuver else None
+    return _Deviation("another", deviation, (), keys[name], of)
 
 
-def _wrapped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
-    """The right angle, and whole turns."""
+def _wrapped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
+    """The right angle, and whole turns, whichever side is positive."""
     if c.unit != "rad":
         return None
-    turns = 2 * np.pi * np.rint(c.trace.error / (2 * np.pi))
-    return _Deviation("wrapped", turns, ()) if turns.any() else None
+    best: _Deviation | None = None
+    least = np.inf
+    for sign in (1.0, -1.0):
+        off = sign * c.trace.value - c.trace.reference
+        turns = 2 * np.pi * np.rint(off / (2 * np.pi))
+        if turns.any() and (left := rms(off - turns)) < least:
+            least = left
+            best = _Deviation("wrapped", c.trace.error - sign * (off - turns), ())
+    return best
 
 
-def _unsigned(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _unsigned(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """The right values without their signs."""
     right = c.trace.reference
     return _Deviation("unsigned", np.abs(right) - right, ()) if np.min(right) < 0.0 else None
 
 
-def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _ratio(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """A factor, an offset, or both: the fewest that explain."""
     fit = scaled([c])
     if fit is None:
@@ -216,7 +240,7 @@ def _ratio(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("ratio", fit.factor * right + fit.offset - right, (fit.factor, fit.offset))
 
 
-def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """Values at a bound where the right ones are beyond it."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
@@ -231,7 +255,7 @@ def _clipped(_: ManeuverScore, c: ColumnScore) -> _Deviation | None:
     return _Deviation("clipped", deviation, tuple(bounds))
 
 
-def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
+def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     """A moving average over an odd number of even rows, of any definition; NaN at both ends."""
     time, value = c.trace.time, c.trace.value
     if c.values < m.rows or not are_even(time - time[0], float(np.ptp(time)) / (len(time) - 1)):
@@ -255,6 +279,70 @@ def _averaged(m: ManeuverScore, c: ColumnScore) -> _Deviation | None:
 
 
 _WAYS = (_another, _unsigned, _wrapped, _ratio, _clipped, _averaged)
+
+
+def single_rows(report: Report) -> Undone | None:
+    """Single rows of a column that hold the value of the row before, as no motion does; or others.
+
+    Beside rows that all are right, single rows that are far from that are seen, too.
+    """
+    found = {
+        (m.maneuver, c.key): rows
+        for m, c in places(report)
+        if (rows := _odd_rows(m, c)) is not None
+    }
+    if not found:
+        return None
+    alike = grouped(((key, is_held), (n, rows)) for (n, key), (rows, is_held) in found.items())
+    seen = [
+        SingleRows(
+            key, tuple(n for n, _ in of), sum(len(rows) for _, rows in of),
+            min(float(report_time(report, n)[rows[0]]) for n, rows in of), is_held,
+        )
+        for (key, is_held), of in alike.items()
+    ]  # fmt: skip
+    parts = []
+    for m in report.maneuvers:
+        values = dict(m.part.values)
+        for (n, key), (odd, _) in found.items():
+            if n == m.maneuver:
+                values[key] = values[key].copy()
+                values[key][odd] = np.nan
+        parts.append(replace(m.part, values=values))
+    return Undone(tuple(seen), tuple(parts))
+
+
+def report_time(report: Report, number: int) -> Array:
+    """Times of the rows of a maneuver [s]."""
+    return next(m.part.time for m in report.maneuvers if m.maneuver == number)
+
+
+def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
+    """Single rows that do not fit those around them, and whether they hold the row before."""
+    if c.values < m.rows or m.rows < FEWEST_TELLING_ROWS or is_right_column(c):
+        return None
+    value, least = c.trace.value, hidden(c)
+    is_same = np.diff(value) == 0.0
+    alone = is_same[1:-1] & ~is_same[:-2] & ~is_same[2:]
+    # Far above the digits the column moves on in one direction: at an extremum two rows are alike.
+    before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
+    moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
+    held = np.flatnonzero(alone & moves) + 2
+    error = np.abs(c.trace.error)
+    if len(held) and len(held) < _MOST_SINGLE * m.rows:
+        # Where the motion is right, rows next to these show themselves, too.
+        of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= FLOORS_OF_ROUNDING * least
+        more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
+        every = np.union1d(held, more)
+        return (every if len(every) < _MOST_SINGLE * m.rows else held), True
+    usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
+    far = np.flatnonzero(error > BY_FAR * max(usual, least))
+    turns = error[far] / (2 * np.pi)
+    is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < TOLERANCE)
+    is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
+    if not is_single or is_turned or far[-1] == m.rows - 1:
+        return None
+    return far, False
 
 
 def bounded(report: Report) -> Undone | None:
@@ -314,14 +402,16 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     by_key = grouped((key, n) for n, key in found)
     for key, numbers in by_key.items():
         ways = grouped(
-            ((d.how, d.other, *(float(f"{x:.5g}") for x in d.about)), n)
+            ((d.how, d.other, d.of, *(float(f"{x:.5g}") for x in d.about)), n)
             for n in numbers
             for d in (found[n, key],)
         )
-        for (how, other, *_), of in ways.items():
+        for (how, other, number, *_), of in ways.items():
             about = found[of[0], key].about
             if how == "another":
-                yield OtherColumn(key, tuple(of), str(other))
+                yield OtherColumn(
+                    key, tuple(of), str(other), None if number is None else int(number)
+                )
             elif how == "unsigned":
                 yield UnsignedColumn(key, tuple(of))
             elif how == "wrapped":

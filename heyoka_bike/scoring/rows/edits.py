@@ -9,13 +9,17 @@ is the one that was computed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import DEFINITIONS, LATERAL
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part
+
+T = TypeVar("T")
 
 Columns = Mapping[str, Array]
 """Columns by name."""
@@ -34,7 +38,7 @@ class Stage(IntEnum):
 
 
 class Edit(Protocol):
-    """A change of the rows."""
+    """A change of the rows, as a program makes it."""
 
     @property
     def stage(self) -> Stage:
@@ -76,6 +80,12 @@ class Clock:
         """No column is changed."""
         return columns
 
+    def undo(self, part: Part) -> Part:
+        """The rows at the times that are meant; a shift is one of [s] here."""
+        return replace(
+            part, time=part.time * self.scale + self.shift, time_lo=part.time_lo * self.scale
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Rewritten:
@@ -103,6 +113,96 @@ class Rewritten:
     def write(self, columns: Columns, time: Array) -> Columns:
         """The columns that are computed otherwise, beside all others."""
         return self.change(columns, time)
+
+
+@dataclass(frozen=True, slots=True)
+class Reversed:
+    """Rows from the last to the first, at ascending times."""
+
+    @property
+    def stage(self) -> Stage:
+        """With the times."""
+        return Stage.TIMES
+
+    def meant(self, time: Array, step: float) -> Array:
+        """The times counted from the end."""
+        found: Array = time[0] + time[-1] - time
+        return found
+
+    def write(self, columns: Columns, time: Array) -> Columns:
+        """No column is changed beside the times of its rows."""
+        return columns
+
+    def undo(self, part: Part) -> Part:
+        """The rows in the order of the motion."""
+        return replace(
+            part,
+            time=(part.time[0] + part.time[-1] - part.time)[::-1],
+            time_lo=-part.time_lo[::-1],
+            values={key: x[::-1] for key, x in part.values.items()},
+            lo={key: x[::-1] for key, x in part.lo.items()},
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Mirrored:
+    """The other sign in the columns of roll and steer."""
+
+    @property
+    def stage(self) -> Stage:
+        """After columns that are computed from others."""
+        return Stage.SINGLE
+
+    def meant(self, time: Array, step: float) -> Array:
+        """The times are as they are written."""
+        return time
+
+    def write(self, columns: Columns, time: Array) -> Columns:
+        """The columns of a motion to the other side."""
+        names = {c.name for key in LATERAL for c in DEFINITIONS[key]}
+        return {name: -x if name in names else x for name, x in columns.items()}
+
+    def undo(self, part: Part) -> Part:
+        """The rows of the motion to this side."""
+
+        def turned(columns: Columns) -> dict[str, Array]:
+            return {key: -x if key in LATERAL else x for key, x in columns.items()}
+
+        return replace(part, values=turned(part.values), lo=turned(part.lo))
+
+
+@dataclass(frozen=True, slots=True)
+class Exchanged:
+    """Columns in the places of others.
+
+    Attributes
+    ----------
+    meant_as : mapping of str to str
+        By the key of a place, the key of the column that is written there; a permutation.
+    """
+
+    meant_as: Mapping[str, str]
+
+    @property
+    def stage(self) -> Stage:
+        """After all columns are computed."""
+        return Stage.PLACES
+
+    def meant(self, time: Array, step: float) -> Array:
+        """The times are as they are written."""
+        return time
+
+    def write(self, columns: Columns, time: Array) -> Columns:
+        """The columns in the places of others."""
+        return {**columns, **{place: columns[key] for place, key in self.meant_as.items()}}
+
+    def undo(self, part: Part) -> Part:
+        """The rows with each column in its own place."""
+
+        def own(columns: Mapping[str, T]) -> dict[str, T]:
+            return {self.meant_as.get(key, key): x for key, x in columns.items()}
+
+        return replace(part, values=own(part.values), lo=own(part.lo), quantum=own(part.quantum))
 
 
 def in_stages(edits: Iterable[Edit]) -> list[Edit]:

@@ -1,4 +1,4 @@
-"""Grids: columns whose values are multiples of a step that is far coarser than their digits."""
+"""Columns whose values are coarser than their digits: of few bits, or on a grid."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence import CoarseGrid
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.evidence import CoarseGrid, Evidence, HalfPrecision, SinglePrecision
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone, places
@@ -22,13 +22,70 @@ from heyoka_bike.scoring.units import factor
 # A grid has so many levels, and is by far coarser than the digits: of smooth values, whose
 # distances are anything, all are multiples of one by chance once in 1e5 columns.
 _FEWEST_LEVELS = 5
+# Significant bits of numbers of half and single precision; the fewer are tried first.
+_HALF, _SINGLE = 11, 24
+_BITS = (_HALF, _SINGLE)
+# Half a digit, and the rounding of its reading.
+_ROUNDED = 1.01
 # The smallest ones tell the step, whose error counts least in them.
 _DISTANCES = 100
 
 
+def few_bits(report: Report) -> Undone | None:
+    """Columns of single or half precision, whatever digits they are written with."""
+    bits = {(m.maneuver, c.key): found for m, c in places(report) if (found := _bits_of(m, c))}
+    if not bits:
+        return None
+    keys = {n: tuple(dict.fromkeys(k for (_, k), x in bits.items() if x == n)) for n in _BITS}
+    is_all = all((m.maneuver, c.key) in bits for m, c in places(report) if np.ptp(c.trace.value))
+    seen: list[Evidence] = []
+    if keys[_HALF]:
+        seen.append(HalfPrecision(keys[_HALF], is_all and not keys[_SINGLE]))
+    if keys[_SINGLE]:
+        every = is_all and not keys[_HALF]
+        seen.append(SinglePrecision(tuple(sorted(keys[_SINGLE])), is_written=True, are_all=every))
+    parts = []
+    for m in report.maneuvers:
+        quantum = {k: Quantum(2, digits=x) for (n, k), x in bits.items() if n == m.maneuver}
+        parts.append(replace(m.part, quantum={**m.part.quantum, **quantum}))
+    return Undone(tuple(seen), tuple(parts))
+
+
+def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
+    """The bits of single or half precision if all values of a column have no more; or None.
+
+    Each value is held against the distance of such numbers in its own binade. Where this is little
+    more than the digits written, values are such numbers by chance.
+    """
+    values = m.part.values[c.key]
+    values = values[np.isfinite(values) & (values != 0.0)]
+    if len(np.unique(values)) < FEWEST_TELLING_ROWS:
+        return None
+    quantum = m.part.quantum.get(c.key)
+    least = np.finfo(np.float64).eps * np.abs(values)
+    if quantum is not None:
+        least = np.maximum(least, quantum.at(values) / 2)
+    for bits in _BITS:
+        apart = Quantum(2, digits=bits).at(values)
+        off = np.abs(values - apart * np.rint(values / apart))
+        telling = apart > CLEARLY * least
+        if np.sum(telling) >= FEWEST_TELLING_ROWS and np.all(off <= _ROUNDED * least):
+            return bits
+    return None
+
+
 def coarse_grids(report: Report) -> Undone | None:
-    """Columns whose values are all multiples of a step that is far coarser than their digits."""
-    levels = {(m.maneuver, c.key): _levels(m, c) for m, c in places(report)}
+    """Columns whose values are all multiples of a step that is far coarser than their digits.
+
+    A grid hides what is smaller. It is told only if it hides a part of the column's error, or more
+    than six digits leave.
+    """
+    known = {(m.maneuver, c.key) for m, c in places(report) if _has_few_bits(m, c)}
+    levels = {
+        (m.maneuver, c.key): _levels(m, c)
+        for m, c in places(report)
+        if (m.maneuver, c.key) not in known
+    }
     steps = _steps(levels)
     if not steps:
         return None
@@ -51,9 +108,26 @@ def coarse_grids(report: Report) -> Undone | None:
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
     else:
         parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
-    alike = grouped(((key, step), n) for (n, key), step in steps.items())
+    shown = {
+        (n, key): step
+        for (n, key), step in steps.items()
+        if _matters(by_number[n][key], step * units[key])
+    }
+    alike = grouped(((key, step), n) for (n, key), step in shown.items())
     seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
     return Undone(tuple(seen), tuple(parts))
+
+
+def _has_few_bits(m: ManeuverScore, c: ColumnScore) -> bool:
+    """True if a column is known to be of single or half precision."""
+    quantum = m.part.quantum.get(c.key)
+    return quantum is not None and quantum.base == 2 and quantum.digits in _BITS
+
+
+def _matters(c: ColumnScore, step: float) -> bool:
+    """True if a grid hides a part of the error of a column, or more than what is right."""
+    error = c.as_understood.measures.max_abs_error or 0.0
+    return bool(step > min(error / BY_FAR, RIGHT * c.scale))
 
 
 def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:

@@ -1,21 +1,22 @@
-"""Whole maneuvers that are not as meant: one that ended early, or goes to the other side."""
+"""Whole maneuvers that are not as meant: reversed, ended early, or to the other side."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence import Mirrored, RowsRepeated
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
+from heyoka_bike.scoring.evidence import Mirrored, RowsRepeated, RowsReversed
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.edits import Mirrored as MirroredRows
+from heyoka_bike.scoring.rows.edits import Reversed
 from heyoka_bike.scoring.rows.table import Undone, max_rel_error
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.units import factor
 
 
 def stopped(report: Report) -> Undone | None:
@@ -39,7 +40,7 @@ def mirrored(report: Report) -> Undone | None:
     if not turned or len(turned) == len(report.maneuvers):
         return None
     numbers = tuple(m.maneuver for m in turned)
-    parts = (_turned(m.part) if m in turned else m.part for m in report.maneuvers)
+    parts = (MirroredRows().undo(m.part) if m in turned else m.part for m in report.maneuvers)
     return Undone((Mirrored(numbers),), tuple(parts))
 
 
@@ -50,11 +51,35 @@ def _is_mirrored(m: ManeuverScore) -> bool:
     )
 
 
-def _turned(part: Part) -> Part:
-    """The rows with the other sign in the columns of roll and steer."""
-    values = {key: -x if key in LATERAL else x for key, x in part.values.items()}
-    lo = {key: -x if key in LATERAL else x for key, x in part.lo.items()}
-    return replace(part, values=values, lo=lo)
+def reversed_rows(report: Report) -> Undone | None:
+    """Maneuvers whose last row, and not the first, is the start that the maneuver is given."""
+    turned = [m for m in report.maneuvers if _ends_at_the_start(m)]
+    if not turned:
+        return None
+    numbers = tuple(m.maneuver for m in turned)
+    parts = (Reversed().undo(m.part) if m in turned else m.part for m in report.maneuvers)
+    return Undone((RowsReversed(numbers),), tuple(parts))
+
+
+def _ends_at_the_start(m: ManeuverScore) -> bool:
+    """True if the last row is the given start, whatever its signs are, and the first is far off.
+
+    Signs and definitions that a file seems to have tell nothing if its rows are reversed.
+    """
+    if m.rows < FEWEST_TELLING_ROWS:
+        return False
+    ends = []
+    for key in (*LATERAL, "forward_speed"):
+        if key in m and m[key].values == m.rows:
+            c, written = m[key], m.part.values[key]
+            unit = factor(m.part.units.get(key, c.as_understood.unit))[0]
+            given = abs(float(m.part.reference.rows[key][0]))
+            off = np.abs(np.abs(unit * written[[0, -1]]) - given)
+            ends.append(off / max(FLOORS_OF_ROUNDING * (c.floor or 0.0), RIGHT * c.scale))
+    if len(ends) <= FEW_COLUMNS:
+        return False
+    first, last = np.max(ends, axis=0)
+    return bool(last <= 1.0 and first > BY_FAR)
 
 
 def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:

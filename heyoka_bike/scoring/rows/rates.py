@@ -7,22 +7,19 @@ that of another row.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
-from heyoka_bike.scoring.alignment import Part, are_even
+from heyoka_bike.scoring.alignment import are_even
 from heyoka_bike.scoring.evidence import Evidence, OtherColumn, RateOfDifferences, RateOfOtherRow
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.edits import Exchanged
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 from heyoka_bike.scoring.rows.table import Undone, is_right_column
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-
-T = TypeVar("T")
 
 ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 """The angles of which rates are the slopes, by keys."""
@@ -48,7 +45,7 @@ def exchanged_with_rate(report: Report) -> Undone | None:
     meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
     numbers = tuple(m.maneuver for m in report.maneuvers)
     seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
-    return Undone(tuple(seen), tuple(_in_place(m.part, meant) for m in report.maneuvers))
+    return Undone(tuple(seen), tuple(Exchanged(meant).undo(m.part) for m in report.maneuvers))
 
 
 def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
@@ -67,15 +64,6 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
         for one, other in ((x, v), (v, x))
     )
     return BY_FAR * off_exchanged < min(off, 1.0)
-
-
-def _in_place(part: Part, meant: Mapping[str, str]) -> Part:
-    """The rows with some columns under the keys of others, in the units that these have."""
-
-    def of(columns: Mapping[str, T]) -> dict[str, T]:
-        return {meant.get(key, key): x for key, x in columns.items()}
-
-    return replace(part, values=of(part.values), lo=of(part.lo), quantum=of(part.quantum))
 
 
 def _rates_of(report: Report) -> list[str]:

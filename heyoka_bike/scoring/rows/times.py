@@ -24,6 +24,7 @@ from heyoka_bike.scoring.evidence import (
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.edits import Clock
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
@@ -147,14 +148,13 @@ def one_clock(report: Report) -> Undone | None:
 
 
 def other_clocks(report: Report) -> Undone | None:
-    """Rows that are the right ones of other times, in some of the maneuvers but not in all.
-
-    Where all have one clock, whole programs that make this mistake are compared.
-    """
+    """Rows that are the right ones of other times: of one clock for all maneuvers, or several."""
     clocks = {m.maneuver: found for m in report.maneuvers if (found := _own_clock(m)) is not None}
     same = {_rounded(clock) for clock in clocks.values()}
-    if not clocks or (len(clocks) == len(report.maneuvers) and len(same) == 1):
+    if not clocks:
         return None
+    if len(clocks) == len(report.maneuvers) and len(same) == 1:
+        return _common_clock(report, *clocks.values())
     seen, parts = [], []
     for m in report.maneuvers:
         part = m.part
@@ -173,6 +173,16 @@ def other_clocks(report: Report) -> Undone | None:
     return Undone(tuple(seen), tuple(parts))
 
 
+def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None:
+    """One clock of all maneuvers: the mean of what each tells."""
+    scale, shift = (float(np.mean(x)) for x in zip(*clocks, strict=True))
+    if any(_is_refuted(m, np.array([scale - 1.0, shift])) for m in report.maneuvers):
+        return None
+    step = report.maneuvers[0].step
+    parts = tuple(_on_clock(m.part, scale, shift) for m in report.maneuvers)
+    return Undone((OtherClock(None, scale, shift, shift / step if step else None),), parts)
+
+
 def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
     """True if a column that is right would be wrong at the times of a clock."""
     right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
@@ -183,8 +193,7 @@ def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:
     """The rows at the times that are meant, of those that are then within the run."""
-    moved = replace(part, time=part.time * scale + shift, time_lo=part.time_lo * scale)
-    return moved.within_run()
+    return Clock(scale, shift).undo(part).within_run()
 
 
 def _rounded(clock: tuple[float, float]) -> tuple[float, float]:

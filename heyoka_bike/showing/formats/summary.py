@@ -30,7 +30,9 @@ from heyoka_bike.showing.wording import Grade, file_grade
 _MOST_RUNS_SHOWN = 4  # of a series, each on a line
 _LETTERS_OF_NAMES = 14  # letters at the start of a line
 _MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with some to spare
-_WIDTH_OF_DIAGNOSIS = 96  # of a diagnosis
+_WIDTH_OF_DIAGNOSIS = 96  # letters of a line of a diagnosis
+_MOST_LINES = 12  # lines of a diagnosis that names no cause
+_NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
 
 
 _Entry = tuple[str, str, int]
@@ -74,8 +76,11 @@ def closing(
     return "\n" + text.render(blocks, width, has_colors)
 
 
-def diagnosis(report: Report) -> str:
-    """Return the verdict, the conventions, and why the results differ, the likeliest first."""
+def diagnosis(report: Report, *, has_details: bool = False) -> str:
+    """Return the verdict, the conventions, and why the results differ, the likeliest first.
+
+    Where no cause is named, remarks beyond twelve lines are left to the details.
+    """
     # What the diagnosis leaves out of what was seen is said before it.
     odd_signs = (SignContradiction, SensesOpposed)
     beside = [x for x in report.seen if isinstance(x, (DefinitionUnknown, NeverFilled, *odd_signs))]
@@ -83,10 +88,26 @@ def diagnosis(report: Report) -> str:
     is_usual = not own and not any(isinstance(x, odd_signs) for x in report.seen)
     is_usual &= not any(f.code == "units_beside" for f in report.diagnosis)
     paragraphs = [words.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
-    paragraphs += [f.message for f in (*findings([*own, *beside]), *report.diagnosis)]
-    return "\n\n".join(
-        textwrap.fill(p, _WIDTH_OF_DIAGNOSIS, break_long_words=False) for p in paragraphs
-    )
+    paragraphs += [f.message for f in findings([*own, *beside])]
+    head = "\n\n".join(map(_filled, paragraphs)) + "\n"
+    told = [_filled(f.message) for f in report.diagnosis]
+    is_named = any(f.code in _NAMES_A_CAUSE for f in report.diagnosis)
+    if has_details or is_named:
+        return "\n".join([head, "\n\n".join(told)])
+    shown: list[str] = []
+    room = _MOST_LINES - len(head.split("\n")) - 1
+    for said in told:
+        room -= len(said.split("\n"))
+        if shown and room < 0:
+            break
+        shown.append(said)
+    left = len(told) - len(shown)
+    more = [f"{left} more remark{'s' * (left > 1)}: --details"] if left else []
+    return "\n".join([head, *shown, *more])
+
+
+def _filled(paragraph: str) -> str:
+    return textwrap.fill(paragraph, _WIDTH_OF_DIAGNOSIS, break_long_words=False)
 
 
 def _report(report: Report) -> Iterator[_Entry]:

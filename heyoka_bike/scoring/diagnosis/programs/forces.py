@@ -9,6 +9,7 @@ is a force that cancels it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -671,12 +672,31 @@ FORCES: Mapping[str, Force] = {
 }  # fmt: skip
 """The forces by name."""
 
+WITHOUT_POTENTIAL = frozenset(
+    name
+    for name in FORCES
+    if (name in FORWARD and name != "slope_along")
+    or name in ("steer_damping", "steer_friction", "roll_damping", "air_lift")
+    or name.startswith(("scrub", "no_spin_moment", "gyroscopic", "centrifugal"))
+    or (name in OF_THE_STATE and "angle" not in name and ("rate" in name or "speed" in name[6:]))
+)
+"""Forces beside which the potential energy is that of gravity alone: they store none."""
+
+FIRST_ORDER = frozenset(("crown", "crown_R", "crown_F", "steer_friction"))
+"""Forces that are described to first order, or regularised: what they leave may be the rest."""
+
 # A term is missing, has the other sign, is there twice, or by half; by so much may it be off.
 _PLAUSIBLE, _OFF = (1.0, 2.0, -1.0, 0.5), 0.05
 
 
+# Masses, moments of inertia, lengths and gravity, which are not below zero.
+_SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
+
+
 def is_plausible(name: str, amount: float) -> bool:
-    """True unless a part of a term would be missing that nobody forgets."""
+    """True unless a size would be below zero, or a part of a term missing that nobody forgets."""
+    if _SIZE.fullmatch(name):
+        return amount >= 0.0
     is_part = name in FORCES and FORCES[name].is_part
     return not is_part or any(abs(amount - x) < _OFF for x in _PLAUSIBLE)
 

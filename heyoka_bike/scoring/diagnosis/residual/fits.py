@@ -80,12 +80,13 @@ class Fits:
         least: float = 0.0,
         begun: Sequence[Mapping[str, float]] = (),
         counts: Collection[int] = COUNTS,
+        groups: Sequence[Sequence[str]] = (),
     ) -> tuple[Hypothesis, ...]:
         """The fewest values that are likelier than fewer are, and than `least`; best first.
 
         Of one, two and three names, or as many of them as `counts` says, those subsets that explain
-        most to first order, or some that are begun with, until one is enough; then the best with
-        further ones beside it.
+        most to first order, or some that are begun with, until one is enough; then those `groups`
+        of names that explain most, and the best with further ones beside it.
         """
         best: list[Hypothesis] = []
 
@@ -96,7 +97,10 @@ class Fits:
             """Judge what is refined; true if something is better."""
             before = best[0] if best else None
             found = [h for changes in several for h in judged(self._refined(changes))]
-            best.extend(h for h in found if h.log_odds > least)
+            for h in found:
+                # What is left out of several values may leave the same ones.
+                if h.log_odds > least and not any(h.parts == x.parts for x in best):
+                    best.append(h)
             best.sort(key=lambda h: -h.log_odds)
             return bool(best) and best[0] is not before
 
@@ -104,6 +108,8 @@ class Fits:
             add(several)
             if not goes_on():
                 break
+        if groups and goes_on():
+            add(self._likely_groups(names, groups))
         while best and goes_on() and len(best[0].found) < max(counts):
             if not add([self._further(best[0].mistakes[0].changes, names)]):
                 break
@@ -142,6 +148,20 @@ class Fits:
                     found |= dict.fromkeys(map(tuple, subsets.members[:count].tolist()))
             if size in counts:
                 yield [dict.fromkeys((names[i] for i in some), 0.0) for some in found]
+
+    def _likely_groups(
+        self, names: Sequence[str], groups: Sequence[Sequence[str]]
+    ) -> list[dict[str, float]]:
+        """The groups of names that explain most to first order, as they begin."""
+        place = {name: i for i, name in enumerate(names)}
+        whole = self._first_order(dict.fromkeys(names, 0.0))
+        gains = [
+            (float(solve(whole, np.array([[place[name] for name in group]]))[1][0]), group)
+            for group in groups
+            if place.keys() >= {*group}
+        ]
+        likely = sorted(gains, key=lambda x: -x[0])[: WEIGHTS.refined]
+        return [dict.fromkeys(group, 0.0) for gain, group in likely if gain > self.needed]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
         """Some values with the one that to first order leaves least of what these leave."""

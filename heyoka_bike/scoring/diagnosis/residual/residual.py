@@ -60,6 +60,17 @@ EQUATIONS = ("roll", "steer", "speed")
 UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fitted))
 """Whose coefficients can be found."""
 
+GROUPS = tuple(
+    names
+    for b in "BH"
+    for names in (
+        tuple(f"I{b}{axes}" for axes in ("xx", "yy", "zz", "xz")),
+        (f"m{b}", f"x{b}", f"z{b}"),
+        (f"m{b}", f"z{b}"),
+    )
+)
+"""Values that are wrong together: the inertia of a body, or its mass with its place."""
+
 # Left by equations that have no solution, in parts of the accelerations.
 _NO_LIMIT = 1e9
 _METHOD = followed.Step("method", "which integrator's error is left of the equations?")
@@ -166,9 +177,20 @@ class Residual:
         are among them where these leave a force.
         """
         found = self._fitted(UNKNOWNS)
-        if shows_equations(self) and self.leaves_force(_largest_relief(*self.known, *found)):
-            found = self._fitted([*UNKNOWNS, *OF_THE_STATE])
-        return found
+        largest = _largest_relief(*self.known, *found)
+        if shows_equations(self):
+            is_open = self.leaves_force(largest)
+        else:
+            # Without the speed or a rate a law may explain by far more, which whole runs tell.
+            is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
+            is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
+            is_open = is_partly and (is_force or WEIGHTS.nearly * largest < self.limit)
+        return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
+
+    @property
+    def limit(self) -> float:
+        """The relief of a cause that leaves nothing but what the digits and rows hide."""
+        return self._relief(self.observed)
 
     @cached_property
     def as_good_as_known(self) -> tuple[Hypothesis, ...]:
@@ -396,13 +418,17 @@ class Residual:
 
     def _fitted(self, names: Sequence[str]) -> tuple[Hypothesis, ...]:
         """The fewest unknowns that are likelier than fewer are, and than the library is."""
-        enough = self._relief(self.observed) / CLEARLY
+        enough = self.limit / CLEARLY
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
         least = max(0.0, known.log_odds)
         return self._fits().fewest(
-            names, lambda m: [self._judged(m)], lambda h: h.relief > enough, least=least
+            names,
+            lambda m: [self._judged(m)],
+            lambda h: h.relief > enough,
+            least=least,
+            groups=GROUPS,
         )
 
     def _fits(self) -> Fits:
