@@ -368,7 +368,8 @@ class SeenFile:
             # Rates that contradict the angles are not understood.
             if made is not None and (best is None or _clearer(made) > _clearer(best)):
                 best, taken = made, understood
-                if best.visibility and not best.is_open:
+                # Where nothing explains it, another way to understand the file may.
+                if best.visibility and not best.is_open and best.is_explained:
                     break
         if best is not None and best.is_open:
             best = self._by_other_definitions(taken, library) or best

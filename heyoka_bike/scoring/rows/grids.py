@@ -77,7 +77,7 @@ def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
 def coarse_grids(report: Report) -> Undone | None:
     """Columns whose values are all multiples of a step that is far coarser than their digits.
 
-    A grid hides what is smaller. It is told only if it hides a part of the column's error, or more
+    A grid hides what is smaller. It counts only if it hides a part of the column's error, or more
     than six digits leave.
     """
     known = {(m.maneuver, c.key) for m, c in places(report) if _has_few_bits(m, c)}
@@ -86,7 +86,13 @@ def coarse_grids(report: Report) -> Undone | None:
         for m, c in places(report)
         if (m.maneuver, c.key) not in known
     }
-    steps = _steps(levels)
+    by_number = {m.maneuver: m for m in report.maneuvers}
+    units = {c.key: factor(c.as_understood.unit)[0] for _, c in places(report)}
+    steps = {
+        (n, key): step
+        for (n, key), step in _steps(levels).items()
+        if _matters(by_number[n][key], step * units[key])
+    }
     if not steps:
         return None
     errors = grouped(
@@ -94,8 +100,6 @@ def coarse_grids(report: Report) -> Undone | None:
         for m, c in places(report)
     )
     rest = max(errors.get(False, [1.0]))
-    by_number = {m.maneuver: m for m in report.maneuvers}
-    units = {key: factor(report.by_column()[key][0][1].as_understood.unit)[0] for _, key in steps}
     # Counts of two rows may be off by one each.
     by_grid = (
         (by_number[n][key].as_understood.measures.max_abs_error or 0.0) <= 2 * step * units[key]
@@ -108,12 +112,7 @@ def coarse_grids(report: Report) -> Undone | None:
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
     else:
         parts = [_on_grid(m.part, of[m.maneuver]) for m in report.maneuvers]
-    shown = {
-        (n, key): step
-        for (n, key), step in steps.items()
-        if _matters(by_number[n][key], step * units[key])
-    }
-    alike = grouped(((key, step), n) for (n, key), step in shown.items())
+    alike = grouped(((key, step), n) for (n, key), step in steps.items())
     seen = (CoarseGrid(key, tuple(of), step * units[key]) for (key, step), of in alike.items())
     return Undone(tuple(seen), tuple(parts))
 

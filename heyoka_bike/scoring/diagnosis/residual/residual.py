@@ -242,6 +242,12 @@ class Residual:
         return largest / float(np.exp(np.mean(np.log(self._before))))
 
     @property
+    def is_explained(self) -> bool:
+        """True if nothing is left of the equations, or one cause explains nearly all of it."""
+        largest = _largest_relief(*self.known, *self.fitted)
+        return not self.is_resolved or largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+
+    @property
     def log_odds(self) -> float:
         """Logarithm of the odds of the likeliest cause, "none of these" among them."""
         return max([0.0, *(h.log_odds for h in (*self.known, *self.fitted))])
