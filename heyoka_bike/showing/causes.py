@@ -46,9 +46,9 @@ _OF_STARTS = (
 def _(e: seen.Explained) -> Finding:
     first, *others = e.hypotheses
     said = _said(first.mistakes)
-    if first.found:
+    if first.found and e.rest is None:
         said = f"{_COUNTS.get(len(first.found), 'these explain')} it: {said}"
-        said += _of_parts(first.found)
+    said += _of_parts(first.found)
     begins = ("" if e.rank == 1 else "or, less likely: ") + (
         "" if e.rest is None else "looks like: "
     )

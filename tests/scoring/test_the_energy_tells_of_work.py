@@ -55,3 +55,18 @@ def test_it_is_said_where_the_time_is_spent(simulator, right, reference):
     table = simulated(simulator, right, KEYS[1:], steer_stiffness=0.5)
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
     assert said == ["energy_varies", "stopped_early"]
+
+
+def test_an_energy_that_changes_at_first_only_falls_not_steadily(reference):
+    """Gravity that is ramped up, say: after that nothing does work."""
+    lost = 5.0 * np.minimum(TIME / 0.3, 1.0)
+    table = {"time": TIME} | {
+        f"mechanical_energy_{n}": reference[n].approximate(TIME, ["mechanical_energy"])[
+            "mechanical_energy"
+        ]
+        - lost
+        for n in reference
+    }
+    found = energy(table, reference)
+    assert isinstance(found, EnergyVaries)
+    assert found.until == pytest.approx(0.3, abs=0.02)

@@ -40,6 +40,7 @@ from heyoka_bike.scoring.evidence import (
 )
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
+from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone, worst
@@ -127,7 +128,8 @@ class Pursuit:
         self.seen += undone.seen
         self.view = rest
         if left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR):
-            self.answer = Answer(rest, () if is_right(rest) else (left,))
+            is_all = is_right(rest) or left.max_rel_error < ROUNDING
+            self.answer = Answer(rest, () if is_all else (left,))
 
     def _may_be_known(self, x: Evidence) -> bool:
         is_everywhere = isinstance(x, OtherColumn) and len(x.maneuvers) == len(self.view.maneuvers)

@@ -21,6 +21,9 @@ from heyoka_bike.scoring.alignment import Part
 
 T = TypeVar("T")
 
+# Of the last time: what differences of times in binary64 are off by.
+_ROUNDED = 1e-15
+
 Columns = Mapping[str, Array]
 """Columns by name."""
 
@@ -135,10 +138,14 @@ class Reversed:
 
     def undo(self, part: Part) -> Part:
         """The rows in the order of the motion."""
+        time, lo = (part.time[0] + part.time[-1] - part.time)[::-1], -part.time_lo[::-1]
+        if np.allclose(time, part.time, rtol=0.0, atol=_ROUNDED * part.time[-1]):
+            # Evenly spaced rows have the times of those that they are exchanged with.
+            time, lo = part.time, part.time_lo
         return replace(
             part,
-            time=(part.time[0] + part.time[-1] - part.time)[::-1],
-            time_lo=-part.time_lo[::-1],
+            time=time,
+            time_lo=lo,
             values={key: x[::-1] for key, x in part.values.items()},
             lo={key: x[::-1] for key, x in part.lo.items()},
         )

@@ -71,7 +71,7 @@ def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
         telling = apart > CLEARLY * least
         if np.sum(telling) >= FEWEST_TELLING_ROWS and np.all(off <= _ROUNDED * least):
             return bits
-    return None
+    return _SINGLE if _has_few_bits(m, c) else None
 
 
 def coarse_grids(report: Report) -> Undone | None:

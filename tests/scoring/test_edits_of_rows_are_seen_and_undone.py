@@ -1,0 +1,178 @@
+"""What a program did to the rows is seen on the numbers, and undone to the rows of the motion.
+
+The files are the published columns with one edit. An edit that writes rows also undoes them.
+"""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.evidence import (
+    HalfPrecision,
+    OtherColumn,
+    RowsBetween,
+    RowsReversed,
+    SingleRows,
+    WholeTurns,
+)
+from heyoka_bike.scoring.rows.columns import deviating_columns, single_rows
+from heyoka_bike.scoring.rows.edits import (
+    Clock,
+    Exchanged,
+    Mirrored,
+    Reversed,
+    Rewritten,
+    Stage,
+    meant_times,
+    written,
+)
+from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
+from heyoka_bike.scoring.rows.maneuvers import reversed_rows
+from heyoka_bike.scoring.rows.times import other_clocks
+from heyoka_bike.scoring.score import score
+
+TIME = np.arange(201) / 20
+EXCHANGED = Exchanged({"roll_rate": "steer_rate", "steer_rate": "roll_rate"})
+EDITS = (Clock(0.99, 0.01), Reversed(), Mirrored(), EXCHANGED)
+
+
+def columns(reference, time=TIME):
+    return {n: dict(reference[n].approximate(time, KEYS)) for n in reference}
+
+
+def table(by_maneuver, time=TIME):
+    named = {f"m{n}_{key}": x for n, held in by_maneuver.items() for key, x in held.items()}
+    return {"time": time} | named
+
+
+def report_of(by_maneuver, reference, time=TIME):
+    return score(table(by_maneuver, time), reference)
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda e: type(e).__name__)
+def test_an_edit_undoes_what_it_writes(edit, reference):
+    meant = meant_times([edit], TIME, 1.0)
+    held = {n: dict(written([edit], x, TIME)) for n, x in columns(reference, meant).items()}
+    for m in report_of(held, reference).maneuvers:
+        part = edit.undo(m.part)
+        right = reference[m.maneuver].approximate(np.clip(part.time, 0.0, 10.0), KEYS)
+        for key in KEYS:
+            scale = reference[m.maneuver].scale(key)
+            assert np.max(np.abs(part.values[key] - right[key])) < 1e-11 * scale, key
+
+
+def test_edits_are_made_in_stages_whatever_their_order():
+    """A column is computed before it is written in the place of another."""
+    doubled = Rewritten(lambda c, _: {**c, "a": 2.0 * c["a"]}, Stage.FROM_COLUMNS)
+    moved = Rewritten(lambda c, _: {**c, "b": c["a"]}, Stage.PLACES)
+    one = {"a": np.ones(2), "b": np.zeros(2)}
+    for edits in ((doubled, moved), (moved, doubled)):
+        assert written(edits, one, np.arange(2.0))["b"].tolist() == [2.0, 2.0]
+
+
+@pytest.mark.parametrize("numbers", [(2,), (1, 2, 3)])
+def test_rows_from_the_last_to_the_first(numbers, reference):
+    held = columns(reference)
+    for n in numbers:
+        held[n] = {key: x[::-1] for key, x in held[n].items()}
+    undone = reversed_rows(report_of(held, reference))
+    assert undone.seen == (RowsReversed(numbers),)
+    assert all(np.all(np.diff(part.time) > 0.0) for part in undone.parts)
+    (found,) = diagnose(table(held), reference).diagnosis
+    assert found.code == "rows_reversed"
+
+
+def test_no_right_file_is_reversed(reference):
+    assert reversed_rows(report_of(columns(reference), reference)) is None
+
+
+def test_single_rows_that_hold_the_row_before(reference):
+    held, rng = columns(reference), np.random.default_rng(1)
+    for n in held:
+        rows = np.sort(rng.choice(np.arange(2, 198), 12, replace=False))
+        steer = held[n]["steer_angle"]
+        held[n]["steer_angle"] = np.where(np.isin(np.arange(201), rows), np.roll(steer, 1), steer)
+    undone = single_rows(report_of(held, reference))
+    ((seen),) = undone.seen
+    assert isinstance(seen, SingleRows)
+    assert (seen.key, seen.maneuvers, seen.is_held) == ("steer_angle", (1, 2, 3), True)
+    assert 30 <= seen.rows <= 36
+    (found,) = diagnose(table(held), reference).diagnosis
+    assert found.code == "single_rows"
+
+
+def test_extrema_of_few_digits_hold_no_rows(reference):
+    """Beside an extremum two rows are alike, and the next one is far."""
+    held = {n: {k: np.array([float(f"{v:.6g}") for v in x]) for k, x in c.items()}
+            for n, c in columns(reference).items()}  # fmt: skip
+    for n in held:
+        held[n]["steer_angle"] = held[n]["steer_angle"] * 1.5
+    assert single_rows(report_of(held, reference)) is None
+
+
+def test_rows_between_those_of_large_steps_on_curves(reference):
+    """Every fifth row is the integrator's, and the others are on cubics through these."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    held = columns(reference)
+    for n in held:
+        knots = held[n]
+        for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
+            curve = CubicHermiteSpline(TIME[::5], knots[angle][::5], knots[rate][::5])
+            knots[angle], knots[rate] = curve(TIME), curve.derivative()(TIME)
+    found = [x for x in plain.shown(report_of(held, reference)) if isinstance(x, RowsBetween)]
+    assert {(n, x.order, x.every) for x in found for n in x.maneuvers} >= {(2, 2, 5)}
+
+
+def test_a_column_of_another_maneuver(reference):
+    held = columns(reference)
+    held[3]["steer_angle"] = held[1]["steer_angle"].copy() * (1.0 + 1e-9)
+    (seen,) = deviating_columns(report_of(held, reference)).seen
+    assert seen == OtherColumn("steer_angle", (3,), "steer_angle", 1)
+
+
+def test_whole_turns_of_an_angle_to_the_left(reference):
+    held = columns(reference)
+    for n in held:
+        held[n]["steer_angle"] = np.mod(-held[n]["steer_angle"], 2 * np.pi)
+    (seen,) = deviating_columns(report_of(held, reference)).seen
+    assert seen == WholeTurns("steer_angle", (1, 2, 3))
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32])
+def test_numbers_of_few_bits_are_no_grid(kind, reference):
+    """They are told by the distance of such numbers in each binade."""
+    held = {n: {key: x.astype(kind).astype(np.float64) for key, x in c.items()}
+            for n, c in columns(reference).items()}  # fmt: skip
+    report = report_of(held, reference)
+    undone = few_bits(report)
+    code = {np.float16: "HalfPrecision", np.float32: "SinglePrecision"}[kind]
+    assert [type(x).__name__ for x in undone.seen] == [code]
+    assert {*LATERAL, "forward_speed"} - {"yaw", "yaw_rate"} & {*undone.seen[0].keys}
+    assert all(p.quantum["roll_angle"].base == 2 for p in undone.parts)
+    first = diagnose(table(held), reference).diagnosis[0]
+    assert first.code == {np.float16: "half_precision", np.float32: "single_precision"}[kind]
+
+
+def test_a_motion_in_double_precision_has_all_bits(reference):
+    assert few_bits(report_of(columns(reference), reference)) is None
+    assert isinstance(HalfPrecision((), True), HalfPrecision)
+
+
+def test_a_grid_that_hides_nothing_is_not_told(reference):
+    """The speed is rounded to 2^-38, and far off for another reason."""
+    held = columns(reference)
+    for n in held:
+        held[n]["forward_speed"] = np.rint(2.0**38 * 1.01 * held[n]["forward_speed"]) / 2.0**38
+    assert coarse_grids(report_of(held, reference)) is None
+
+
+def test_one_clock_of_all_maneuvers(reference):
+    """A shift that is no part of a row: as an initial roll and steer it was read before."""
+    held = columns(reference, np.clip(TIME + 0.013, 0.0, 10.0))
+    (seen,) = other_clocks(report_of(held, reference)).seen
+    assert (seen.maneuver, seen.scale) == (None, pytest.approx(1.0))
+    assert seen.shift == pytest.approx(0.013, rel=1e-6)
