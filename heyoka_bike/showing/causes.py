@@ -350,8 +350,10 @@ def _advice(e: seen.Explained) -> str:
 def _of_parts(found: Sequence[Found]) -> str:
     """What an inertia of one body looks like that has several values."""
     told = {m[2]: x for x in found if (m := _INERTIA.fullmatch(x.name))}
+    if len(told) < len(found) or not {"xx", "zz"} <= told.keys():
+        return ""
     bodies = {x.name[1] for x in found}
-    if len(told) < len(found) or len(bodies) > 1 or not {"xx", "zz"} <= told.keys():
+    if len(bodies) > 1:
         return ""
     body = _BODIES[bodies.pop()]
     sums = [

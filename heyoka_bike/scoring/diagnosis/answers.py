@@ -82,7 +82,9 @@ def answers(
     if times is not None:
         return (times,)
     # Nothing about the motion where it is right.
-    whole = plain.columns_apart(report) or _integrator(diagnosis.causes)
+    integrator = _integrator(diagnosis.causes)
+    is_integrator = integrator is not None and integrator.is_explained
+    whole = plain.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, columns)
     if isinstance(whole, ColumnsApart):
         # Their first rows are those of no start.
@@ -101,7 +103,13 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    return (*forces, *described, *first, nothing, *shape)
+    # A method that is only the nearest is no more than a remark.
+    nearest = () if integrator is None else (integrator,)
+    told = (*forces, *described, *first)
+    if not told:
+        return (nothing, *shape, *nearest)
+    general = tuple(x for x in shape if isinstance(x, SmoothError))
+    return (*told, *(x for x in shape if x not in general), nothing, *general, *nearest)
 
 
 def is_whole_cause(x: Evidence) -> bool:

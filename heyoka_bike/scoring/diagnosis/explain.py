@@ -24,11 +24,13 @@ from heyoka_bike.scoring.diagnosis.claims import ends_search
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
+from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL, OF_WHAT_IS_WRITTEN, SEARCH, Search
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.explanation import Curve
+from heyoka_bike.scoring.rows.table import Undone
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
@@ -37,6 +39,8 @@ _FEWEST_ROWS_DIAGNOSED = 3
 # Of the work, by putting the file's motion into the equations.
 _SHARE_OF_EQUATIONS = 0.3
 _MOTION = followed.Step("motion", "what does the file's motion leave of the equations?")
+
+_EDITED = followed.Step("edited", "which zero or ratio of a column is beside a wrong value?")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,6 +123,22 @@ def explain(
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)
     units = {key: u.unit for key, u in best.understood.items() if u.unit != usual[key].unit}
     return Diagnosis(classes, tried, residual, file.curves(best), units, is_whole)
+
+
+def edited(
+    parts: Sequence[Part], reference: Reference, deadline: Deadline = NEVER
+) -> Undone | None:
+    """A column with another zero or a ratio that explains the residual together with one value."""
+    parts = [part.at_distinct_times() for part in parts]
+    parts = [upright(part, understand(parts)) for part in parts]
+    if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
+        return None
+    with followed.taken(_EDITED) as told, np.errstate(all="ignore"):
+        file = SeenFile(parts, reference, Simulator(), (), deadline)
+        undone = edit_beside_a_value(parts, file.right.understood, file.program, deadline)
+        if undone is not None:
+            told.found = partial("; ".join, map(str, undone.seen))
+    return undone
 
 
 def _left_of_equations(residual: Residual | None) -> str:

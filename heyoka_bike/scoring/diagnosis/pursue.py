@@ -17,7 +17,7 @@ from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis import followed, plain
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
-from heyoka_bike.scoring.diagnosis.explain import explain
+from heyoka_bike.scoring.diagnosis.explain import edited, explain
 from heyoka_bike.scoring.diagnosis.found import (
     Explained,
     IntegratedBy,
@@ -237,7 +237,20 @@ def _end_of(pursuit: Pursuit) -> Answer:
             pursuit.undo(undone)
         if pursuit.answer is not None:
             return pursuit.answer
-    return pursuit.of_motion()
+    end = pursuit.of_motion()
+    if not any(isinstance(x, NoCauseFound) for x in end.seen):
+        return end
+    undone = edited([m.part for m in pursuit.view.maneuvers], pursuit.reference, pursuit.deadline)
+    if undone is None:
+        return end
+    before, count = pursuit.view, len(pursuit.seen)
+    pursuit.undo(undone)
+    again = pursuit.answer or pursuit.of_motion()
+    if again.cause is not None:
+        return again
+    # Without a cause beside it the edit explains nothing.
+    pursuit.view, pursuit.seen[count:] = before, []
+    return end
 
 
 def _is_mistake(seen: Evidence) -> bool:

@@ -325,6 +325,15 @@ class Residual:
             return None
         return min(sure, key=lambda h: (len(h.parts), -h.log_odds), default=None)
 
+    def weighted(self, rows: Array) -> list[Array]:
+        """Rows of each block, with the weights of what their windows resolve."""
+        return self.blocks(self._weights * rows)
+
+    @property
+    def floors(self) -> Array:
+        """What cannot be seen of each block."""
+        return self._floors
+
     def blocks(self, rows: Array) -> list[Array]:
         """Rows of each block: of each maneuver roll, steer, speed."""
         return np.split(rows, self._cuts)
