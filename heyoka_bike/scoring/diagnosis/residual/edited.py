@@ -29,7 +29,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS, Residual
 from heyoka_bike.scoring.evidence import ColumnRatio
-from heyoka_bike.scoring.ratios import BY_FAR
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.scoring.units import factor
 
@@ -175,8 +175,10 @@ def edit_beside_a_value(
         return None
     left, name, size = min(found)
     ones = [asked.refined([every[k]], np.zeros(1))[1] for k in (*edits[:2], *values[:2])]
-    is_far = BY_FAR * left < min(ones, default=start.left)
-    if not is_far or WEIGHTS.nearly * right.limit * left < start.left:
+    # Errors of integrators resemble the best pair by 7, two and a half times as much as one of it.
+    is_both = CLEARLY * left < min(ones, default=start.left)
+    gain = start.left / left
+    if not (is_both and gain > max(BY_FAR, right.limit / WEIGHTS.nearly)):
         return None
     return _undone(asked, name, size)
 
