@@ -169,8 +169,12 @@ def _flat(c: ColumnScore, order: int) -> float:
 
 
 def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
-    """True if every maneuver that is wrong departs from the right motion, later than its start."""
+    """True if every maneuver that is wrong departs from the right motion, or comes back to it.
+
+    It departs later than its start, or rows that are right show that those between are not.
+    """
     departs = {x.maneuver for x in seen if isinstance(x, Departs)}
+    departs |= {n for x in seen if isinstance(x, RowsBetween) and x.every for n in x.maneuvers}
     wrong = {
         m.maneuver
         for m in report.maneuvers
