@@ -125,6 +125,12 @@ class WorkerLostError(BicycleError, RuntimeError):
     exit_code = Exit.INTERNAL
 
 
+class SchedulerLostError(WorkerLostError):
+    """The scheduler of a cluster ended, or cannot be reached any more."""
+
+    exit_code = Exit.INPUT
+
+
 class VersionsDifferError(BicycleError, RuntimeError):
     """A worker of a cluster has other versions, so that its results might differ."""
 

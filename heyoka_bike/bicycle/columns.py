@@ -294,6 +294,16 @@ benchmark, then what a file may have besides by name, of `COLUMNS`, `FOLLOWING` 
 `MOTION_COLUMNS`. All that this version knows: those of a set are
 `ReferenceManeuver.definitions`."""
 
+FREE_ZERO = frozenset(
+    key
+    for key, (column, *_) in COMPARED.items()
+    if key == "yaw"
+    or column.definition == "in_frame"
+    or (column.definition == "ground_axes" and key.endswith(("_x", "_y")))
+)
+"""Keys of the quantities that no equation of motion contains: the heading, the places on the floor
+and the angles of the wheels. Any value may be their zero."""
+
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""
 

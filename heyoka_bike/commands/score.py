@@ -21,8 +21,9 @@ examples:
 
 requirements: [maneuver.][column.]metric op number, the worst of what is not named;
   metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,
-  performance, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.
-  What that proves: docs/measures.md
+  performance, columns, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.
+  Each refers to all eight columns over the whole run, in each maneuver of the file, unless
+  'columns >= 5' or 'coverage >= 0.3' is required too. What that proves: docs/measures.md
 """
 
 from __future__ import annotations

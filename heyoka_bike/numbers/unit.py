@@ -16,8 +16,8 @@ def _size(factor: str, *powers: int, pi: int = 0) -> _Size:
     return Fraction(factor), pi, (powers[0], powers[1], powers[2])
 
 
-_OF_ANGLE, _OF_LENGTH, _OF_MASS, _OF_TIME, _OF_SPEED, _OF_FORCE, _OF_ENERGY = (
-    (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, -1), (1, 1, -2), (2, 1, -2)
+_OF_ANGLE, _OF_LENGTH, _OF_MASS, _OF_TIME, _OF_SPEED, _OF_FORCE, _OF_ENERGY, _OF_POWER = (
+    (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, -1), (1, 1, -2), (2, 1, -2), (2, 1, -3)
 )  # fmt: skip
 _PREFIXES = {"": "1", "u": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6"}
 _UNITS_WITH_PREFIXES = {
@@ -26,6 +26,7 @@ _UNITS_WITH_PREFIXES = {
     "s": _OF_TIME,
     "N": _OF_FORCE,
     "J": _OF_ENERGY,
+    "W": _OF_POWER,
 }
 UNITS: Mapping[str, _Size] = {
     "1": _SIZE_OF_ONE,
@@ -51,7 +52,13 @@ UNITS: Mapping[str, _Size] = {
     "knot": _size("1852/3600", *_OF_SPEED),
     "kgf": _size("9.80665", *_OF_FORCE),
     "lbf": _size("4.4482216152605", *_OF_FORCE),
-    "W": _size("1", 2, 1, -3),
+    # The thermochemical calorie, as UDUNITS has it; that of the steam tables is 0.07 % larger.
+    "cal": _size("4.184", *_OF_ENERGY),
+    "kcal": _size("4184", *_OF_ENERGY),
+    # International Table (ISO 80000-5).
+    "BTU": _size("1055.05585262", *_OF_ENERGY),
+    "erg": _size("1e-7", *_OF_ENERGY),
+    "eV": _size("1.602176634e-19", *_OF_ENERGY),
 }
 _FACTOR = re.compile(r"\s*([*\u00b7./]?)\s*([A-Za-z\u00b0]+|1(?![0-9]))(?:\*\*|\^)?([-+]?[0-9]+)?")
 _SUPERSCRIPTS = str.maketrans("\u00b2\u00b3\u207b\u00b9", "23-1")

@@ -2,22 +2,37 @@
 
 All files of a set have attributes of the whole file and a group for each maneuver, ``maneuver_1``
 and so on. A column is one dataset or more: its values, ``<name>_lo`` and ``<name>_bound``.
+
+HDF5 has links to other files, datasets whose numbers are stored in other files, and packed numbers
+that take a thousand times their room. `opened` refuses all of these before anything is read, and
+`why_unsafe` is the same for a dataset of any file.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import zlib
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from math import prod
 from typing import Any, TypeVar
 
 import h5py
 import numpy as np
 
+from heyoka_bike.errors import DatasetError, printable
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.layout import FILTERS
 
 T = TypeVar("T")
+
+DAMAGE = (
+    OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError,
+    ValueError,
+)  # fmt: skip
+"""Errors that h5py, json and others raise on damaged bytes: nearly all there are."""
 
 INDEX = "<i4"
 """Kind of a dataset that counts along an axis: 0, 1, 2, ..."""
@@ -99,10 +114,196 @@ def of_maneuvers(f: Mapping[str, T], count: int) -> list[T]:
     return [f[name] for name in by_maneuver(range(count))]
 
 
-def opened(raw: bytes) -> h5py.File:
-    """A file in memory, which stays open for what of it is read when it is asked for."""
+def opened(raw: bytes, *, is_known: bool = False) -> h5py.File:
+    """An HDF5 file in memory, which stays open: its arrays are read when they are needed.
+
+    Parameters
+    ----------
+    raw
+    is_known
+        True if the hash of the bytes is one that the package knows. Other bytes are looked through
+        first, once in a process.
+
+    Raises
+    ------
+    DatasetError
+        An object of the file is not stored in it, or unpacks to more than a set has.
+    """
     # As an image: a Python object would be asked for at its closing, when Python has ended.
-    return h5py.File(h5py.h5f.open_file_image(raw))
+    f = h5py.File(h5py.h5f.open_file_image(raw))
+    digest = b"" if is_known else hashlib.sha256(raw).digest()
+    if not is_known and digest not in _looked_through:
+        try:
+            _look_through(f, _MOST_BYTES + _MOST_TIMES * len(raw))
+        except BaseException:
+            f.close()
+            raise
+        _looked_through.add(digest)
+    return f
+
+
+_looked_through: set[bytes] = set()
+
+_MOST_BYTES, _MOST_TIMES = 50_000_000, 20
+"""A file of a set unpacks to at most this many bytes and this many times its own length. The
+published ones unpack to twice their length; columns that are zero throughout take no room."""
+
+_MOST_OBJECTS = 100_000
+"""Groups, datasets and attributes of a file; those of the published sets have 20,000."""
+
+
+def _look_through(f: h5py.File, most: int) -> None:
+    """Refuse a file with an object that is elsewhere, there twice, or too large when unpacked."""
+    groups, seen, count = [h5py.h5g.open(f.id, b"/")], set(), 0
+    seen.add(h5py.h5o.get_info(groups[0]).addr)
+    while groups:
+        group = groups.pop()
+        inside = h5py.h5i.get_name(group).rstrip(b"/") + b"/"
+        refuse_many_texts(group, inside)
+        for name in group:
+            where, count = _shown(inside + name), count + 1
+            # A name with a slash in it is looked up as a path, by way of any link.
+            if b"/" in name or group.links.get_info(name).type != h5py.h5l.TYPE_HARD:
+                raise DatasetError(f"{where} is a link, expected numbers stored in this file")
+            item = h5py.h5o.open(group, name)
+            place = h5py.h5o.get_info(item).addr
+            if place in seen:
+                raise DatasetError(f"{where} is another object of this file, expected it once")
+            seen.add(place)
+            if isinstance(item, h5py.h5g.GroupID):
+                groups.append(item)
+            elif isinstance(item, h5py.h5d.DatasetID):
+                reason = why_unsafe(item, most, _FILTERS_OF_SETS)
+                if not reason and item.get_type().get_class() not in _NUMBERS:
+                    reason = "does not hold numbers, as everything in a set does"
+                if reason:
+                    raise DatasetError(f"{where} {reason}")
+                most -= bytes_of(item)
+                refuse_many_texts(item, inside + name + b"/")
+            else:
+                raise DatasetError(f"{where} is a named type, which is not part of a set")
+            if count > _MOST_OBJECTS:
+                raise DatasetError(f"found more than {_MOST_OBJECTS} groups and datasets")
+
+
+def refuse_many_texts(item: Any, inside: bytes) -> None:
+    """Refuse attributes of many texts: each could be the same long one of the file.
+
+    Raises
+    ------
+    DatasetError
+        An attribute of the object with this low-level identifier has them.
+    """
+    for i in range(h5py.h5a.get_num_attrs(item)):
+        attribute = h5py.h5a.open(item, index=i)
+        kind = attribute.get_type()
+        has_texts = any(kind.detect_class(x) for x in (h5py.h5t.VLEN, h5py.h5t.STRING))
+        if has_texts and prod(attribute.shape or ()) > _MOST_TEXTS:
+            where = _shown(inside + attribute.name)
+            raise DatasetError(f"attribute {where} has many texts, expected one")
+
+
+_NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT)
+_MOST_TEXTS = 32
+"""Entries of an attribute of variable length; one of axes has as many as HDF5 has axes."""
+
+_DEFLATE, _SHUFFLE, _FLETCHER32, _LZF = (
+    h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32,
+    h5py.h5z.FILTER_LZF,
+)  # fmt: skip
+_SIZED = (h5py.h5z.FILTER_NBIT, h5py.h5z.FILTER_SCALEOFFSET)
+_FILTERS_OF_SETS = (_DEFLATE, _SHUFFLE, _FLETCHER32)
+
+_TIMES_OF = {_DEFLATE: 1032, _LZF: 90}
+"""How many times its length a packed chunk can unpack to: deflate has two bits for 258 bytes at
+best (RFC 1951), LZF three bytes for 264."""
+
+_USUAL_CHUNK = 1 << 26  # [bytes]
+"""A chunk that cannot unpack to more than this is not looked into."""
+
+
+def why_unsafe(
+    dataset: h5py.h5d.DatasetID, most: int, filters: Collection[int] | None = None
+) -> str:
+    """Words on why a dataset is not to be read, to follow its name; none if it may be.
+
+    Parameters
+    ----------
+    dataset
+    most
+        Bytes that it may take when unpacked, and each chunk of it too.
+    filters
+        Codes of the filters that it may have; by default any.
+    """
+    made = dataset.get_create_plist()
+    layout = made.get_layout()
+    if layout == h5py.h5d.VIRTUAL or made.get_external_count():
+        return "is kept in another file, expected numbers stored in this one"
+    if (size := bytes_of(dataset)) > most:
+        return f"unpacks to {size} bytes, expected at most {most}"
+    if layout != h5py.h5d.CHUNKED:
+        return ""
+    entries = prod(made.get_chunk())
+    chunk = entries * dataset.get_type().get_size()
+    if chunk > most:
+        return f"has a chunk of {chunk} bytes, expected at most {most}"
+    used = [made.get_filter(i) for i in range(made.get_nfilters())]
+    codes = [code for code, *_ in used]
+    if filters is not None and (others := sorted({*codes} - {*filters})):
+        return f"is packed by filter {others[0]} of HDF5, expected gzip"
+    if len({*codes}) < len(codes):
+        return "is packed twice by one filter"
+    # These filters take the size from their own parameters.
+    if any(code in _SIZED and values[2] != entries for code, _, values, _ in used):
+        return "is packed with the size of another chunk"
+    if _unpacks_to_more(dataset, codes, max(chunk, _USUAL_CHUNK)):
+        return f"has a chunk that unpacks to more than its {chunk} bytes"
+    return ""
+
+
+def _unpacks_to_more(dataset: h5py.h5d.DatasetID, codes: Sequence[int], most: int) -> bool:
+    """True if a stored chunk unpacks to more bytes; HDF5 itself would follow it to the end."""
+    times = prod(_TIMES_OF.get(code, 1) for code in codes)
+    if dataset.get_storage_size() * times <= most:
+        return False
+    large: list[Any] = []
+    dataset.chunk_iter(lambda x: large.append(x) if x.size * times > most else None)
+    for stored in large:
+        mask, raw = dataset.read_direct_chunk(stored.chunk_offset)
+        # Bit i of the mask: filter i was left out for this chunk.
+        packers = [x for i, x in enumerate(codes) if x in _TIMES_OF and not mask >> i & 1]
+        if packers == [_DEFLATE]:
+            outer = [x for i, x in enumerate(codes) if not mask >> i & 1]
+            if _SHUFFLE in outer[outer.index(_DEFLATE) :] or _inflates_to_more(raw, most):
+                return True
+        elif packers and len(raw) * times > max(most, _MOST_UNSEEN):
+            return True
+    return False
+
+
+_MOST_UNSEEN = 500_000_000
+"""What a chunk of another packer than deflate may unpack to at worst [bytes]."""
+
+
+def _inflates_to_more(raw: bytes, most: int) -> bool:
+    """True if a stream of deflate is longer than `most` bytes when unpacked."""
+    stream, left, step = zlib.decompressobj(), most, 1 << 20
+    with suppress(zlib.error):
+        while left >= 0 and not stream.eof:
+            found = stream.decompress(raw, min(step, left + 1))
+            raw, left = stream.unconsumed_tail, left - len(found)
+            if not (found or raw):
+                break
+    return left < 0
+
+
+def bytes_of(dataset: h5py.h5d.DatasetID) -> int:
+    """Bytes of a dataset in memory."""
+    return prod(dataset.shape or ()) * int(dataset.get_type().get_size())
+
+
+def _shown(name: bytes) -> str:
+    return printable(name.decode("utf-8", "replace"))[:100]
 
 
 def columns_of(group: Iterable[str]) -> list[str]:
@@ -111,8 +312,21 @@ def columns_of(group: Iterable[str]) -> list[str]:
     return [stem for stem in dict.fromkeys(stems) if stem not in _NO_COLUMNS]
 
 
-def on_demand(group: Any, tags: Sequence[str] = ("", LOW, BOUND)) -> Iterator[Mapping[str, Array]]:
+def on_demand(
+    group: Any, where: object, shapes: Mapping[str, tuple[int, ...]],
+    may_be_nan: Collection[str] | None = None,
+) -> Iterator[Mapping[str, Array]]:  # fmt: skip
     """The columns that a group has: their values, low parts and bounds, read when asked for.
+
+    Parameters
+    ----------
+    group
+    where
+        The file, for errors: asking for a column raises `DatasetError` if it is damaged.
+    shapes
+        Shape of each part of a column, by the suffix of its dataset.
+    may_be_nan
+        Columns in which NaN stands for a missing number; by default all. Bounds are not looked at.
 
     Raises
     ------
@@ -121,24 +335,35 @@ def on_demand(group: Any, tags: Sequence[str] = ("", LOW, BOUND)) -> Iterator[Ma
     """
     stored = dict.fromkeys(group)
     names = columns_of(stored)
-    for tag in tags:
+    for tag, shape in shapes.items():
         missing = [name + tag for name in names if name + tag not in stored]
         if missing:
             raise KeyError(f"no dataset {group.name}/{missing[0]}")
-        yield _OnDemand(group, {name: name + tag for name in names})
+        may = None if tag == BOUND else may_be_nan
+        yield _OnDemand(group, where, shape, {name: name + tag for name in names}, may)
 
 
 class _OnDemand(Mapping[str, Array]):
     """Datasets of a group by column, each read when first asked for."""
 
-    def __init__(self, group: Any, dataset: Mapping[str, str]) -> None:
-        self._group = group
-        self._dataset = dataset
+    def __init__(
+        self, group: Any, where: object, shape: tuple[int, ...], dataset: Mapping[str, str],
+        may_be_nan: Collection[str] | None,
+    ) -> None:  # fmt: skip
+        self._group, self._where, self._shape = group, where, shape
+        self._dataset, self._may_be_nan = dataset, may_be_nan
         self._read: dict[str, Array] = {}
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._read:
-            self._read[name] = read_array(self._group, self._dataset[name])
+            dataset = self._dataset[name]
+            try:
+                found = read_array(self._group, dataset, self._shape)
+                if self._may_be_nan is not None and name not in self._may_be_nan:
+                    _refuse_infinite(found)
+            except DAMAGE as e:
+                raise DatasetError(f"{self._where}: {self._group.name}/{dataset}: {e}") from None
+            self._read[name] = found
         return self._read[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -155,12 +380,27 @@ class _OnDemand(Mapping[str, Array]):
         return dict, (dict(self),)
 
 
-def read_array(group: Any, name: str) -> Array:
-    """Numbers of a dataset, not to be changed.
+def _refuse_infinite(array: Array) -> None:
+    if not np.isfinite(array).all():
+        raise ValueError("found a number that is not finite")
+
+
+def read_array(group: Any, name: str, shape: tuple[int, ...] | None = None) -> Array:
+    """Binary64 numbers of a dataset, not to be changed.
 
     Scoring reads a hundred of them, which takes twice the time by h5py's interface of objects.
+
+    Raises
+    ------
+    ValueError
+        The dataset has another type, or another shape than `shape`, which is any if it is None.
     """
     dataset = h5py.h5d.open(group.id, name.encode())
+    if dataset.dtype != np.float64 or shape not in (None, dataset.shape):
+        expected = "numbers" if shape is None else f"{shape}"
+        raise ValueError(
+            f"found {dataset.shape} of {dataset.dtype}, expected {expected} of float64"
+        )
     array: Array = np.empty(dataset.shape, dataset.dtype)
     dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, array)
     array.setflags(write=False)

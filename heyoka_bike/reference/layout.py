@@ -52,7 +52,7 @@ def content_sha256(content: Mapping[str, Mapping[str, Any]]) -> str:
         for name, array in sorted(_published(content[group])):
             x = np.ascontiguousarray(array[:], dtype="<f8")
             h.update(f"{group}/{name} {x.shape}\n".encode())
-            h.update(x.tobytes())
+            h.update(x.data)
     return h.hexdigest()
 
 

@@ -25,6 +25,7 @@ from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.following import FOLLOWS, with_following
 from heyoka_bike.reference.hdf5 import (
     BOUND,
+    LOW,
     UNDECIDED,
     columns_of,
     of_maneuvers,
@@ -32,7 +33,7 @@ from heyoka_bike.reference.hdf5 import (
     opened,
     read_array,
 )
-from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES
+from heyoka_bike.reference.layout import HDF5, MOTION, NODES, SENSITIVITIES
 from heyoka_bike.reference.values import Dense, Numbered, Sensitivities, Sensitivity, Values
 
 Time = float | Fraction | str | tuple[ArrayLike, ArrayLike] | ArrayLike
@@ -195,7 +196,7 @@ class ReferenceManeuver(Displayed):
     @cached_property
     def duration(self) -> Fraction:
         """End of the reference [s]."""
-        return Fraction(self.inputs["duration"])
+        return Exact.parse(self.inputs["duration"]).fraction()
 
     def scale(self, name: str) -> float:
         """Largest absolute value of a column over the run, at its rows."""
@@ -370,6 +371,16 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
     _view: ClassVar[str] = "reference"
 
     @cached_property
+    def most_apart(self) -> float:
+        """How far apart [s] two rows of a result may be to show the motion between them.
+
+        It is the longest dense piece of the quickest maneuver: 0.25 s for the benchmark. Errors of
+        wrong motions cross zero twice in a period of the weave or of its double, every 0.3 s or
+        more, so rows that are this close cannot all be where a wrong motion happens to be right.
+        """
+        return min(float(np.diff(m.breaks).max()) for m in self.maneuvers)
+
+    @cached_property
     def motion(self) -> Motion:
         """The whole motion of its set, read when first asked for.
 
@@ -466,7 +477,7 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     reference = _loaded.get(key)
     if reference is None:
         with manifest_file.reading(where / HDF5, "a reference file"):
-            reference = _read_reference(where, manifest, opened(raw))
+            reference = _read_reference(where, manifest, _opened(raw, manifest))
         if len(_loaded) == _MOST_LOADED:
             _loaded.clear()
         _loaded[key] = reference
@@ -480,8 +491,13 @@ _loaded: dict[tuple[Path, str], Reference] = {}
 _MOST_LOADED = 2
 
 
+def _opened(raw: bytes, manifest: manifest_file.Manifest) -> Any:
+    """Open a file that matches the manifest; those of published sets need no more looks."""
+    return opened(raw, is_known=manifest.sha256 in manifest_file.PUBLISHED_MANIFESTS.values())
+
+
 def _read_reference(where: Path, manifest: manifest_file.Manifest, f: Any) -> Reference:
-    maneuvers = _read_maneuvers(f, manifest)
+    maneuvers = _read_maneuvers(f, manifest, where / HDF5)
     for m in maneuvers:
         for key in (*NEEDED, *m.definitions):
             if key not in m.at_any_time:
@@ -540,8 +556,9 @@ def load_motion(folder: str | Path | None = None) -> Motion:
     """
     where, manifest, raw = manifest_file.load_file(folder, MOTION)
     with manifest_file.reading(where / MOTION, "a file of a whole motion"):
-        f = opened(raw)
-        return Motion(_read_maneuvers(f, manifest), str(f.attrs["content_sha256"]), where)
+        f = _opened(raw, manifest)
+        maneuvers = _read_maneuvers(f, manifest, where / MOTION)
+        return Motion(maneuvers, str(f.attrs["content_sha256"]), where)
 
 
 def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
@@ -564,7 +581,10 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
     from heyoka_bike.reference.structure import UNKNOWNS
 
     where, manifest, raw = manifest_file.load_file(folder, SENSITIVITIES)
-    with manifest_file.reading(where / SENSITIVITIES, "a file of sensitivities"), opened(raw) as f:
+    with (
+        manifest_file.reading(where / SENSITIVITIES, "a file of sensitivities"),
+        _opened(raw, manifest) as f,
+    ):
         if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
             raise ValueError("other unknowns than this version has")
         groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
@@ -573,42 +593,56 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
 
 def read_group(group: Any) -> Sensitivity:
     """A maneuver from an open file; sets before 1.4.0 have no bounds and no rows."""
-    breaks = group["breaks"][:]
+    breaks = read_array(group, "breaks")
+    shape = group[columns_of(group)[0]].shape
+    if len(shape) != 3 or breaks.shape != (shape[0] + 1,):
+        raise ValueError(f"{group.name}: found {shape} coefficients and {breaks.shape} breaks")
     if "rows" not in group:
-        (coefficients,) = on_demand(group, ("",))
+        (coefficients,) = on_demand(group, SENSITIVITIES, {"": shape})
         return Sensitivity(breaks, dict(coefficients))
-    coefficients, bound = map(dict, on_demand(group, ("", BOUND)))
-    values, values_bound = map(dict, on_demand(group["rows"], ("", BOUND)))
-    return Sensitivity(breaks, coefficients, bound, group["rows/time"][:], values, values_bound)
+    shapes = {"": shape, BOUND: (shape[0], shape[2])}
+    coefficients, bound = map(dict, on_demand(group, SENSITIVITIES, shapes))
+    rows = group["rows"]
+    time = read_array(rows, "time")
+    shapes = dict.fromkeys(("", BOUND), (time.size, shape[2]))
+    values, values_bound = map(dict, on_demand(rows, SENSITIVITIES, shapes))
+    return Sensitivity(breaks, coefficients, bound, time, values, values_bound)
 
 
 def _read_maneuvers(
-    f: Mapping[str, Any], manifest: manifest_file.Manifest
+    f: Mapping[str, Any], manifest: manifest_file.Manifest, where: Path
 ) -> tuple[ReferenceManeuver, ...]:
     groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
     parameters, limits = manifest.inputs["bicycle"]["parameters"], manifest.performance_limits
     return tuple(
-        _read_maneuver(group, parameters, limits.get(number))
+        _read_maneuver(group, parameters, limits.get(number), where)
         for number, group in enumerate(groups, 1)
     )
 
 
 def _read_maneuver(
-    group: Any, parameters: Mapping[str, str], limit: Fraction | None
+    group: Any, parameters: Mapping[str, str], limit: Fraction | None, where: Path
 ) -> ReferenceManeuver:
     dense = group["dense"]
     undecided = {
         name: group[name + UNDECIDED][:] for name in columns_of(group) if name + UNDECIDED in group
     }
-    rows = Values(*on_demand(group), undecided=undecided)
+    time, breaks = read_array(group, "time"), read_array(dense, "breaks")
+    for name, x in (("time", time), ("dense/breaks", breaks)):
+        if x.ndim != 1 or x.size < 2 or not (np.isfinite(x).all() and (np.diff(x) > 0).all()):
+            raise ValueError(f"{group.name}/{name}: found no times that increase")
+    of_rows = dict.fromkeys(("", LOW, BOUND), time.shape)
+    pieces = breaks.size - 1
+    of_pieces = {"": (pieces, NODES), LOW: (pieces, NODES), BOUND: (pieces,)}
+    rows = Values(*on_demand(group, where, of_rows, may_be_nan=undecided), undecided=undecided)
     known = definitions_among(rows.hi).values()
     return ReferenceManeuver(
         name=str(group.attrs["name"]),
         inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
-        time=read_array(group, "time"),
-        time_lo=read_array(group, "time_lo"),
+        time=time,
+        time_lo=read_array(group, "time_lo", time.shape),
         rows=rows,
-        dense=Dense(*on_demand(dense), breaks=read_array(dense, "breaks")),
+        dense=Dense(*on_demand(dense, where, of_pieces, may_be_nan=()), breaks=breaks),
         units={c.name: c.unit for columns in known for c in columns},
         parameters={str(k): str(v) for k, v in parameters.items()},
         performance_limit=None if limit is None else float(limit),

@@ -8,6 +8,7 @@ old manifest (or none) does not match; running again repairs it.
 import hashlib
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,9 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.bicycle.parameters import describe_limits, read_maneuvers
-from heyoka_bike.errors import DatasetError
+from heyoka_bike.errors import DatasetError, printable
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.hdf5 import DAMAGE
 from heyoka_bike.reference.layout import AFTER_FILES, as_json
-from heyoka_bike.system.files import UNFINISHED, replace_file
+from heyoka_bike.system.files import UNFINISHED, path_inside, read_regular, replace_file
 from heyoka_bike.system.resources import benchmark_maneuvers, reference_folder
 
 MANIFEST = "manifest.json"
@@ -54,6 +57,13 @@ BESIDE_1_5_0: Mapping[str, tuple[int, str]] = {
 
 CUSTOM = "custom"
 """Dataset version of a set made from other inputs than the benchmark's."""
+
+_MOST_BYTES = 10_000_000
+"""Length of a manifest; that of the published set is below 4000."""
+
+MOST_BYTES_OF_SET = 1_000_000_000
+"""Length of all files of a set together: they are read into memory. The published ones have 24
+million bytes for 30 s of motion."""
 
 
 @dataclass(frozen=True)
@@ -127,17 +137,27 @@ def read_manifest(folder: str | Path) -> Manifest:
     DatasetError
         It is missing, unreadable, or not a manifest this version understands.
     """
-    path = Path(folder) / MANIFEST
+    return parse(read_raw(folder), Path(folder) / MANIFEST)
+
+
+def read_raw(folder: str | Path) -> bytes:
+    """Read the bytes of the manifest of a folder.
+
+    Raises
+    ------
+    DatasetError
+        It is missing, or cannot be read.
+    """
     try:
-        raw = path.read_bytes()
+        return read_inside(Path(folder), MANIFEST, _MOST_BYTES)
     except FileNotFoundError:
         raise DatasetError(
             f"{folder}: no {MANIFEST} found, expected a folder written by 'heyoka-bike generate' "
             "(if a run was interrupted, run it again)"
         ) from None
-    except OSError as e:
-        raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
-    return parse(raw, path)
+    except (OSError, ValueError) as e:
+        reason = getattr(e, "strerror", None) or e
+        raise DatasetError(f"{Path(folder) / MANIFEST}: cannot be read: {reason}") from None
 
 
 def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
@@ -161,19 +181,45 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
         limits = document.get("performance_limits", {})
         if dataset_version != CUSTOM:
             limits = describe_limits(read_maneuvers(benchmark_maneuvers()))
+        files = {str(f["file"]): (int(f["bytes"]), str(f["sha256"])) for f in document["files"]}
+        if (total := sum(size for size, _ in files.values())) > MOST_BYTES_OF_SET:
+            raise DatasetError(
+                f"{path}: lists files of {total} bytes, expected at most {MOST_BYTES_OF_SET}"
+            )
         return Manifest(
             dataset_version=dataset_version,
             content_sha256=str(document["content_sha256"]),
             made_by=dict(document["made_by"]),
             inputs=dict(document["inputs"]),
-            performance_limits={int(n): Fraction(str(x)) for n, x in limits.items()},
-            files={str(f["file"]): (int(f["bytes"]), str(f["sha256"])) for f in document["files"]},
+            performance_limits={int(n): Exact.parse(str(x)).fraction() for n, x in limits.items()},
+            files=files,
             sha256=sha256(raw),
         )
-    except (ValueError, KeyError, TypeError, RecursionError) as e:
+    except DAMAGE as e:
         if isinstance(e, DatasetError):
             raise
-        raise DatasetError(f"{path}: is not a manifest ({type(e).__name__}: {e})") from None
+        reason = f"{type(e).__name__}: {e}"
+        raise DatasetError(f"{path}: is not a manifest ({printable(reason)[:200]})") from None
+
+
+def problem_of_form(raw: bytes) -> str:
+    """What is unusual in how a manifest is written; empty if `generate` writes it so.
+
+    Nothing else could go unnoticed in it: a key or a file that is there twice, spaces, an order.
+    """
+    document = json.loads(raw)
+    expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
+    if "performance_limits" in document and document["dataset_version"] == CUSTOM:
+        # Only maneuvers that are judged by eq. (1) have a limit.
+        expected.insert(-1, "performance_limits")
+    names = [str(f["file"]) for f in document.get("files", ())]
+    if list(document) != expected:
+        return f"found the entries {', '.join(document):.200}; expected {', '.join(expected)}"
+    if raw != as_json(document):
+        return "is not written the way 'heyoka-bike generate' writes it"
+    if sorted(set(names)) != names:
+        return "its files are not in order, each once"
+    return ""
 
 
 def check_published(folder: str | Path) -> None:
@@ -199,21 +245,94 @@ def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
     DatasetError
         The file is not in the manifest, missing, or differs from it.
     """
-    path = Path(folder) / name
     if name not in manifest.files:
         raise DatasetError(f"{folder}: {MANIFEST} has no entry for {name}")
     try:
-        data = path.read_bytes()
-    except OSError as e:
-        raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
-    size, digest = manifest.files[name]
-    if len(data) != size or sha256(data) != digest:
-        raise DatasetError(
-            f"{path}: does not match {MANIFEST} (found {len(data)} bytes, sha256 "
-            f"{sha256(data)[:12]}...; expected {size} bytes, {digest[:12]}...): the file is "
-            "damaged or 'heyoka-bike generate' was interrupted; run it again"
-        )
+        return contents(Path(folder), name, *manifest.files[name])
+    except MemberError as e:
+        if e.is_of_manifest:
+            raise DatasetError(f"{Path(folder) / MANIFEST}: {e}") from None
+        if e.is_readable:
+            raise DatasetError(
+                f"{Path(folder) / name}: does not match {MANIFEST} ({e}): the file is damaged or "
+                "'heyoka-bike generate' was interrupted; run it again"
+            ) from None
+        raise DatasetError(f"{Path(folder) / name}: {e}") from None
+
+
+class MemberError(DatasetError):
+    """A file that is not what the manifest says; the text does not name it.
+
+    Attributes
+    ----------
+    size : int
+        Its length, as far as it is known.
+    is_readable : bool
+        True if the file is there and can be read.
+    is_of_manifest : bool
+        True if the entry of the manifest is wrong.
+    """
+
+    def __init__(
+        self, message: str, size: int = 0, *, is_readable: bool = False,
+        is_of_manifest: bool = False,
+    ) -> None:  # fmt: skip
+        super().__init__(message)
+        self.size, self.is_readable, self.is_of_manifest = size, is_readable, is_of_manifest
+
+
+_INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
+"""Names of files in the folder of a set, or in one in it."""
+
+
+def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
+    """Contents of a file of a set if they have the length and the hash that the manifest says.
+
+    Raises
+    ------
+    MemberError
+        They have not, or there is no such file.
+    """
+    if not _INSIDE.fullmatch(name) or name == MANIFEST:
+        said = f"lists the file {name!r:.60}, expected a name inside the folder"
+        raise MemberError(said, is_of_manifest=True)
+    try:
+        path = _inside(folder, name)
+        found = path.stat().st_size
+        # A file of another length is not read; one that is not regular is refused there.
+        is_read = found == size or not path.is_file()
+        data = read_regular(path, size) if is_read else b""
+    except FileNotFoundError:
+        raise MemberError("is missing") from None
+    except (OSError, ValueError) as e:
+        raise MemberError(f"cannot be read: {getattr(e, 'strerror', None) or e}") from None
+    if len(data) != size:
+        raise MemberError(f"found {found} bytes, expected {size}", found, is_readable=True)
+    if (other := sha256(data)) != digest:
+        said = f"found sha256 {other[:12]}..., expected {digest:.12}..."
+        raise MemberError(said, size, is_readable=True)
     return data
+
+
+def read_inside(folder: Path, name: str, most: int) -> bytes:
+    """Contents of a regular file in a folder of at most `most` bytes.
+
+    Raises
+    ------
+    OSError, ValueError
+        There is no such file, or a link leads out of the folder to it.
+    """
+    return read_regular(_inside(folder, name), most)
+
+
+def _inside(folder: Path, name: str) -> Path:
+    """The path of a file in a folder; a link that leads out of the folder is not followed.
+
+    The folders of the package are excepted: some installers make every file of it a link.
+    """
+    if folder.is_relative_to(reference_folder()):
+        return folder / name
+    return path_inside(folder, name)
 
 
 def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, bytes]:
@@ -243,8 +362,8 @@ def reading(path: Path, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (OSError, KeyError, OverflowError, TypeError, ValueError) as e:
-        raise DatasetError(f"{path}: is not {what} ({e})") from None
+    except DAMAGE as e:
+        raise DatasetError(f"{path}: is not {what} ({printable(str(e))[:200]})") from None
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -> list[str]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, FREE_ZERO, LATERAL
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, fast_two_sum, median, two_sum
 from heyoka_bike.reference.layout import MOTION
@@ -31,6 +31,7 @@ from heyoka_bike.scoring.evidence import (
     TooLarge,
     WheelRate,
 )
+from heyoka_bike.scoring.free import with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import TIME
@@ -513,7 +514,10 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
         return None
     units = [factor(unit)[0] for unit in tried(COMPARED[key][0].unit, part.units.get(key))]
     taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
-    nearest = float(np.min(median(np.abs(taken - expected[good]))))
+    off = taken - expected[good]
+    if key in FREE_ZERO:
+        off -= off[:, :1]
+    nearest = float(np.min(median(np.abs(off))))
     # Nothing is nearer than binary64 can tell, or farther than not at all.
     return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
 
@@ -543,7 +547,8 @@ def _within(
         if (is_tiny := (size < 1.0 / _LARGEST_VALUE) & (written != 0.0)).any():
             values[key] = np.where(is_tiny, 0.0, values[key])
     named = vars(kept) | {"maneuver": number, "values": values}
-    return Part(**named, reference=reference), tuple(seen)
+    part, free = with_free_values(Part(**named, reference=reference), reference)
+    return part, (*seen, *free)
 
 
 def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:

@@ -29,6 +29,9 @@ the column itself are nearer than the next definition. An error of the motion mo
 motion does, so errors are compared in parts of what each column varies by. A speed that is off by a
 constant varies no more for it: where no kinetic energy shows that, they are compared in scales.
 
+The heading, the places on the floor and the angles of the wheels have no zero at all: they may
+start from any value.
+
 The zero of the energies is free, and the same for both. A constant is taken for it that is ten
 times what any other column is off by: no error of the motion is so large and so even.
 """
@@ -42,7 +45,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL, RATE_OF, Column
+from heyoka_bike.bicycle.columns import (
+    BENCHMARK_COLUMNS,
+    COMPARED,
+    FREE_ZERO,
+    LATERAL,
+    RATE_OF,
+    Column,
+)
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
@@ -222,7 +232,10 @@ class Sample:
         """
         factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
-        errors = np.abs(np.multiply.outer(factors, self.values[key]) - expected)
+        errors = np.multiply.outer(factors, self.values[key]) - expected
+        if key in FREE_ZERO:
+            errors -= errors[:, :1]
+        errors = np.abs(errors)
         smallest = np.array([self.smallest(key, u) for u in candidates])
         against = np.zeros(len(candidates))
         if key in self.at_start:
@@ -303,7 +316,7 @@ def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
 def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
     """Unit and sign of the columns whose first row is the given value in one way alone."""
     found = {}
-    for key in dict.fromkeys(key for s in samples for key in s.values):
+    for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
         having = [s for s in samples if key in s.values and s.start(key)]
         fitting = [way for way in _ways(key, samples) if all(_begins(s, key, *way) for s in having)]
         if having and len(fitting) == 1:
@@ -353,7 +366,7 @@ def _choose(
     # By way and definition; of equals the first, the default.
     table = likely.reshape(len(ways), -1)
     way, as_told = int(np.argmax(table.max(axis=1))), ways.index(told)
-    best = candidates[int(np.argmax(likely))]
+    best = _with_free_zero(key, candidates[int(np.argmax(likely))], samples)
     typical = _typical(key, best, samples)
     if not _is_shown(key, typical, samples):
         return replace(plain(key), unit=told[0], sign=told[1])
@@ -365,7 +378,7 @@ def _choose(
     if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
         way = as_told
     chosen = int(np.argmax(table[way]))
-    taken = Understanding(columns[chosen], *ways[way])
+    taken = _with_free_zero(key, Understanding(columns[chosen], *ways[way]), samples)
     constant = sum(s.of_a_constant(key, taken) for s in samples)
     if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
         # One number, such as the speed of the linear equations, is nearest to whichever definition
@@ -382,6 +395,20 @@ def _choose(
         ),
         odds={columns[i].definition: float(less[i]) / _LN_10 for i in others},
     )
+
+
+def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Understanding:
+    """The column with its zero at the start of the file, where that explains its errors.
+
+    It is that of the first maneuver which has the column, and counts if it clearly reduces the
+    typical error in every maneuver.
+    """
+    if key not in FREE_ZERO:
+        return u
+    having = [s for s in samples if key in s.values]
+    moved = replace(u, offset=float(having[0].error(key, u)[0]))
+    both = zip(_typical(key, u, having), _typical(key, moved, having), strict=True)
+    return moved if all(before >= CLEARLY * after for before, after in both) else u
 
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:

@@ -47,17 +47,14 @@ class LostColumn:
     name
         Its name in the file, whole; of columns without names their place (``2.roll_angle``).
     key
-        The column that it is, or whose name it holds; None if its name says nothing.
+        The column that it is, or whose name it is like; None if its name is like none.
     maneuver
         Number of the maneuver that it is of; None if that is not known, or if it is of all.
-    is_letter
-        True if its name is one letter with a number or without, which alone says little.
     """
 
     name: str
     key: str | None = None
     maneuver: int | None = None
-    is_letter: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +85,7 @@ class Reason(Enum):
     BESIDE_A_TABLE = "its name is known, and a table beside it has all columns"
     NO_COLUMN = "its name is known, and it has not one value for each time"
     NO_SUCH_MANEUVER = "the reference has no such maneuver"
-    NOT_UNDERSTOOD = "its name holds that of a quantity that no other column gives"
+    NOT_UNDERSTOOD = "its name is like that of a quantity"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +96,7 @@ class NotCompared(Evidence):
     ----------
     reason : Reason
     columns : tuple of LostColumn
-        Of an unknown name the key tells which known name it holds.
+        The key of an unknown name is that of the quantity whose name it is like.
     how_to_tell
         The words of the option by which a user can tell the columns.
     """
@@ -109,10 +106,10 @@ class NotCompared(Evidence):
     how_to_tell: str = ""
 
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
-        if self.reason == Reason.UNKNOWN_NAME:
+        if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # Where no potential energy is compared, u1 is a speed of Kane's method.
-        return (x for x in self.columns if not x.is_letter or x.key in compared)
+        # Where a quantity is not compared at all, the count of the columns says so.
+        return (x for x in self.columns if x.key is None or x.key in compared)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +117,21 @@ class LastRowIncomplete(Evidence):
     """The last row of a text was cut while it was written; it is left out."""
 
     line: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class LinesNotRead(Evidence):
+    """Lines of a text look like rows of numbers and were not read.
+
+    Attributes
+    ----------
+    count
+    first : tuple of (int, str)
+        The number of each of the first few lines, and what it holds.
+    """
+
+    count: int
+    first: tuple[tuple[int, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,6 +239,13 @@ class TimesFromFirst(Evidence):
 
     first: float
     unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class TimesOfDay(Evidence):
+    """Times of day, perhaps with a date, are counted from the first of them."""
+
+    first: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -427,6 +446,27 @@ class TakenDefinition:
 
 
 @dataclass(frozen=True, slots=True)
+class WholeTurns(Evidence):
+    """Angles were written within one turn; the whole turns between their rows were added."""
+
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarLast(Evidence):
+    """The quaternion of a frame, ``rear`` or ``front``, was written with its scalar last."""
+
+    end: str
+
+
+@dataclass(frozen=True, slots=True)
+class PathTurned(Evidence):
+    """The path on the floor starts in another direction [rad]; it was turned back."""
+
+    heading: float
+
+
+@dataclass(frozen=True, slots=True)
 class Conventions(Evidence):
     """All conventions of a file that are not the default ones.
 
@@ -435,7 +475,7 @@ class Conventions(Evidence):
     turned
         Columns with the other sign.
     units, offsets
-        By key, the unit, and the zero of an energy [J].
+        By key, the unit, and the zero [SI unit].
     definitions : tuple of TakenDefinition
     are_signs_contradicted
         True if other signs of the file contradict each other, which are none of these.
@@ -488,7 +528,7 @@ class OtherUnit(Convention):
 
 @dataclass(frozen=True, slots=True)
 class OtherZero(Convention):
-    """Another zero of an energy: what it has too much [J]."""
+    """Another zero: the constant that the values have too much [SI unit]."""
 
     offset: float
 
@@ -938,20 +978,6 @@ class OtherColumn(Evidence):
 @dataclass(frozen=True, slots=True)
 class UnsignedColumn(Evidence):
     """A column holds the right values without their signs, in some maneuvers.
-
-    Attributes
-    ----------
-    key
-    maneuvers : tuple of int
-    """
-
-    key: str
-    maneuvers: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class WholeTurns(Evidence):
-    """An angle is the right one but for whole turns, in some maneuvers.
 
     Attributes
     ----------

@@ -84,6 +84,31 @@ class SignContradicted:
 
 
 @dataclass(frozen=True, slots=True)
+class InPart:
+    """The value suffices, and less was compared than a requirement refers to.
+
+    Attributes
+    ----------
+    maneuvers
+        Those of which a column or a part of the run is missing.
+    columns
+        The fewest columns of these that were compared; None if they have all.
+    coverage
+        The least covered fraction of the run, rounded down to thousandths; None if it is the whole.
+    """
+
+    maneuvers: tuple[int, ...]
+    columns: int | None
+    coverage: float | None
+
+    @property
+    def enough(self) -> tuple[str, ...]:
+        """Requirements that would say that this much is enough."""
+        found = (("columns", self.columns), ("coverage", self.coverage))
+        return tuple(f"{name} >= {least:g}" for name, least in found if least is not None)
+
+
+@dataclass(frozen=True, slots=True)
 class NothingCompared:
     """No value of a column could be compared, so that a metric is not defined."""
 
@@ -102,7 +127,7 @@ class EnergyDoesNotCount:
 
 Outcome = (
     WorstValue | NoSuchManeuver | NoSuchColumn | LeftOut | NeverFilledIn | ValuesMissing
-    | SignContradicted | NothingCompared | EnergyDoesNotCount
+    | SignContradicted | NothingCompared | EnergyDoesNotCount | InPart
 )  # fmt: skip
 """Everything but a worst value is why a requirement is not met, whatever the numbers are."""
 

@@ -97,10 +97,10 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def is_right(self) -> bool:
-        """True if the verdict is that the file is right, over the whole run.
+        """True if all eight columns are right over the whole run, in each maneuver of the file.
 
-        Every column has six correct digits and is written with as many, and no signs contradict
-        each other. Columns that are not in the file are not asked for.
+        Each has six correct digits and is written with as many, and no signs contradict each other.
+        A file with fewer columns, or with less of the run, is right as far as it goes: False.
         """
         return verdict.is_right(self.grades, is_whole=self.is_whole)
 
@@ -111,7 +111,7 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def is_whole(self) -> bool:
-        """True if all of the run was compared, and all that the file has under known names."""
+        """True if all eight columns were compared over the whole run, in each maneuver."""
         return verdict.is_whole(self.maneuvers, self.not_compared)
 
     @property

@@ -4,19 +4,24 @@ The worst value over what is not named counts: the largest for ``<`` and ``<=``,
 ``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
 does one that contradicts another of the file by its sign, a column of the file that was not
 compared, and a requirement on something that the file does not have.
+
+Every requirement refers to all eight columns over the whole run, in each maneuver that it speaks
+of, also if it names one column: what was not compared may be wrong. ``columns >= 5`` and
+``coverage >= 0.3`` say that less is enough, for themselves and for all that is required with them.
 """
 
 import operator
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import floor, isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
 from heyoka_bike.scoring.evidence import LostColumn, NeverFilled, NoReference, SignContradiction
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
+    InPart,
     LeftOut,
     NeverFilledIn,
     NoSuchColumn,
@@ -30,16 +35,21 @@ from heyoka_bike.scoring.outcomes import (
 )
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.scoring.verdict import claim
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, claim
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
 )  # fmt: skip
 """Metrics of a column, see `scores.Measures`; as understood."""
 
-OF_MANEUVER = ("performance", "coverage", "gap")
-"""Metrics of a maneuver, see `scores.ManeuverScore`."""
+OF_MANEUVER = ("performance", "columns", "coverage", "gap")
+"""Metrics of a maneuver, see `scores.ManeuverScore`; columns is its `column_count`."""
 
+ENOUGH = ("columns", "coverage")
+"""Metrics that say how much is enough, of themselves and of what is required with them."""
+
+# The attributes of a maneuver that have other names.
+_ATTRIBUTES = {"columns": "column_count"}
 _COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
     ">=": operator.ge,
@@ -112,25 +122,53 @@ def parse(text: str) -> Parsed:
     return Parsed(maneuver, column, metric, match["op"], number)
 
 
-def check(text: str, report: Report) -> Requirement:
-    """Hold a requirement against a report.
+def check(texts: Sequence[str], report: Report) -> tuple[Requirement, ...]:
+    """Compare a report with requirements, of which some may say how much is enough for all.
 
     Raises
     ------
     InputError
         See `parse`.
     """
-    r = parse(text)
-    parts = (_checked(part.text, part, report) for part in _parts(r, report))
-    return replace(_checked(text, r, report), parts=tuple(parts))
+    every = [parse(text) for text in texts]
+    told = [r for r in every if r.metric in ENOUGH and r.op in (">", ">=")]
+
+    def checked(text: str, r: Parsed) -> Requirement:
+        parts = (_checked(part.text, part, report, told) for part in _parts(r, report))
+        return replace(_checked(text, r, report, told), parts=tuple(parts))
+
+    return tuple(map(checked, texts, every))
 
 
-def _checked(text: str, r: Parsed, report: Report) -> Requirement:
-    found = _outcome(r, report)
+def _checked(text: str, r: Parsed, report: Report, told: Sequence[Parsed]) -> Requirement:
+    found = _outcome(r, report, told)
     if not isinstance(found, WorstValue):
         return Requirement(text, False, None, found)
     is_met = _COMPARISONS[r.op](found.value, r.number)
+    if is_met and (short := _in_part(r, report, told)):
+        return Requirement(text, False, None, short)
     return Requirement(text, is_met, found.value if isfinite(found.value) else None, found)
+
+
+def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None:
+    """How much was compared, if that is less than a requirement refers to."""
+    about = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
+    columns = [
+        m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)
+    ]
+    covered = [m for m in about if m.coverage < WHOLE and not _is_told("coverage", m, told)]
+    if not columns and not covered:
+        return None
+    return InPart(
+        tuple(m.maneuver for m in about if m in columns or m in covered),
+        min((m.column_count for m in columns), default=None),
+        min((floor(1000 * m.coverage) / 1000 for m in covered), default=None),
+    )
+
+
+def _is_told(metric: str, m: ManeuverScore, told: Sequence[Parsed]) -> bool:
+    """True if a requirement says how much of a maneuver is enough, by this metric."""
+    return any(x.metric == metric and x.maneuver in (None, m.maneuver) for x in told)
 
 
 def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
@@ -146,9 +184,9 @@ def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
                 yield replace(r, maneuver=m.maneuver, column=c.key)
 
 
-def _outcome(r: Parsed, report: Report) -> Outcome:
+def _outcome(r: Parsed, report: Report, told: Sequence[Parsed]) -> Outcome:
     """The worst value of what a requirement speaks of, or why it is not met whatever they are."""
-    if lost := _lost(r, report):
+    if lost := _lost(r, report, told):
         return lost
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers and r.maneuver is not None:
@@ -192,15 +230,19 @@ def _of_maneuver(m: ManeuverScore, r: Parsed) -> Outcome:
         if c.missing and (r.metric != "performance" or c.key.endswith("energy")):
             return ValuesMissing(m.maneuver, c.key, c.missing, c.missing + c.values)
     if r.metric != "performance":
-        return WorstValue(getattr(m, r.metric), m.maneuver)
+        return WorstValue(getattr(m, _ATTRIBUTES.get(r.metric, r.metric)), m.maneuver)
     claimed = claim(m, r.number)
     if claimed.reason is not None:
         return EnergyDoesNotCount(m.maneuver, claimed.reason)
     return WorstValue(claimed.value, m.maneuver)
 
 
-def _lost(r: Parsed, report: Report) -> LeftOut | NeverFilledIn | None:
-    """Columns of the file that a requirement speaks of and that were not compared."""
+def _lost(r: Parsed, report: Report, told: Sequence[Parsed]) -> LeftOut | NeverFilledIn | None:
+    """Columns of the file that a requirement speaks of and that were not compared.
+
+    Columns that were never filled in are of no matter where fewer columns are enough.
+    """
+    enough = {m.maneuver for m in report.maneuvers if _is_told("columns", m, told)}
 
     def is_meant(x: LostColumn) -> bool:
         if None not in (r.maneuver, x.maneuver) and r.maneuver != x.maneuver:
@@ -211,8 +253,9 @@ def _lost(r: Parsed, report: Report) -> LeftOut | NeverFilledIn | None:
 
     lost = tuple(filter(is_meant, report.not_compared))
     unfilled = {x for e in report.seen if isinstance(e, NeverFilled) for x in e.lost(())}
-    if never := tuple(x for x in lost if x in unfilled):
+    if never := tuple(x for x in lost if x in unfilled and (r.column or x.maneuver not in enough)):
         return NeverFilledIn(never)
+    lost = tuple(x for x in lost if x not in unfilled)
     without = {x for e in report.seen if isinstance(e, NoReference) for x in e.lost(())}
     # A requirement on one column that the reference lacks says so itself.
     lost = tuple(x for x in lost if r.column is None or x not in without)

@@ -108,7 +108,7 @@ def scored(
     taken = _with_exact_zero(taken, alignment.parts)
 
     def score_part(part: Part) -> ManeuverScore:
-        return _score_maneuver(part, taken)
+        return _score_maneuver(part, taken, reference.most_apart)
 
     if all(is_small(part) for part in alignment.parts):
         maneuvers = tuple(map(score_part, alignment.parts))
@@ -131,10 +131,10 @@ def scored(
         )
     )
     asked = [require] if isinstance(require, str) else words(require, "require")
-    return replace(found, requirements=tuple(check(text, found) for text in asked))
+    return replace(found, requirements=check(asked, found))
 
 
-def _score_maneuver(part: Part, understood: Understandings) -> ManeuverScore:
+def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -> ManeuverScore:
     # In the benchmark's order; without a usable value nothing is understood of a column.
     columns = tuple(
         _score_column(part, key, understood.get(key) or plain(key))
@@ -142,7 +142,7 @@ def _score_maneuver(part: Part, understood: Understandings) -> ManeuverScore:
         if key in part.values
     )
     steps = np.diff(part.time) + np.diff(part.time_lo)
-    start, end, coverage, gap = _coverage(part)
+    start, end, coverage, gap = _coverage(part, most_apart)
     found = ManeuverScore(
         maneuver=part.number,
         name=part.reference.name,
@@ -175,11 +175,11 @@ def _consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
     )
 
 
-def _coverage(part: Part) -> tuple[float, float, float, float]:
+def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float]:
     """First and last time with a value in every column, the part of the run covered, and the gap.
 
-    Two rows cover what is between them if they are no farther apart than the longest piece of the
-    reference's dense output: over more than that a motion may do anything unseen.
+    Two rows cover the time between them if they are no farther apart than `most_apart` [s]: over
+    more than that a motion may do anything unseen.
     """
     duration = float(part.reference.duration)
     complete = np.all([np.isfinite(v) for v in part.values.values()], axis=0)
@@ -187,8 +187,7 @@ def _coverage(part: Part) -> tuple[float, float, float, float]:
         return float(part.time[0]), float(part.time[-1]), 0.0, duration
     times = part.time[complete]
     steps = np.diff(times)
-    longest = float(np.diff(part.reference.dense.breaks).max())
-    covered = float(steps[steps <= longest * (1 + SUMMED)].sum()) / duration
+    covered = float(steps[steps <= most_apart * (1 + SUMMED)].sum()) / duration
     gap = float(np.diff(times, prepend=0.0, append=duration).max())
     # Summed steps end a last digit or so beside the end.
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap

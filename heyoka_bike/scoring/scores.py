@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf, log10
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from heyoka_bike.bicycle.columns import key_of
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, key_of
 from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
@@ -373,7 +373,7 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         First and last time with a value in every column [s].
     coverage
         Part of the reference's run that such rows cover: that lies between two of them that are no
-        farther apart than its longest dense piece. 0 without such rows.
+        farther apart than `Reference.most_apart`. 0 without such rows.
     gap
         The longest stretch of the run that none of these rows falls in [s].
     step
@@ -424,6 +424,11 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
 
     def __len__(self) -> int:
         return len(self.columns)
+
+    @property
+    def column_count(self) -> int:
+        """Number of the benchmark's eight columns of which values were compared."""
+        return sum(c.key in BENCHMARK_COLUMNS and c.values > 0 for c in self.columns)
 
     @property
     def worst(self) -> Worst | None:

@@ -1,8 +1,9 @@
 """The one decision of what is right: every word about a result follows these functions.
 
-A file is right if every column is (see `grades`), of every maneuver, over the whole run, and if no
-column that it holds under a known name was left out of the comparison. What was left out is told by
-evidence: by values, never by the text of a finding.
+A file is right if all eight columns of the benchmark are right (see `grades`), over the whole run,
+in each maneuver of the file. A column that was not compared, or a part of the run that no rows
+show, may be wrong unseen: so the file is not whole, and no name has to be understood to know that.
+The file is not whole either if it has a compared quantity twice, with different values.
 
 Eq. (1) is met by an energy that is the file's own potential plus kinetic energy within rounding, or
 the true one where one of these is not there, and that is written finely enough to show the limit.
@@ -17,6 +18,7 @@ from enum import Enum
 from math import inf
 from typing import TYPE_CHECKING
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.evidence import Evidence, LostColumn
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, Grade
 
@@ -24,7 +26,10 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.scores import ManeuverScore
 
 WHOLE = 0.99
-"""Of the duration: a run without its first row is whole enough to be judged."""
+"""Fraction of the run that rows of a whole file cover: the first row may be missing."""
+
+ALL_COLUMNS = len(BENCHMARK_COLUMNS)
+"""Columns of each maneuver in a whole file."""
 
 ARITHMETIC = 1e-12
 """Of an energy: what thousands of operations in binary64 may leave, with more digits, too."""
@@ -37,7 +42,7 @@ def lost(seen: Iterable[Evidence], maneuvers: Sequence[ManeuverScore]) -> tuple[
 
 
 def is_whole(maneuvers: Sequence[ManeuverScore], not_compared: Sequence[LostColumn]) -> bool:
-    """True if all of the run was compared, and all columns of the result.
+    """True if all eight columns were compared over the whole run, in each maneuver of the file.
 
     Parameters
     ----------
@@ -48,11 +53,12 @@ def is_whole(maneuvers: Sequence[ManeuverScore], not_compared: Sequence[LostColu
     """
     has_gaps = any(c.missing for m in maneuvers for c in m.columns)
     is_covered = all(m.coverage >= WHOLE for m in maneuvers)
-    return is_covered and not has_gaps and not not_compared
+    is_complete = all(m.column_count >= ALL_COLUMNS for m in maneuvers)
+    return is_complete and is_covered and not has_gaps and not not_compared
 
 
 def is_right(grades: Iterable[Grade], *, is_whole: bool) -> bool:
-    """True if a file is right: all that could be compared, and that is the whole of it."""
+    """True if a file is whole, and each of its columns is right."""
     return is_whole and max(grades, default=Grade.UNKNOWN) == Grade.RIGHT
 
 

@@ -10,11 +10,13 @@ from functools import singledispatch
 from math import floor, inf
 from typing import Any
 
+from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring import evidence as seen
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named, warning
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
+    InPart,
     LeftOut,
     NeverFilledIn,
     NoSuchColumn,
@@ -27,7 +29,7 @@ from heyoka_bike.scoring.outcomes import (
 )
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.names.words import ALMOST, listed
-from heyoka_bike.scoring.verdict import DoesNotCount
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, DoesNotCount
 from heyoka_bike.showing.wording import (
     DOES_NOT_COUNT,
     counted,
@@ -37,6 +39,7 @@ from heyoka_bike.showing.wording import (
     ratio_words,
     taken_words,
     time_beside,
+    unit_text,
 )
 
 # How to see what falls.
@@ -128,11 +131,11 @@ def _(e: seen.NotCompared) -> Finding:
         )
     if e.reason == seen.Reason.NOT_UNDERSTOOD:
         keys = list(dict.fromkeys(column.key for column in e.columns if column.key))
-        are = "is" if len(names) == 1 else "are"
+        were = "was" if len(names) == 1 else "were"
         return warning(
             "columns_not_understood",
-            f"{listed(names)} {are} not understood and left out, although {named(keys)} "
-            f"{'has' if len(keys) == 1 else 'have'} no other column; {e.how_to_tell}",
+            f"{listed(names)} {were} not understood; did you mean {named(keys)}? "
+            f"{e.how_to_tell[:1].upper()}{e.how_to_tell[1:]}.",
             **evidence,
             columns=keys,
         )
@@ -144,6 +147,19 @@ def _(e: seen.NotCompared) -> Finding:
 def _(e: seen.LastRowIncomplete) -> Finding:
     said = f"The last row (line {e.line}) is not complete and left out."
     return warning("last_row_incomplete", said, line=e.line)
+
+
+@_finding.register
+def _(e: seen.LinesNotRead) -> Finding:
+    lines = ", ".join(f"line {number}: {quoted(text)}" for number, text in e.first)
+    more = e.count - len(e.first)
+    said = "A line with numbers was" if e.count == 1 else f"{e.count} lines with numbers were"
+    return warning(
+        "lines_not_read",
+        f"{said} not read: {lines}{f', and {more} more' if more else ''}.",
+        count=e.count,
+        lines=[{"line": number, "text": shortened(text)} for number, text in e.first],
+    )
 
 
 @_finding.register
@@ -202,6 +218,14 @@ def _(e: seen.TimesFromFirst) -> Finding:
         "from the first row, which is taken for the start"
     )
     return warning("times_from_first", said, first=e.first, unit=e.unit)
+
+
+@_finding.register
+def _(e: seen.TimesOfDay) -> Finding:
+    said = (
+        f"The times are those of a day: seconds are counted from the first row, {quoted(e.first)}"
+    )
+    return warning("times_of_day", said, first=shortened(e.first))
 
 
 @_finding.register
@@ -326,6 +350,37 @@ _NO_NUMBERS = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "no
 
 
 @_finding.register
+def _(e: seen.WholeTurns) -> Finding:
+    keys = named(e.keys, _KEYS_NAMED)
+    said = (
+        f"{keys} {'is' if len(e.keys) == 1 else 'are'} written within one turn, which is no error"
+    )
+    return info(
+        "whole_turns", f"{said}: whole turns were added where the values jump", columns=list(e.keys)
+    )
+
+
+@_finding.register
+def _(e: seen.ScalarLast) -> Finding:
+    return info(
+        "scalar_last",
+        f"The quaternion of the {e.end} frame has its scalar last (x, y, z, w), which is no error: "
+        "it was read in this order",
+        frame=e.end,
+    )
+
+
+@_finding.register
+def _(e: seen.PathTurned) -> Finding:
+    return info(
+        "path_turned",
+        f"The path on the floor starts at a heading of {e.heading:.6g} rad, which is no error: the "
+        "positions were turned back",
+        heading=e.heading,
+    )
+
+
+@_finding.register
 def _(e: seen.Conventions) -> Finding:
     said = [
         *_senses(e.turned),
@@ -374,9 +429,18 @@ def in_units(units: Mapping[str, str]) -> Iterable[str]:
 def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
     for offset in dict.fromkeys(zeros.values()):
         keys = [key for key, x in zeros.items() if x == offset]
-        where = "above" if offset < 0 else "below"
         which = named(keys, _KEYS_NAMED)
-        yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+        if keys[0] in FREE_ZERO:
+            verb = "starts" if len(keys) == 1 else "start"
+            yield f"{which} {verb} elsewhere, {_off(keys[0], offset)}"
+        else:
+            where = "above" if offset < 0 else "below"
+            yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _off(key: str, offset: float) -> str:
+    """A constant with its sign and the unit of the column."""
+    return f"{offset:+.9g} {unit_text(COMPARED[key][0].unit)}"
 
 
 def _in_brackets(said: str) -> str:
@@ -419,7 +483,9 @@ def _(e: seen.OtherUnit) -> Finding:
 @_finding.register
 def _(e: seen.OtherZero) -> Finding:
     errors = errors_words(e.errors)
-    said = f"{e.key} has another zero, {e.offset:+.9g} J: errors {errors} without that constant"
+    said = (
+        f"{e.key} has another zero, {_off(e.key, e.offset)}: errors {errors} without that constant"
+    )
     return info("offset", said, **_of_convention(e), offset=e.offset)
 
 
@@ -838,15 +904,6 @@ def _(e: seen.UnsignedColumn) -> Finding:
 
 
 @_finding.register
-def _(e: seen.WholeTurns) -> Finding:
-    said = (
-        f"{e.key} of {maneuvers(e.maneuvers)} is the right angle but for whole turns, 2 pi in "
-        "radians: look for a wrap to 0 and 2 pi where it is written"
-    )
-    return warning("whole_turns", said, column=e.key, maneuvers=list(e.maneuvers))
-
-
-@_finding.register
 def _(e: seen.ClippedColumn) -> Finding:
     at = " and ".join(f"{x:.6g}" for x in (e.low, e.high) if x is not None)
     where_else = (
@@ -906,6 +963,8 @@ def outcome(found: Outcome) -> str:
             return f"{where}: {found.missing} of {found.values} values are not finite"
         case SignContradicted():
             return f"maneuver {found.maneuver}, {contradiction_words(found.contradiction)}"
+        case InPart():
+            return in_part(found)
         case NothingCompared():
             where = f"maneuver {found.maneuver}, {found.key}"
             return f"{where}: {found.metric} is not defined, nothing could be compared"
@@ -913,6 +972,16 @@ def outcome(found: Outcome) -> str:
             return f"maneuver {found.maneuver} has no mechanical energy to judge"
         case EnergyDoesNotCount():
             return f"maneuver {found.maneuver}: {DOES_NOT_COUNT[found.reason]}"
+
+
+def in_part(found: InPart) -> str:
+    """How much was compared, and what says that this is enough."""
+    covered = None if found.coverage is None else f"{100 * found.coverage:g} % of the run"
+    columns = None if found.columns is None else f"{found.columns} of {ALL_COLUMNS} columns"
+    what = " and ".join(filter(None, (columns, covered)))
+    where = f"maneuver {', '.join(map(str, found.maneuvers))}"
+    options = " ".join(f"--require '{text}'" for text in found.enough)
+    return f"only {what} compared ({where}); if that is intended, add {options}"
 
 
 # What an error looks like where no cause is known.

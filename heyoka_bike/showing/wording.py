@@ -28,7 +28,7 @@ from heyoka_bike.scoring.grades import Grade as Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Run, Series
 from heyoka_bike.scoring.scores import SUREST, ColumnScore, ManeuverScore
-from heyoka_bike.scoring.verdict import WHOLE, DoesNotCount, claim
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, DoesNotCount, claim
 from heyoka_bike.version import __version__
 
 _LONGEST_NAME_SHOWN = 30
@@ -52,6 +52,8 @@ MEANINGS = {
 PHRASES = {
     "nothing": "nothing could be compared",
     "in_part": ", as far as it goes",
+    "of_all": "of",
+    "columns": "columns",
     "worst": "worst column",
     "no_digit": "worst column without a correct digit",
     "correct_digits": "correct digits",
@@ -495,9 +497,18 @@ def judgement(report: Report) -> str:
         return word
     if not any(m.part.time.any() for m in report.maneuvers):
         return f"only the start is there, which the benchmark gives: {word}"
-    if report.not_compared:
-        return f"not all of it was compared, the rest is {word}"
-    return f"{word}{PHRASES['in_part']}"
+    fewest = columns_words(report)
+    return f"{word}{PHRASES['in_part']}{f': {fewest}' if fewest else ''}"
+
+
+def columns_words(report: Report) -> str:
+    """Return how many of the eight columns were compared; empty if all were."""
+    counts = {m.maneuver: m.column_count for m in report.maneuvers}
+    least = min(counts, key=counts.__getitem__, default=None)
+    if least is None or counts[least] >= ALL_COLUMNS:
+        return ""
+    where = "" if len({*counts.values()}) == 1 else f" in {PHRASES['maneuver']} {least}"
+    return f"{counts[least]} {PHRASES['of_all']} {ALL_COLUMNS} {PHRASES['columns']}{where}"
 
 
 def style_of(report: Report) -> str:

@@ -1,7 +1,11 @@
-"""Writing of files: whole or not at all."""
+"""Files of a user: only regular ones are read, and each is written as a whole or not at all."""
 
+import errno
 import os
+import stat
 from collections.abc import Iterable, Mapping
+from io import BufferedReader
+from os import PathLike
 from pathlib import Path
 from secrets import token_hex
 
@@ -9,6 +13,70 @@ from heyoka_bike.errors import InputError
 
 UNFINISHED = ".part"
 """Suffix of files that are not yet in their place; their names begin with a dot."""
+
+
+def open_regular(path: str | PathLike[str]) -> BufferedReader:
+    """Open a file for reading if it is a regular one.
+
+    A pipe would wait for a writer, a device may never end, and opening some devices acts on them.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened, or is a folder, a pipe, a socket or a device.
+    """
+    _refuse_irregular(os.stat(path).st_mode, path)
+    # Another file may be there by now: it is opened without waiting, and looked at again.
+    number = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
+    try:
+        _refuse_irregular(os.fstat(number).st_mode, path)
+        return os.fdopen(number, "rb")
+    except BaseException:
+        os.close(number)
+        raise
+
+
+def read_regular(path: str | PathLike[str], most: int) -> bytes:
+    """Contents of a regular file of at most `most` bytes.
+
+    Raises
+    ------
+    OSError
+        As of `open_regular`, or the file is longer.
+    """
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        # Files of the kernel state no size.
+        data = file.read(most + 1) if size <= most else b""
+    if max(size, len(data)) > most:
+        raise OSError(errno.EFBIG, f"it is longer than {most} bytes", str(path))
+    return data
+
+
+def path_inside(folder: Path, name: str | PathLike[str]) -> Path:
+    """The path of a file below a folder, where no link leads out of the folder.
+
+    Raises
+    ------
+    ValueError
+        It is elsewhere.
+    """
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise ValueError("it is a link to a file outside the folder")
+    return path
+
+
+_WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+_IRREGULAR = ((stat.S_ISDIR, "folder"), (stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"))
+
+
+def _refuse_irregular(mode: int, path: str | PathLike[str]) -> None:
+    if stat.S_ISREG(mode):
+        return
+    kind = next((name for is_kind, name in _IRREGULAR if is_kind(mode)), "device")
+    number = errno.EISDIR if kind == "folder" else errno.EINVAL
+    raise OSError(number, f"it is a {kind}, expected a regular file", str(path))
 
 
 def write_output(path: Path, data: bytes) -> None:

@@ -28,6 +28,10 @@ _MARKER_HELP = (
     "if it is not told, such as bicycle(maneuver=2, column='roll_angle', scd=8)"
 )
 _DIAGNOSE = ("auto", "never")
+_ENOUGH = {
+    "columns": "a number of columns such as 5",
+    "coverage": "a fraction of the run such as 0.3",
+}
 # Enough digits of a hash to tell data sets apart at a glance.
 _HASH_SHOWN = 12
 # A diagnosis takes some ten seconds. One code mostly has one mistake in all its tests, and a run
@@ -43,6 +47,8 @@ class _Settings:
     ----------
     scd
         Digits that ``require()`` asks for; None if not said.
+    enough : dict of str to number
+        How many columns and how much of the run are enough, where that is said.
     reference
         Folder of the reference; None for the published one.
     diagnose
@@ -52,6 +58,7 @@ class _Settings:
     """
 
     scd: float | None
+    enough: dict[str, float]
     reference: Path | None
     diagnose: bool
     diagnoses_left: int = _MOST_DIAGNOSES
@@ -68,6 +75,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
     for name, metavar, text in (
         ("scd", "N", "correct digits that bicycle_score(...).require() asks for if not told"),
+        ("columns", "N", "how many of the eight columns are enough, if a test does not say that "
+         "(default: all)"),
+        ("coverage", "X", "what fraction of the run is enough, if a test does not say that "
+         "(default: the whole run)"),
         ("reference", "DIR", "folder of the reference set (default: the published one)"),
         ("diagnose", "WHEN", "'auto' says in failures what the likely mistake is, some ten seconds "
          "for each of the first three; or 'never' (default: auto)"),
@@ -92,7 +103,13 @@ def pytest_configure(config: pytest.Config) -> None:
         reference = base / Path(folder).expanduser()
         _described(reference, folder_from)
     config.stash[_SETTINGS] = _Settings(
-        scd=_digits(scd, scd_from) if scd else None,
+        scd=_number(scd, scd_from, "a number of digits such as 8") if scd else None,
+        enough={
+            name: _number(told, told_from, expected)
+            for name, expected in _ENOUGH.items()
+            for told, told_from in [_setting(config, name)]
+            if told
+        },
         reference=reference,
         diagnose=when != "never",
     )
@@ -106,13 +123,13 @@ def _setting(config: pytest.Config, name: str) -> tuple[str, str]:
     return str(config.getini(f"bicycle_{name}")), f"bicycle_{name}"
 
 
-def _digits(text: str, where: str) -> float:
+def _number(text: str, where: str, expected: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise pytest.UsageError(f"{where}: found {text!r}, expected a number of digits such as 8")
+        raise pytest.UsageError(f"{where}: found {text!r}, expected {expected}")
     return value
 
 
@@ -268,7 +285,9 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
             report = score(results, known, maneuver=maneuver)
         except BicycleError as e:
             _fail(f"bicycle_score: {e}")
-        scores.append(Score(report, known, _marked(item), settings.scd, may_diagnose, _fail))
+        scores.append(
+            Score(report, known, _marked(item), settings.scd, may_diagnose, _fail, settings.enough)
+        )
         item.user_properties.extend(properties(report, known))
         return scores[-1]
 

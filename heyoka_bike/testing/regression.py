@@ -18,16 +18,15 @@ from heyoka_bike.errors import BicycleError, InputError, printable
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.grades import TOLERANCE
-from heyoka_bike.scoring.outcomes import Requirement
+from heyoka_bike.scoring.outcomes import InPart, Requirement
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, Parsed, check, parse
+from heyoka_bike.scoring.requirements import ENOUGH, OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.scoring.verdict import WHOLE
 from heyoka_bike.showing import sayings
 from heyoka_bike.showing import wording as words
 
 # Of these more is better; of all other metrics less.
-_AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "coverage"})
+_AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
 # What explains a file, or that nothing does and what the error looks like.
 _FINDINGS_SHOWN = 2
 # pytest puts nothing in front of the lines, and terminals have 80 columns at least, mostly more.
@@ -44,8 +43,8 @@ class Asked:
     maneuver, column
         What they are about; None for the worst of all.
     metrics : mapping of str to number
-        By name of `requirements`; the least allowed of scd, mescd, time_to_tolerance and
-        coverage, the largest allowed of the others.
+        By name of `requirements`; the least allowed of scd, mescd, time_to_tolerance, columns
+        and coverage, the largest allowed of the others.
     """
 
     maneuver: int | None = None
@@ -53,13 +52,22 @@ class Asked:
     metrics: Mapping[str, float] = field(default_factory=dict)
 
     def texts(self) -> tuple[str, ...]:
-        """The limits as texts that `requirements.parse` reads."""
+        """The limits as texts that `requirements.parse` reads.
+
+        How much of a maneuver is enough is said of all its columns.
+        """
         where = "" if self.maneuver is None else f"{self.maneuver}."
-        where += "" if self.column is None else f"{self.column}."
+        column = "" if self.column is None else f"{self.column}."
         return tuple(
-            f"{where}{name} {'>=' if name in _AT_LEAST else '<='} {limit!r}"
+            f"{where}{'' if name in ENOUGH else column}{name} "
+            f"{'>=' if name in _AT_LEAST else '<='} {limit!r}"
             for name, limit in self.metrics.items()
         )
+
+    @property
+    def is_about_amount(self) -> bool:
+        """True if only how much is enough is said, and nothing about the values."""
+        return all(name in ENOUGH for name in self.metrics)
 
 
 def asked(maneuver: object = None, column: object = None, **metrics: object) -> Asked:
@@ -122,6 +130,8 @@ class Score:
     _may_diagnose: Callable[[], str]
     # Called with the message of a failure.
     _fail: Callable[[str], NoReturn]
+    # How many columns and how much of the run the settings say is enough, by metric.
+    _enough: Mapping[str, float] = field(default_factory=dict)
     is_checked: bool = False
     is_read: bool = False
 
@@ -145,16 +155,19 @@ class Score:
             What the metrics are about; the worst of all by default.
         metrics
             ``scd=8``, ``max_abs_error=1e-6`` and so on: the least allowed of scd, mescd,
-            time_to_tolerance and coverage, the largest allowed of the others. Without any, those
-            of the marker ``bicycle``, or the digits of ``--bicycle-scd`` or ``bicycle_scd``.
+            time_to_tolerance, columns and coverage, the largest allowed of the others. Without
+            any but the last two, those of the marker ``bicycle`` too, or the digits of
+            ``--bicycle-scd`` or ``bicycle_scd``.
 
-        A maneuver must be there as a whole, unless a coverage is required.
+        All eight columns must cover the whole run, in each maneuver of the results, unless
+        ``columns=5`` or ``coverage=0.3`` says what is enough: here, in the marker, or for all
+        tests by ``bicycle_columns`` and ``bicycle_coverage``.
         """
         __tracebackhide__ = True
         self.is_checked = True
         try:
             texts = self._texts(requirements, asked(maneuver, column, **metrics))
-            checked = [check(text, self._report) for text in (*texts, *_whole(texts, self._report))]
+            checked = check((*texts, *self._enough_for(texts)), self._report)
         except BicycleError as e:
             self._fail(f"require: {_plain(e)}")
         if not all(r.met for r in checked):
@@ -167,13 +180,13 @@ class Score:
             raise InputError(
                 "found maneuver= or column= beside a requirement in words, expected its own there"
             )
-        if requirements or own.metrics:
+        if requirements or not own.is_about_amount:
             return (*requirements, *own.texts())
         texts: list[str] = []
         for marked in self._marked or (Asked(),):
-            metrics = marked.metrics
-            if not metrics and self._scd is not None:
-                metrics = {"scd": self._scd}
+            metrics = {**marked.metrics, **own.metrics}
+            if marked.is_about_amount and self._scd is not None:
+                metrics = {"scd": self._scd, **metrics}
             maneuver = marked.maneuver if own.maneuver is None else own.maneuver
             column = marked.column if own.column is None else own.column
             texts += Asked(maneuver, column, metrics).texts()
@@ -183,6 +196,11 @@ class Score:
                 "'bicycle', as --bicycle-scd or as bicycle_scd in the configuration file"
             )
         return tuple(texts)
+
+    def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
+        """Return what the settings say is enough, of what a test does not say itself."""
+        told = {parse(text).metric for text in texts}
+        return Asked(metrics={k: x for k, x in self._enough.items() if k not in told}).texts()
 
     def _diagnosis(self) -> tuple[str, ...]:
         """Why the results differ, in sentences, or why that is not said."""
@@ -227,19 +245,6 @@ def _taken(c: ColumnScore) -> str:
     return ", ".join((c.definition, *words.notes(c)))
 
 
-def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
-    """Require that maneuvers are whole, where nobody has said how much is enough."""
-    parsed = [parse(text) for text in texts]
-    if any(p.metric == "coverage" for p in parsed):
-        return ()
-    about = {p.maneuver for p in parsed}
-    return tuple(
-        f"{m.maneuver}.coverage >= {WHOLE}"
-        for m in scored.maneuvers
-        if None in about or m.maneuver in about
-    )
-
-
 def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[str]) -> str:
     """Return the message about results that are not good enough.
 
@@ -259,11 +264,12 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
         digits = (f"{c.key} {words.one_decimal(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
     entries += [("warning", said) for said in sayings.warnings(scored.findings)]
-    short = [r for r in failed if parse(r.text).metric == "coverage"]
-    if short:
+    in_part = next((r.outcome for r in failed if isinstance(r.outcome, InPart)), None)
+    if in_part is not None:
+        keywords = ", ".join(text.replace(" >= ", "=") for text in in_part.enough)
         entries.append(
-            ("short run", "rows that are missing are not judged; of a run that is meant to be "
-             "short require that, too, such as coverage=0.1")
+            ("compared in part", "columns and rows that are missing are not judged; if that is "
+             f"intended, add {keywords} to what the test requires")
         )  # fmt: skip
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]

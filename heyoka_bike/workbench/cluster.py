@@ -14,11 +14,13 @@ from uuid import uuid4
 from weakref import WeakValueDictionary
 
 from heyoka_bike.commands.printing import complain
-from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError, required
+from heyoka_bike.errors import InputError, SchedulerLostError, VersionsDifferError, required
 from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
 from heyoka_bike.system.machine import versions
 
 _ANSWERS = 5  # [s] in which a scheduler does
+_ERRORS_OF_LOSS = ("FutureCancelledError", "FuturesCancelledError", "CommClosedError")
+"""Names of the errors that calls of Dask end with when the connection to the scheduler is lost."""
 
 
 @contextmanager
@@ -61,8 +63,8 @@ def connected(address: str) -> Iterator[ClusterExecutor]:
 class ClusterExecutor(Executor):
     """The workers of a scheduler, which begins a call again that ended its worker.
 
-    Its calls raise `BrokenExecutor` once they have ended three workers, and `WorkerLostError` when
-    the scheduler is gone.
+    Its calls raise `BrokenExecutor` once they have ended three workers, and `SchedulerLostError`
+    when the scheduler is gone.
     """
 
     def __init__(self, client: Any, address: str) -> None:
@@ -94,7 +96,9 @@ class ClusterExecutor(Executor):
         """Take the result of a call over."""
         if not future.set_running_or_notify_cancel():
             return
-        error = self._lost() if call.cancelled() else call.exception()
+        error = None if call.cancelled() else call.exception()
+        if call.cancelled() or type(error).__name__ in _ERRORS_OF_LOSS:
+            error = self._lost()
         if type(error).__name__ == "KilledWorker":
             error = BrokenExecutor("its worker ended")
         if error is None:
@@ -126,10 +130,11 @@ class ClusterExecutor(Executor):
                     "--nthreads 1, one for each processor"
                 )
 
-    def _lost(self) -> WorkerLostError:
-        """For when the scheduler is gone."""
-        return WorkerLostError(
-            f"--cluster: the scheduler at {self.address} ended or does not answer any more"
+    def _lost(self) -> SchedulerLostError:
+        """Return the error for a scheduler that is gone."""
+        return SchedulerLostError(
+            f"--cluster: the scheduler at {self.address} ended or does not answer any more; start "
+            "it and its workers again, then repeat the command"
         )
 
 

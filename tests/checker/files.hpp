@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include "interval.hpp"
 
 // A file is not there or not of its kind; the message is one line.
@@ -12,9 +14,21 @@ inline void readable(bool good, const std::string& message) {
     if (!good) throw std::runtime_error(message);
 }
 
+// A pipe would wait for a writer, a device may never end.
+inline const std::string& regular(const std::string& path) {
+    struct stat found;
+    readable(stat(path.c_str(), &found) == 0 && S_ISREG(found.st_mode), path + " is not a regular file");
+    return path;
+}
+// Packed data may unpack to a thousand times its length: then there is no memory, and that is said.
+inline void limit_memory() {
+    const rlimit most = {rlim_t(1) << 31, rlim_t(1) << 31};
+    setrlimit(RLIMIT_AS, &most);
+}
+
 inline std::string text_of(const std::string& path) {
     std::ostringstream all;
-    readable(bool(all << std::ifstream(path).rdbuf()), path + " cannot be read");
+    readable(bool(all << std::ifstream(regular(path)).rdbuf()), path + " cannot be read");
     return all.str();
 }
 
@@ -76,11 +90,25 @@ inline const std::string& at(const Json& j, const std::string& place) {
     return j.at(place);
 }
 
+// Bytes of a data set; the largest of the published set has 2 million.
+constexpr std::size_t MOST_BYTES = 500'000'000;
+
 // HDF5 files and groups; they are closed when the program ends.
 template <class H>
 H good(H h, const std::string& what) {
     readable(h >= 0, "cannot read " + what);
     return h;
+}
+// An object that is stored in the file itself: neither a link leads to it, nor are its numbers kept elsewhere.
+inline hid_t member(hid_t group, const std::string& name) {
+    H5L_info_t link;
+    expect(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT) >= 0, "there is no " + name);
+    expect(link.type == H5L_TYPE_HARD, name + " is a link, expected numbers stored in the file");
+    return good(H5Oopen(group, name.c_str(), H5P_DEFAULT), name);
+}
+inline void expect_own(hid_t dataset, const std::string& name) {
+    const hid_t made = good(H5Dget_create_plist(dataset), name);
+    expect(H5Pget_layout(made) != H5D_VIRTUAL && H5Pget_external_count(made) == 0, name + " is kept in another file");
 }
 // No attribute, data set or group is there but those that are known.
 inline void expect_only(hid_t group, const std::string& known) {
@@ -115,10 +143,13 @@ inline std::string attribute(hid_t of, const std::string& name) {
 }
 template <class V>
 std::vector<V> array(hid_t of, const std::string& name, hid_t type, std::vector<hsize_t>& shape) {
-    const hid_t d = good(H5Dopen2(of, name.c_str(), H5P_DEFAULT), name), space = H5Dget_space(d);
+    const hid_t d = member(of, name), space = good(H5Dget_space(d), name);
+    expect_own(d, name);
     expect_stored(H5Dget_type(d), type, space, int(shape.size()), name);
     H5Sget_simple_extent_dims(space, shape.data(), nullptr);
-    std::vector<V> r(H5Sget_simple_extent_npoints(space));
+    const hssize_t entries = H5Sget_simple_extent_npoints(space);
+    readable(entries >= 0 && std::size_t(entries) < MOST_BYTES / sizeof(V), name + " is too large");
+    std::vector<V> r(entries);
     readable(!r.empty(), name + " is empty");
     good(H5Dread(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, r.data()), name);
     return r;

@@ -1,12 +1,12 @@
-// check FOLDER [--any-inputs] [--until SECONDS]: whether what a set claims is so.
+// check FOLDER [--any-inputs] [--until SECONDS], in any order: whether what a set claims is so.
 // Exit 0 accepted, 3 refused, 1 unreadable.
 #include "rows.hpp"
 
 static hid_t opened(const std::string& folder, const std::string& name) {
-    return good(H5Fopen((folder + "/" + name).c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), name);
+    return good(H5Fopen(regular(folder + "/" + name).c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), name);
 }
 static hid_t group(hid_t file, std::size_t number) {
-    return good(H5Gopen2(file, ("maneuver_" + std::to_string(number)).c_str(), H5P_DEFAULT), "a group for each maneuver");
+    return member(file, "maneuver_" + std::to_string(number));
 }
 
 static void check(const std::string& folder, bool any, double until) {
@@ -56,15 +56,22 @@ int main(int argc, char** argv) {
     std::fesetround(FE_UPWARD);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     const Working high(BITS, ORDER);
-    const char* folder = argc > 1 ? argv[1] : "";
-    const bool any = argc > 2 && !std::strcmp(argv[2], "--any-inputs");
-    argc -= any, argv += any;
-    const bool cut = argc == 4 && !std::strcmp(argv[2], "--until") && std::atof(argv[3]) > 0;
-    if (argc != 2 && !cut) return std::cerr << "usage: check FOLDER [--any-inputs] [--until SECONDS]\n", 1;
+    limit_memory();
+    const char* folder = nullptr;
+    bool any = false, is_usage = false;
+    double until = 1e300;
+    for (int i = 1; i < argc; ++i)
+        if (!std::strcmp(argv[i], "--any-inputs")) any = true;
+        else if (!std::strcmp(argv[i], "--until") && i + 1 < argc) until = std::atof(argv[++i]), is_usage |= !(until > 0);
+        else if (folder || argv[i][0] == '-') is_usage = true;
+        else folder = argv[i];
+    if (is_usage || !folder) return std::cerr << "usage: check FOLDER [--any-inputs] [--until SECONDS]\n", 1;
     try {
-        check(folder, any, cut ? std::atof(argv[3]) : 1e300);
+        check(folder, any, until);
     } catch (const Refusal& e) {
         return std::cerr << "refused: " << e.what() << "\n", 3;
+    } catch (const std::bad_alloc&) {
+        return std::cerr << folder << ": needs more memory than a set does\n", 1;
     } catch (const std::exception& e) {
         return std::cerr << folder << ": " << e.what() << "\n", 1;
     }

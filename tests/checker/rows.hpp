@@ -76,13 +76,18 @@ struct Text {
     }
 };
 
-// A group of uncontrolled-bicycle.h5: of each column the nearest binary64, that to what is left, and a bound.
+// A group of uncontrolled-bicycle.h5: of each column the nearest binary64, that to what is left, and a bound; of the
+// times both without a bound.
 struct Table {
+    std::vector<double> time, time_lo;
     std::vector<std::vector<double>> hi, lo, bound;
     std::vector<std::set<long>> undecided;  // rows of each column in which hi and lo are only near
 
     Table(hid_t group, std::size_t rows) {
         std::vector<hsize_t> shape(1);
+        time = array<double>(group, "time", H5T_NATIVE_DOUBLE, shape);
+        time_lo = array<double>(group, "time_lo", H5T_NATIVE_DOUBLE, shape);
+        expect(time.size() == rows && time_lo.size() == rows, "time has another number of rows");
         for (const std::string& column : COLUMNS) {
             for (const auto& [tag, to] : {std::pair("", &hi), std::pair("_lo", &lo), std::pair("_bound", &bound)}) {
                 to->push_back(array<double>(group, column + tag, H5T_NATIVE_DOUBLE, shape));
@@ -93,6 +98,11 @@ struct Table {
             if (H5Lexists(group, numbers.c_str(), H5P_DEFAULT) > 0)
                 for (const long row : array<long>(group, numbers, H5T_NATIVE_LONG, shape)) undecided.back().insert(row);
         }
+    }
+    void check_time(std::size_t row, const Interval& t) const {
+        const Interval left = t - Interval::exactly(time[row]);
+        expect(rounds_to(t, time[row]) && rounds_to(left, time_lo[row]),
+               "uncontrolled-bicycle.h5, time, row " + std::to_string(row) + ": is not that of the row");
     }
     void check(std::size_t row, std::size_t column, const Interval& x) const {
         const double near = hi[column][row], most = bound[column][row];
@@ -130,6 +140,7 @@ inline std::size_t check_rows(const std::vector<Text>& texts, hid_t group, const
             for (std::size_t j = 0; j < 8; ++j)
                 undecided += text.check(row, 1 + 8 * number + j, found[j]) && text.form == Form::digits50;
         }
+        table.check_time(row, t);
         for (std::size_t j = 0; j < 8; ++j) table.check(row, j, found[j]), undecided += table.undecided[j].count(long(row));
         expect(undecided <= claim.ambiguous, "more is not decided than the certificate counts");
         values += 8 * (texts.size() + 2);

@@ -228,6 +228,39 @@ def test_small_values_as_the_package_uncertainties_writes_them(bicycle, tmp_path
     assert found.bicycle.uncertainties == {"c": Exact.parse("1e-6")}
 
 
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ("(1.0+/-0.1)e-99999999", "expected an exponent between -400 and 400"),
+        ("(1.0+/-0.1)e+99999999", "expected an exponent between -400 and 400"),
+        ("(1e300+/-1e299)e300", "expected zero or a magnitude between 1e-300 and 1e300"),
+        ("(1e-300+/-1e-300)e-300", "expected zero or a magnitude between 1e-300 and 1e300"),
+        ("1e-99999999", "expected an exponent between -400 and 400"),
+        ("1+/-1e-99999999", "expected an exponent between -400 and 400"),
+        ("1.02+/--1", "expected a number, or one +/- its standard deviation"),
+        ("1.02+/-+1", "expected a number, or one +/- its standard deviation"),
+        ("(1.0+/--0.1)e-05", "expected a number, or one +/- its standard deviation"),
+    ],
+)
+def test_values_of_no_size_and_negative_deviations_are_refused(value, told, tmp_path, capsys):
+    path = tmp_path / "a.txt"
+    path.write_text(f"w = {value}\n")
+    code, out, err = run(path, capsys=capsys)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "a.txt:1:5: w: found " in err
+    assert told in err
+
+
+@pytest.mark.parametrize("size", ["", " ", "x", "1e-99999999"])
+def test_a_shape_without_a_size_is_refused(size, bicycle, tmp_path, capsys):
+    text = render("mjcf", bicycle, ()).decode()
+    path = tmp_path / "bicycle.xml"
+    path.write_text(re.sub(r' size="[^"]*"', f' size="{size}"', text, count=1))
+    code, out, err = run(path, capsys=capsys)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert f"size of <geom>: found {size!r}, expected a number" in err
+
+
 PLAIN = "w = 1\n"
 ROBOT = '<robot name="a">\n  {}\n</robot>'
 

@@ -168,6 +168,12 @@ def honest_file(seed, number):
                 part.add(k, zero)
             _convert(part, k, factors[k])
         parts.append(part)
+    ends = np.random.default_rng([seed, number, 7])
+    if ends.random() < 0.08:
+        # A run that is meant to be short.
+        count = int(np.searchsorted(time, ends.uniform(3.0, 9.5)))
+        for part in parts:
+            part.pick(np.arange(count))
     reading = {k: (chosen[k], factors[k]) for k in keys}
     return random, Honest(parts, reading, zero, size, digits, spacing, own)
 

@@ -25,12 +25,13 @@ if __name__ == "__main__":
 import numpy as np
 
 from games import writing
-from games.files import in_memory, references
+from games.files import EIGHT, END, in_memory, references
 from games.honest_files import honest_file, known
 from games.wrong_files import wrong_file
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import BicycleError
+from heyoka_bike.scoring import score as scoring
 
 SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
@@ -39,8 +40,10 @@ WRITTEN = {"wrong": 0.12, "honest": 0.4}
 # What two right ways of arithmetic may differ by: an error of one last digit is one or two of them
 # when a unit is converted in between.
 _ARITHMETIC = 0.1
-# Rows nearer than the longest piece of the reference cover the run, in every maneuver.
+# Rows that are no farther apart cover the run [s].
 MOST_APART = 0.25
+# What is the whole run.
+_WHOLE = 0.99
 # Digits of what is not wrong.
 _CLOSE = 3.0
 # Values between the published rows are compared with 31 digits.
@@ -77,19 +80,30 @@ def play_wrong(number, seed=SEED):
                 results = in_memory(wrong.parts, wrong.quantum)
             if not wrong.text and random.random() < WRITTEN["wrong"]:
                 form, results = _through_files(random, wrong.parts, Path(folder))
-            report = score(results, references()[0], list(dict.fromkeys(wrong.fails)))
+            report = score(results, references()[0])
+            # What says how much is enough would be enough for the others too.
+            fails = dict.fromkeys(wrong.fails)
+            asked = [text for text in fails if not _is_amount(text)]
+            found = [*scoring.check(asked, report)]
+            for text in fails.keys() - asked:
+                found += scoring.check([text], report)
     except BicycleError as e:
         # A requirement that is not understood would hide what it is about.
         lost = (str(e),) if str(e).startswith("require") else ()
         return Outcome(number, wrong.kind, lost, is_refused=True)
     except Exception:
         return Outcome(number, wrong.kind, (f"{form}: {traceback.format_exc()[-400:]}",))
-    lost = [f"{form}: {r.text} is met: {r.message}" for r in report.requirements if r.met]
+    lost = [f"{form}: {r.text} is met: {r.message}" for r in found if r.met]
     said = report.verdict.partition(": ")[2]
     is_favoured = said.startswith("right") and "as far as it goes" not in said
     if wrong.is_not_right and (report.is_right or is_favoured):
         lost.append(f"{form}: is said to be {said}")
     return Outcome(number, wrong.kind, tuple(lost))
+
+
+def _is_amount(text):
+    """Whether a requirement says how much of the benchmark is enough."""
+    return text.partition(" >= ")[0].rpartition(".")[2] in ("columns", "coverage")
 
 
 def _through_files(random, parts, folder):
@@ -173,13 +187,19 @@ def _allowed(true):
 
 def _fulfilled(parts, true, honest):
     """Requirements that the file fulfils, by as little as two ways of arithmetic may differ."""
-    gap = max(np.diff(p.time).max() for p in parts) + 1e-9
+    gap = max(np.diff(p.time, append=END).max() for p in parts) + 1e-9
     digits = min(_allowed(k)[1] for k in true.values())
     found = [f"gap <= {gap:.9f}"]
     if not honest.own:
         found.append(f"scd >= {digits - 1e-6:.6f}")
-    if gap < MOST_APART:
+    gaps = [np.diff(p.time) for p in parts]
+    covered = min(float(x[x <= MOST_APART].sum()) / END for x in gaps)
+    if gap < MOST_APART and covered >= _WHOLE:
         found.append("coverage >= 1")
+    elif covered < _WHOLE:
+        found.append(f"coverage >= {covered - 1e-9:.9f}")
+    if (count := min(sum(k in EIGHT for k in p.hi) for p in parts)) < len(EIGHT):
+        found.append(f"columns >= {count}")
     for n in {n for n, key in true if key == "mechanical_energy"}:
         energy = true[n, "mechanical_energy"]
         if honest.zero and (n, "potential_energy") not in true:

@@ -838,6 +838,85 @@ def rows_dropped(random):
     return parts, list(p.hi), [p.maneuver], {"is_sized": False}
 
 
+# Right as far as they go: what is not there may be wrong.
+
+
+def columns_missing(random):
+    """Some of the eight columns, or nothing but a constant energy, which proves no motion."""
+    keys = [str(k) for k in random.choice(EIGHT, random.integers(1, 8), replace=False)]
+    parts = _start(random, keys=["mechanical_energy"] if random.random() < 0.2 else keys)
+    return _right_in_part(random, parts, f"columns >= {len(parts[0].hi) + 1}")
+
+
+def few_rows(random):
+    """So few rows that a wrong motion may have these values at their times."""
+    parts = _start(random, keys=list(EIGHT) if random.random() < 0.7 else None)
+    count = random.integers(2, 12)
+    for p in parts:
+        last = len(p.time) - 1
+        even = np.unique(np.linspace(0, last, count).astype(int))
+        drawn = np.sort(random.choice(last + 1, count, replace=False))
+        p.pick(even if random.random() < 0.5 else drawn)
+    return _right_in_part(random, parts, "coverage >= 0.99")
+
+
+def rows_where_motions_cross(random):
+    """Rows as far apart as the zeros of the error of a wrong motion, where it is right."""
+    apart = random.uniform(0.26, 0.6)
+    t = np.round(np.arange(random.uniform(0, 0.1), END, apart), 3)
+    parts = _start(random, keys=list(EIGHT), grid=lambda _: (t, np.zeros_like(t)))
+    return _right_in_part(random, parts, "coverage >= 0.99")
+
+
+def _right_in_part(random, parts, amount):
+    p, key = _one_of(random, parts)
+    n = p.maneuver
+    fails = ["scd >= 6", "scd >= -90", f"{n}.{key}.scd >= 1", f"{key}.max_abs_error < 1e9", amount]
+    fails.append(f"{n}.gap <= 10")
+    return parts, [key], [n], {"fails": fails, "is_sized": False}
+
+
+def an_odd_name(random):
+    """Columns are wrong under names that are misspelt, steps of a path, or derivatives."""
+    parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
+    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
+    for i in random.choice(np.arange(1, 9), random.integers(1, 4), replace=False):
+        name, values = columns[i]
+        wrong = [repr(1.3 * float(v) + 0.01) for v in values]
+        columns[i] = f'"{_odd(random, name)}"', wrong
+    kept = [
+        columns[j]
+        for j in sorted(random.choice(np.arange(1, 9), random.integers(5, 9), replace=False))
+    ]
+    others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
+    if all('"' not in name for name, _ in kept):
+        kept = columns[1:]
+    name = next(name for name, _ in kept if '"' in name)
+    key = EIGHT[[x for x, _ in columns[1:]].index(name)]
+    return _of_text(parts, _lines([columns[0], *others, *kept]), [key],
+                    ["scd >= 6", f"{key}.scd >= 6"])  # fmt: skip
+
+
+def _odd(random, name):
+    letters = list(name)
+    i = int(random.integers(1, len(letters) - 1))
+    how = random.integers(5)
+    if how == 0:
+        letters[i], letters[i - 1] = letters[i - 1], letters[i]
+        return "".join(letters)
+    if how == 1:
+        return "".join(letters[:i] + letters[i + 1 :])
+    short = {"roll_angle": "phi", "roll_rate": "phi", "forward_speed": "v", "steer_angle": "delta",
+             "steer_rate": "delta"}.get(name, name[0].upper())  # fmt: skip
+    if how == 2:
+        return f"{_word(random)}.{short}"
+    if how == 3:
+        return f".bicycle.{name.split('_')[-1]}.{random.choice(['Q', 'x', 'value_1'])}"
+    return str(random.choice([
+        f"D({short})", f"{short}\u02cdt(t)", f"Differential(t)({short}(t))", f"der_{short}_{i}",
+    ]))  # fmt: skip
+
+
 def no_numbers(random):
     """NaN, infinity, or beyond anything, in one row or in many."""
     parts = _start(random)
@@ -1022,7 +1101,8 @@ KINDS = {
         another_column_beside, a_long_name_beside, a_name_not_understood,
         under_a_path_in_a_unit, a_maneuver_that_is_none, energy_that_is_bought,
         zero_of_one_energy, zero_that_moves, energy_of_any_zero, speed_of_no_point,
-        energy_from_far_away, energy_of_coarse_parts,
+        energy_from_far_away, energy_of_coarse_parts, columns_missing, few_rows,
+        rows_where_motions_cross, an_odd_name,
     )},
 }  # fmt: skip
 

@@ -5,8 +5,11 @@ The clock is one that goes on by a second with each look at it, so a budget is a
 
 import json
 import re
+import time
+from dataclasses import replace
 from itertools import count
 from math import inf, nan
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -14,7 +17,9 @@ import pytest
 from generators.made_results import exact_columns, rows, smooth_error
 from heyoka_bike import InputError, diagnose, score
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis.budget import Budget
+from heyoka_bike.scoring.diagnosis import budget as budgets
+from heyoka_bike.scoring.diagnosis import diagnose as diagnosing
+from heyoka_bike.scoring.diagnosis.budget import Budget, BudgetSpentError, Watch
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.system.resources import data_folder
@@ -165,3 +170,65 @@ def test_in_python_it_is_a_keyword(tmp_path):
     assert found.is_stopped_early
     assert codes(found)[-1] == "stopped_early"
     assert not {*codes(found)} & {*CAUSES, *CONCLUSIONS}
+
+
+def turn_for_ever(*_):
+    """A step of which nobody knows that it never ends, so it does not look at the clock."""
+    while True:
+        sum(range(1000))
+
+
+@pytest.fixture
+def soon(monkeypatch):
+    monkeypatch.setattr(budgets, "OVERRUN", 0.3)
+
+
+@pytest.mark.timeout(120)
+def test_a_step_that_never_ends_is_interrupted(tmp_path, capsys, monkeypatch, soon):
+    first, *_ = diagnosing.STEPS
+    steps = (replace(first, look=turn_for_ever),)
+    monkeypatch.setattr(diagnosing._answer, "__defaults__", (steps,))
+    begin = time.process_time()
+    assert main(["diagnose", wrong(tmp_path), "--budget", "0.1"]) == 4
+    assert time.process_time() - begin < 10.0
+    assert "Stopped early: 0.1 s of processor time" in capsys.readouterr().out
+
+
+@pytest.mark.timeout(120)
+def test_what_was_seen_before_it_is_said(tmp_path, monkeypatch, soon):
+    """The rows as they were meant are diagnosed after they were seen, and that is interrupted."""
+    table = np.loadtxt(RIGHT)
+    table[:, 1] *= 1.3
+    np.savetxt(tmp_path / "x.txt", table, "%.17g")
+    seen = codes(diagnose(tmp_path / "x.txt", budget=1e6))[0]
+    monkeypatch.setattr(diagnosing, "is_right", turn_for_ever)
+    monkeypatch.setattr(diagnosing, "worst", lambda report: diagnosing.Remainder(1.0, ""))
+    found = diagnose(tmp_path / "x.txt", budget=0.1)
+    assert codes(found) == [seen, "stopped_early"]
+    assert found.is_stopped_early
+
+
+@pytest.mark.timeout(120)
+def test_a_thread_is_interrupted_as_well(soon):
+    ends = []
+
+    def work():
+        try:
+            with Watch(Budget(0.05).begun()):
+                turn_for_ever()
+        except BudgetSpentError:
+            ends.append("interrupted")
+
+    thread = Thread(target=work)
+    thread.start()
+    thread.join()
+    assert ends == ["interrupted"]
+
+
+def test_nothing_is_raised_after_the_block(soon):
+    for _ in range(20):
+        with Watch(Budget(1e-9).begun()):
+            pass
+    end = time.process_time() + 1.0
+    while time.process_time() < end:
+        sum(range(1000))

@@ -551,3 +551,36 @@ def test_bad_sheets(tmp_path):
         ({"a": [["t", "roll", "steer"], [0, None, 1], [1, None, 2]]}, "no value in column 2"),
     ]:
         assert fragment in the_one_error(saved(**sheets), tmp_path, "r.xlsx").message
+
+
+@pytest.mark.parametrize(
+    ("width", "per_line", "counts"),
+    [
+        (9, 4, "4, 4 and 1"),
+        (9, 3, "3, 3 and 3"),
+        (25, 9, "9, 9 and 7"),
+        (25, 6, "6, 6, 6, 6 and 1"),
+    ],
+)
+@pytest.mark.parametrize("separator", [" ", ", "])
+def test_rows_that_are_wrapped_are_told(width, per_line, counts, separator, tmp_path):
+    """As list-directed output of Fortran wraps them."""
+    rows = [[i / 10, *(0.1 * j - i for j in range(width - 1))] for i in range(12)]
+    lines = [
+        separator.join(f"{x:.6g}" for x in row[at : at + per_line])
+        for row in rows
+        for at in range(0, width, per_line)
+    ]
+    path = tmp_path / "r.txt"
+    path.write_text("\n".join(lines) + "\n")
+    instead = "in Fortran" if "," in separator else "in NumPy"
+    said = rf":1: found each row of {width} values on \d lines \({counts} values\), .*; {instead}"
+    with pytest.raises(InputError, match=said):
+        read_results(path)
+
+
+def test_few_columns_are_no_wrapped_rows(tmp_path):
+    path = tmp_path / "r.txt"
+    path.write_text("".join(f"{i} {i + 1} {i - 1}\n" for i in range(30, 0, -1)))
+    with pytest.raises(InputError, match="found 3 columns"):
+        read_results(path)

@@ -8,7 +8,10 @@ from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing import sayings
 
-HEADINGS = {"roll_angle": "phi", "steer_angle": "delta", "yaw": "psi", "yaw_rate": "yaw_rate"}
+HEADINGS = {
+    "roll_angle": "phi", "steer_angle": "delta", "yaw": "psi", "yaw_rate": "yaw_rate",
+    "pitch": "pitch",
+}  # fmt: skip
 
 
 def beside(report):
@@ -35,7 +38,6 @@ def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):
     ("change", "evidence", "said"),
     [
         (lambda x: 1.1 * x, {"factor": 1.1, "offset": 0.0}, "is 1.1 times the right one, "),
-        (lambda x: x + 0.25, {"factor": 1.0, "offset": 0.25}, "is the right one plus 0.25 rad, "),
         (lambda x: 2 * x - 0.5, {"factor": 2.0, "offset": -0.5},
          "is 2 times the right one minus 0.5 rad, "),
         (lambda x: 0 * x, {"constant": [0.0]}, "holds the same number in every row, 0 rad, "),
@@ -49,6 +51,14 @@ def test_one_number_that_explains_a_column_is_found(reference, tmp_path, change,
         key: pytest.approx(value, abs=1e-12) for key, value in evidence.items()
     }
     assert said in found.message
+
+
+def test_a_constant_is_found_in_a_column_that_has_a_zero(reference, tmp_path):
+    (found,) = beside(report_of(reference, tmp_path, keys=("pitch",), pitch=lambda x: x + 0.25))
+    assert found.evidence["factor"] == 1.0
+    assert found.evidence["offset"] == pytest.approx(0.25, abs=1e-12)
+    assert "is the right one plus 0.25 rad, " in found.message
+    assert beside(report_of(reference, tmp_path, yaw=lambda x: x + 0.25)) == ()
 
 
 def test_a_factor_is_the_same_in_all_maneuvers(reference, tmp_path):

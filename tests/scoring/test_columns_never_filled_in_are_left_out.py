@@ -46,8 +46,17 @@ def test_a_requirement_that_asks_for_it_fails(reference, text):
 
 @pytest.mark.parametrize("text", ["roll_angle.scd >= 12", "1.scd >= 12"])
 def test_a_requirement_that_does_not_is_met(reference, text):
-    (r,) = score(without(reference, ENERGIES, maneuvers=(2, 3)), reference, [text]).requirements
-    assert r.met
+    results = without(reference, ENERGIES, maneuvers=(2, 3))
+    assert score(results, reference, [text, "columns >= 5"]).requirements[0].met
+
+
+def test_fewer_columns_may_be_enough(reference):
+    """Programs that write all 25 columns cannot leave out what they do not compute."""
+    results = without(reference, ENERGIES)
+    assert score(results, reference, ["scd >= 12", "columns >= 5"]).passed
+    for require in (["scd >= 12"], ["scd >= 12", "columns >= 6"],
+                    ["kinetic_energy.scd >= 1", "columns >= 5"]):  # fmt: skip
+        assert not score(results, reference, require).passed
 
 
 def test_a_maneuver_that_was_not_run_is_left_out(reference):

@@ -16,7 +16,6 @@ from heyoka_bike.scoring.evidence import (
     RowsBetween,
     RowsReversed,
     SingleRows,
-    WholeTurns,
 )
 from heyoka_bike.scoring.rows.columns import deviating_columns, single_rows
 from heyoka_bike.scoring.rows.edits import (
@@ -132,14 +131,6 @@ def test_a_column_of_another_maneuver(reference):
     held[3]["steer_angle"] = held[1]["steer_angle"].copy() * (1.0 + 1e-9)
     (seen,) = deviating_columns(report_of(held, reference)).seen
     assert seen == OtherColumn("steer_angle", (3,), "steer_angle", 1)
-
-
-def test_whole_turns_of_an_angle_to_the_left(reference):
-    held = columns(reference)
-    for n in held:
-        held[n]["steer_angle"] = np.mod(-held[n]["steer_angle"], 2 * np.pi)
-    (seen,) = deviating_columns(report_of(held, reference)).seen
-    assert seen == WholeTurns("steer_angle", (1, 2, 3))
 
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32])

@@ -98,6 +98,38 @@ def test_an_orc_file_is_named_whatever_its_first_column_is(tmp_path):
         read_results(tmp_path / "r.orc")
 
 
+_JOINTS = r"ROS's JointState messages, .*; in PlotJuggler: "
+
+
+@pytest.mark.parametrize(
+    ("begins", "found"),
+    [
+        (b"TDSm\x0e\0\0\0i\x12\0\0", r"a TDMS file of LabVIEW, .*; in Python: nptdms"),
+        (b"TDSh\x0e\0\0\0i\x12\0\0", r"a TDMS file of LabVIEW, .*; in Python: nptdms"),
+        (b"MDF     4.10    ", r"an MDF measurement file, .*; in Python: asammdf"),
+        (b"UnFinMF 3.30    ", r"an MDF measurement file, .*; in Python: asammdf"),
+        (b"#ROSBAG V2.0\nE\0\0\0", r"a ROS bag, .*; in PlotJuggler: "),
+        (b"\x89MCAP0\r\n\x01\x1e", r"a ROS bag, .*; in PlotJuggler: "),
+        (b"\x0e\x03\x13\x01\0\xc8", r"an HDF4 file, .*; h4toh5 "),
+        (b"$FL2@(#) SPSS DATA FILE", r"a file of SPSS, .*; in pandas: "),
+        (b"\0" * 12 + b"\xc2\xea\x81\x60\xb3\x14", r"a file of SAS, .*; in pandas: "),
+        (b"HEADER RECORD*******LIBRARY HEADER", r"a file of SAS, .*; in pandas: "),
+        (b"\x04\x22\x4d\x18\x64\x40\xa7", r"an lz4 file, .*; unlz4 "),
+        (b"header: \n  seq: 1\n  stamp: \n    secs: 0\n", r"ROS messages, .*; in PlotJuggler: "),
+        (b'{"header": {"stamp": 0}, "name": ["roll"], "position": [0.1]}\n', _JOINTS),
+        (b'[{"position": [0.1, 2], "name": [ "roll", "steer" ]}]', _JOINTS),
+        (b"%time,field.name0,field.name1,field.position0,field.position1\n0,a,b,1,2\n", _JOINTS),
+        (b"time,name,position\n0,\"['roll', 'steer']\",\"[0.1, 0.2]\"\n", _JOINTS),
+        (b"---\nheader:\n  stamp:\n    sec: 0\n", r"ROS messages, .*; in PlotJuggler: "),
+    ],
+)
+def test_a_measurement_file_is_named_with_a_way_to_convert_it(begins, found, tmp_path):
+    is_text = b"name" in begins
+    (tmp_path / "r.dat").write_bytes(begins + (b"" if is_text else bytes(200)))
+    with pytest.raises(InputError, match=f"found {found}"):
+        read_results(tmp_path / "r.dat")
+
+
 def test_columns_of_paths_in_json_by_the_index_of_their_rows(tmp_path):
     """As pandas writes them by default."""
     columns = {"field.time [s]": [0, 1], "field.roll_angle": [0, 0.1], "field.steer_angle": [0, 2]}

@@ -49,12 +49,12 @@ def test_none_of_20000_passes():
 def test_the_game_sees_values_that_are_not_compared(monkeypatch):
     check = score.check
 
-    def of_what_was(text, report):
+    def of_what_was(texts, report):
         maneuvers = [
             replace(m, columns=tuple(replace(c, missing=0) for c in m.columns))
             for m in report.maneuvers
         ]
-        return check(text, replace(report, maneuvers=tuple(maneuvers)))
+        return check(texts, replace(report, maneuvers=tuple(maneuvers)))
 
     monkeypatch.setattr(score, "check", of_what_was)
     assert is_lost(["no_numbers"])
@@ -92,8 +92,8 @@ def test_the_game_sees_a_word_that_rests_on_few_digits(monkeypatch):
 def test_the_game_sees_coverage_by_the_ends_alone(monkeypatch):
     whole = score._coverage
 
-    def by_the_ends(part):
-        start, end, _, _ = whole(part)
+    def by_the_ends(part, most_apart):
+        start, end, _, _ = whole(part, most_apart)
         return start, end, (end - start) / 10, 0.01
 
     monkeypatch.setattr(score, "_coverage", by_the_ends)

@@ -80,7 +80,7 @@ def test_a_value_that_is_no_number_fails_whatever_the_rest(reference, bad):
     report = score(made(reference, change), reference, ["scd >= 1", "3.steer_angle.scd >= -99"])
     assert [r.met for r in report.requirements] == [False, False]
     assert "301 of 1001 values are not finite" in report.requirements[0].message
-    report = score(made(reference, change), reference, ["roll_angle.scd >= 1", "1.scd >= 1"])
+    report = score(made(reference, change), reference, ["1.roll_angle.scd >= 1", "1.scd >= 1"])
     assert report.passed
 
 
@@ -173,11 +173,34 @@ def test_rows_that_leave_the_motion_unseen_cover_little(reference, name, rows, g
 
 
 def test_rows_of_every_quarter_of_a_second_cover_the_run(reference):
-    """As the longest pieces of the dense output of the quickest maneuver."""
     whole = made(reference)
     few = Results("x", "text", tuple(chosen(m, range(0, 1001, 25)) for m in whole.maneuvers))
     report = score(few, reference, ["coverage >= 1", "gap <= 0.2500001"])
     assert report.passed
+    assert report.is_right
+
+
+@pytest.mark.parametrize("step", [26, 50, 100])
+def test_rows_that_are_farther_apart_cover_nothing(reference, step):
+    whole = made(reference)
+    few = Results("x", "text", tuple(chosen(m, range(0, 1001, step)) for m in whole.maneuvers))
+    report = score(few, reference, ["scd >= 6"])
+    assert [m.coverage for m in report.maneuvers] == [0.0] * 3
+    assert not report.is_right
+    assert "add --require 'coverage >= 0'" in report.requirements[0].message
+
+
+@pytest.mark.parametrize(("number", "key"), [(2, "forward_speed"), (3, "roll_rate")])
+def test_rows_at_which_a_wrong_motion_is_right_do_not_cover_the_run(reference, number, key):
+    """The error crosses zero as often as the quickest that lasts: every 0.4 s in maneuver 2, where
+    the speed oscillates twice as fast as the roll, and every 0.37 s in maneuver 3."""
+    every = {2: 0.4, 3: 0.37}[number]
+    rows = np.unique(np.round(np.arange(0.0, 10.0, every) * 100).astype(int))
+    part = next(m for m in made(reference).maneuvers if m.maneuver == number)
+    few = Results("x", "text", (chosen(part, rows),))
+    report = score(few, reference, ["scd >= 6", f"{key}.scd >= 6"])
+    assert not report.is_right
+    assert not any(r.met for r in report.requirements)
 
 
 def chosen(rows, pick):
@@ -207,7 +230,7 @@ def test_a_column_of_which_nothing_was_compared_fails(reference, results, metric
     other = replace(maneuver, columns=tuple(columns))
     scored = replace(report, maneuvers=(report[1], other, report[3]))
     for bound in ("< 1e9", "> -1"):
-        found = check(f"2.roll_angle.{metric} {bound}", scored)
+        (found,) = check([f"2.roll_angle.{metric} {bound}"], scored)
         assert not found.met
         assert isinstance(found.outcome, NothingCompared)
         assert "roll_angle" in found.message

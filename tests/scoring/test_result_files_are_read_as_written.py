@@ -152,7 +152,9 @@ def test_the_same_rows(way, reader, rows, tmp_path, monkeypatch):
     assert_same(results, rows)
     assert results.path == str(path)
     assert results.format == "text"
-    assert results.findings == ()
+    # Two numbers that are alone in a line may be a row that was cut.
+    said = ["lines_not_read"] if way == "a few numbers above" else []
+    assert [f.code for f in results.findings] == said
     assert results.significant_digits == 17
 
 

@@ -208,8 +208,8 @@ def test_rows_are_sorted_by_time(tmp_path):
     assert (unsorted.code, unsorted.severity) == ("times_unsorted", "warning")
     assert unsorted.evidence == {"line": 4, "count": 3}
     assert "line 4" in unsorted.message
-    assert (repeated.code, repeated.severity) == ("times_repeated", "info")
-    assert repeated.evidence == {"count": 2}
+    assert (repeated.code, repeated.severity) == ("times_repeated", "warning")
+    assert repeated.evidence == {"count": 4, "identical": False}
 
 
 def test_the_parts_of_values_are_sorted_alike():
@@ -227,7 +227,18 @@ def test_repeated_times_are_kept(tmp_path):
     results = read_results(written(tmp_path, ["0", "1", "1", "1", "2"]))
     assert results.maneuvers[0].time.tolist() == [0, 1, 1, 1, 2]
     (finding,) = results.findings
-    assert (finding.code, finding.evidence) == ("times_repeated", {"count": 2})
+    assert finding.code == "times_repeated"
+    assert finding.evidence == {"count": 3, "identical": False}
+    said = "3 rows repeat the time of another row: the time column has too few digits"
+    assert finding.message == said
+
+
+def test_rows_that_are_written_twice_are_no_warning():
+    time = np.array([0.0, 1.0, 1.0, 3.0, 2.0, 2.0])
+    results = read_results({"time": time, "roll": np.where(time == 3.0, np.nan, time)})
+    repeated = results.findings[-1]
+    assert (repeated.code, repeated.severity) == ("times_repeated", "info")
+    assert repeated.evidence == {"count": 4, "identical": True}
 
 
 def test_huge_times_are_compared_without_overflow():

@@ -52,11 +52,12 @@ def test_few_digits_cannot_be_right_and_are_not_called_wrong(reference, tmp_path
     rows = reference[2].rows
     table = np.column_stack([reference[2].time, rows["roll_angle"], rows["steer_angle"]])
     np.savetxt(tmp_path / "a.csv", table, "%.4f", ",", header="t,phi,delta", comments="")
-    report = score(tmp_path / "a.csv", reference, ["scd >= 3", "scd >= 6"], maneuver=2)
+    require = ["scd >= 3", "scd >= 6", "columns >= 2"]
+    report = score(tmp_path / "a.csv", reference, require, maneuver=2)
     assert report.worst.scd < 4
-    assert ": cannot be told at the digits written, " in report.verdict
+    assert ": cannot be told at the digits written, as far as it goes: 2 of 8" in report.verdict
     assert not report.is_right
-    assert [r.met for r in report.requirements] == [True, False]
+    assert [r.met for r in report.requirements] == [True, False, True]
 
 
 def test_a_wrong_motion_is_wrong_with_few_digits_too(reference, tmp_path):

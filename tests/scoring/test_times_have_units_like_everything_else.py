@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heyoka_bike import score
+from heyoka_bike import diagnose, score
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import TimesFromFirst, TimeUnitContradicted
+from heyoka_bike.scoring.evidence import TimesFromFirst, TimesInLargerUnit, TimeUnitContradicted
 
 KEYS = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 PER_SECOND = {
@@ -133,3 +133,47 @@ def test_a_file_that_is_open_elsewhere_is_called_so(tmp_path):
             score(path)
         assert "\n" not in str(caught.value)
         writer.communicate(b"")
+
+
+def larger_units(report):
+    return [x.unit for x in report.seen if isinstance(x, TimesInLargerUnit)]
+
+
+@pytest.mark.parametrize(("unit", "seconds"), [("minutes", 60), ("hours", 3600)])
+@pytest.mark.parametrize("every", [1, 20, 140])
+@pytest.mark.parametrize("factor", [1.0, 1.5])
+def test_larger_units_are_asked_about_where_angles_are_too_fast(
+    unit, seconds, every, factor, reference
+):
+    """Right or wrong, often or hardly written: a run in a thousandth of its time."""
+    few = slice(None, None, every)
+    for number in reference:
+        m = reference[number]
+        angles = {k: factor * m[k][few] for k in KEYS}
+        report = score({"time": m.time[few] / seconds, **angles}, reference, maneuver=number)
+        assert larger_units(report) == [unit]
+        (finding,) = [f for f in report.findings if f.code == "time_in_larger_unit"]
+        assert f"Are the times in {unit}?" in finding.message
+
+
+@pytest.mark.parametrize("end", [0.02, 0.1, 0.17])
+@pytest.mark.parametrize("degrees", [(), ("angle",), ("rate",), ("angle", "rate")])
+def test_a_short_run_is_in_seconds(end, degrees, reference):
+    """Its angles are no faster than their rates, and in degrees they only look so."""
+    m = reference[2]
+    times = np.linspace(0.0, end, 30)
+    columns = {k: np.asarray(m.evaluate(times, [k])[k]) for k in KEYS}
+    for key in columns:
+        if key.endswith(degrees):
+            columns[key] = np.degrees(columns[key])
+    report = score({"time": times, **columns}, reference, maneuver=2)
+    assert not larger_units(report)
+
+
+def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
+    table = {"time": reference[2].time / 60, **{k: reference[2][k] for k in KEYS}}
+    report = diagnose(table, reference, maneuver=2)
+    first, *others = [f.code for f in report.diagnosis]
+    assert first == "time_in_larger_unit"
+    # In seconds the rows are right to the rounding of the times.
+    assert {*others} <= {"no_mistake_found", "rounding"}

@@ -251,17 +251,6 @@ def test_rates_that_are_set_to_zero_are_not_held(reference):
     assert "rows_between" not in [f.code for f in said(reference, held)]
 
 
-def test_an_angle_that_is_wrapped(reference):
-    held = columns(reference)
-    for n in held:
-        held[n]["roll_angle"] = np.mod(held[n]["roll_angle"], 2 * np.pi)
-    found, rest = said(reference, held)
-    assert (found.code, found.evidence["column"]) == ("whole_turns", "roll_angle")
-    # In maneuver 3 the bicycle leans to the right only.
-    assert found.evidence["maneuvers"] == [1, 2]
-    assert rest.code == "remainder"
-
-
 @pytest.mark.parametrize("numbers", [(1, 2, 3), (2,)])
 def test_an_energy_without_the_rotation_of_the_wheels_is_no_ratio(reference, numbers):
     """In each maneuver a ratio, in that of one maneuver alone with a zero, explains it nearly."""

@@ -82,7 +82,7 @@ def test_unknown_is_empty_in_csv():
 def test_junit_has_a_case_for_each_column_that_a_requirement_speaks_of():
     report = sample_reports.sample()
     asked = ("scd >= 6", "2.roll_angle.mescd >= 1e2", "performance < 1e-3", "3.yaw.scd > 1")
-    report = replace(report, requirements=tuple(check(text, report) for text in asked))
+    report = replace(report, requirements=check(asked, report))
     _, (suite,) = suites(report)
     found = {case.get("name"): case.find("failure") for case in suite.findall("testcase")}
     columns = [f"{m.maneuver}.{c.key}.scd >= 6" for m in report.maneuvers for c in m.columns]

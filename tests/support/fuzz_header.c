@@ -80,7 +80,7 @@ static void judge(bicycle_check *c, char *text, size_t size)
     memset(text, '#', LONGEST);
     grade = bicycle_judge(c);
     hold(grade == c->grade && grade >= 0 && bicycle_word(grade), "the grade is one of them");
-    hold(!bicycle_is_right(c) || (grade == BICYCLE_RIGHT && c->is_whole && !c->bad_time),
+    hold(!bicycle_is_right(c) || (grade == BICYCLE_RIGHT && c->is_whole && !c->bad_time && c->columns == 8),
          "what is right is whole, with finite times");
     for (m = 0; m < BICYCLE_MANEUVERS; m++)
         for (k = 0; k < BICYCLE_KEYS; k++) {

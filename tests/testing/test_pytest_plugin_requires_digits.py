@@ -104,12 +104,12 @@ def test_results_of_every_kind(pytester):
         def test_good_some_columns(by_name, bicycle_score):
             found = by_name(9)[2]
             some = {key: found[key] for key in ("time", "roll_angle", "steer_angle")}
-            bicycle_score({2: some}).require(scd=8.9)
+            bicycle_score({2: some}).require(scd=8.9, columns=2)
 
         def test_bad_column_is_missing(by_name, bicycle_score):
             found = by_name(9)[2]
             some = {key: found[key] for key in ("time", "roll_angle", "steer_angle")}
-            bicycle_score({2: some}).require(column="roll_rate", scd=8.9)
+            bicycle_score({2: some}).require(column="roll_rate", scd=8.9, columns=2)
 
         def test_good_groups(by_name, bicycle_score):
             bicycle_score({f"maneuver_{n}": x for n, x in by_name(9).items()}).require(scd=8.9)
@@ -170,7 +170,93 @@ def test_runs_that_are_cut_short_do_not_pass_in_silence(pytester):
     )
     result = run(pytester)
     assert len(check_names(result)) == 4
-    result.stdout.fnmatch_lines(["required 1.coverage >= 0.99, found 0.499 (maneuver 1)", "short*"])
+    result.stdout.fnmatch_lines(
+        ["required scd >= 8, found only 49.9 % of the run compared (maneuver 1, 2, 3)*",
+         "compared in part*", "*coverage=0.499 to*"]
+    )  # fmt: skip
+
+
+FEW = """
+        def few(by_name):
+            keys = ("time", "roll_angle", "steer_angle")
+            return {n: {key: x[key] for key in keys} for n, x in by_name(9).items()}
+"""
+
+
+def test_missing_columns_do_not_pass_in_silence(pytester):
+    project(
+        pytester,
+        FEW
+        + """
+        import pytest
+
+        def test_bad_columns_are_missing(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(scd=8)
+
+        def test_bad_columns_are_missing_beside_one(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(column="roll_angle", scd=8)
+
+        def test_good_columns_are_not_asked_for(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(column="roll_angle", scd=8, columns=2)
+
+        def test_bad_more_are_asked_for(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require("scd >= 8", columns=3)
+
+        @pytest.mark.bicycle(scd=8, columns=2)
+        def test_good_marker(by_name, bicycle_score):
+            bicycle_score(few(by_name))
+
+        @pytest.mark.bicycle(scd=8)
+        def test_good_call_completes_the_marker(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(columns=2)
+
+        @pytest.mark.bicycle(scd=10)
+        def test_bad_marker_counts_beside_the_call(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(columns=2)
+        """,
+    )
+    result = run(pytester)
+    assert len(check_names(result)) == 7
+    result.stdout.fnmatch_lines(
+        ["required scd >= 8, found only 2 of 8 columns compared (maneuver 1, 2, 3)*",
+         "*columns=2 to*"]
+    )  # fmt: skip
+
+
+SETTINGS = {"bicycle_scd": "8", "bicycle_columns": "2", "bicycle_coverage": "0.49"}
+
+
+@pytest.mark.parametrize("where", ["option", "ini"])
+def test_settings_say_how_much_is_enough_for_all_tests(pytester, where):
+    ini = "\n".join(f"{name} = {x}" for name, x in SETTINGS.items())
+    options = [f"--{name.replace('_', '-')}={x}" for name, x in SETTINGS.items()]
+    project(
+        pytester,
+        FEW
+        + """
+        def test_good_digits_of_the_settings(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require()
+
+        def test_good_own_digits(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(scd=8)
+
+        def test_bad_own_columns(by_name, bicycle_score):
+            bicycle_score(few(by_name)).require(columns=8)
+
+        def test_good_short_run(table, bicycle_score):
+            bicycle_score(table(9)[:500]).require()
+        """,
+        ini if where == "ini" else "",
+    )
+    assert len(check_names(run(pytester, *(options if where == "option" else ())))) == 4
+
+
+@pytest.mark.parametrize("name", ["columns", "coverage"])
+def test_settings_that_are_no_numbers_are_refused(pytester, name):
+    project(pytester, "def test_nothing(): pass")
+    result = run(pytester, f"--bicycle-{name}=most")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*--bicycle-{name}: found 'most', expected a*"])
 
 
 def test_markers(pytester):
@@ -263,7 +349,7 @@ def test_markers(pytester):
         ("scd='eight'", "found scd='eight', expected a number"),
         ("scd=float('nan')", "*found*nan*"),
         ("scd=True", "found scd=True, expected a number"),
-        ("column='roll_angle', coverage=1", "found column 'roll_angle' with 'coverage'*"),
+        ("column='roll_angle', gap=1", "found column 'roll_angle' with 'gap'*"),
     ],
 )  # fmt: skip
 def test_markers_that_cannot_be_understood_are_refused_before_any_test(pytester, marker, expected):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError
+from heyoka_bike.errors import Exit, InputError, VersionsDifferError, WorkerLostError
 from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.machine import versions
 from heyoka_bike.system.parallel import carry_out, side_by_side, using
@@ -89,8 +89,11 @@ def test_a_scheduler_that_ends_is_said(tmp_path):
                 processes.all[0].kill()
             told.append(1)
 
-        with pytest.raises(WorkerLostError, match=r"the scheduler at .* ended"):
+        with pytest.raises(WorkerLostError, match=r"the scheduler at .* ended") as caught:
             side_by_side(jobs.begin, [(str(tmp_path), 600.0)], [("a", 1.0)], end)
+    # No fault of the program, and the line says what to do.
+    assert caught.value.exit_code == Exit.INPUT
+    assert "start it and its workers again, then repeat the command" in str(caught.value)
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])

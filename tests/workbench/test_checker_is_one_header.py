@@ -252,7 +252,7 @@ EDGES = r"""
 #include <stdlib.h>
 
 static bicycle_check c;
-static double t[1001], x[1001], rate[1001];
+static double t[1001], x[1001], rate[1001], others[8][1001], times[1001];
 
 static void say(const char *what)
 {
@@ -264,14 +264,18 @@ static void say(const char *what)
 
 static void begin(void)
 {
-    int i;
+    int i, key;
     for (i = 0; i < 1001; i++) {
-        t[i] = i / 100.0;
+        t[i] = times[i] = i / 100.0;
         x[i] = bicycle_evaluate(2, BICYCLE_ROLL_ANGLE, t[i]);
         rate[i] = bicycle_evaluate(2, BICYCLE_ROLL_RATE, t[i]);
+        for (key = 1; key < 8; key++)
+            others[key][i] = bicycle_evaluate(2, key, t[i]);
     }
     bicycle_begin(&c);
     bicycle_give(&c, 2, BICYCLE_ROLL_ANGLE, 1001, t, 1, x, 1);
+    for (key = 1; key < 8; key++)
+        bicycle_give(&c, 2, key, 1001, times, 1, others[key], 1);
 }
 
 int main(void)
@@ -279,6 +283,12 @@ int main(void)
     double nan_ = strtod("nan", NULL), inf_ = strtod("inf", NULL);
     int i;
     begin(); say("exact");
+    begin(); bicycle_give(&c, 2, BICYCLE_ROLL_RATE, 0, t, 1, x, 1); say("a column less");
+    printf("enough: %d %.3f\n", c.columns, c.coverage);
+    begin(); bicycle_give(&c, 2, BICYCLE_ROLL_RATE, 501, t, 1, rate, 1); say("half a column");
+    printf("half: %d %.3f\n", c.columns, c.coverage);
+    begin(); rate[0] = bicycle_evaluate(1, BICYCLE_ROLL_RATE, 0);
+    bicycle_give(&c, 1, BICYCLE_ROLL_RATE, 1, t, 1, rate, 1); say("another maneuver");
     begin(); x[500] = nan_; say("a value");
     begin(); for (i = 0; i < 1001; i++) x[i] = nan_; say("all values");
     begin(); x[500] = inf_; say("an infinity");
@@ -301,6 +311,10 @@ def test_what_is_not_finite_or_contradicts_itself_is_not_right(folder):
     lines = run(["./edges"], folder).splitlines()
     said = dict(line.split(": ", 1) for line in lines)
     assert said.pop("exact").startswith("1 1 right, worst column 14.0")
+    assert (said.pop("enough"), said.pop("half")) == ("7 1.000", "8 0.500")
+    assert "right, as far as it goes: 7 of 8 columns, worst column" in said["a column less"]
+    assert "right, as far as it goes, worst column 14.0" in said["half a column"]
+    assert "as far as it goes: 1 of 8 columns in maneuver 1" in said["another maneuver"]
     assert {key: line.split(maxsplit=2)[:2] for key, line in said.items() if key != "signs"} == {
         key: ["0", "0"] for key in said if key not in ("signs", "a late row")
     } | {"a late row": ["1", "0"]}

@@ -293,10 +293,14 @@ def test_a_bad_link_is_one_line(judged, kind):
 @browser
 def test_the_verdict_of_a_link_follows_from_its_cells(judged):
     wrong = CELL | {"key": 1, "column": 1, "grade": 4, "digits": 1.6, "max_error": 0.1}
+    every = [CELL | {"key": k, "column": k} for k in range(8)]
+    other = CELL | {"maneuver": 2}
+    worst = "worst column 14.0 correct digits (maneuver 1 roll_angle)"
     for cells, whole, verdict in [
-        ((CELL,), True, "right, worst column 14.0 correct digits (maneuver 1 roll_angle)"),
-        ((CELL,), False, "right, as far as it goes, worst column 14.0 correct digits (maneuver 1 "
-         "roll_angle)"),
+        (every, True, f"right, {worst}"),
+        (every, False, f"right, as far as it goes, {worst}"),
+        (every[:5], True, f"right, as far as it goes: 5 of 8 columns, {worst}"),
+        ((*every, other), True, f"right, as far as it goes: 1 of 8 columns in maneuver 2, {worst}"),
         ((CELL, wrong), True, "wrong, worst column 1.6 correct digits (maneuver 1 roll_rate)"),
     ]:  # fmt: skip
         shown = judged(shared(*cells, whole=whole))
@@ -498,3 +502,24 @@ def test_the_replay_shows_a_result_no_longer_than_it_is_there(page, opened, judg
     assert linked.complaints == []
     assert "the exact motion is shown alone" in linked.content()
     assert linked.locator(".replay.compared").count() == 0
+
+
+@pytest.mark.proof
+@browser
+def test_lines_of_numbers_are_read_or_quoted(judged, reference):
+    lines = as_text(table(reference, (2,))).splitlines()
+    read = {
+        "fortran": ["2*0. " + lines[0].split(" ", 2)[2], *lines[1:]],
+        "mathematica": [line.replace("e-", "*^-") for line in lines],
+    }
+    for name, text in read.items():
+        dom = judged(of_text(name, "\n".join(text))).content()
+        assert said(dom, "verdict").startswith("right, worst column 1"), name
+        assert "not read" not in said(dom, "facts"), name
+    assert lines[0].startswith("0 0 ")
+    dom = judged(of_text("x", "\n".join(["2*, 9", "# dt = 0.1", *lines, "# 1 2 3 4 5 6 7 8 9"])))
+    assert '2 lines with numbers were not read: line 1: "2*, 9", line 104: "# 1 2 3' in said(
+        dom.content(), "facts"
+    )
+    dom = judged(of_text("x", "\n".join(["  1.0e+03 *", *lines]))).content()
+    assert "MATLAB's common factor" in said(dom, "problem")

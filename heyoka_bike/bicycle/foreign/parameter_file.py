@@ -59,11 +59,11 @@ def read(text: str, file: str) -> Found:
                 "deviation",
                 parts.start("value"),
             )
+        power = f" * 1{scaled['power']}" if scaled else ""
         try:
-            power = Exact.parse(f"1{scaled['power']}" if scaled else "1")
-            found.values[symbol] = Exact.parse(both["value"]) * power
+            found.values[symbol] = Exact.parse(both["value"] + power)
             if both["uncertainty"]:
-                found.uncertainties[symbol] = Exact.parse(both["uncertainty"]) * power
+                found.uncertainties[symbol] = Exact.parse(both["uncertainty"] + power)
         except ValueError as e:
             raise refuse(f"{symbol}: {e}", parts.start("value")) from None
     missing = [symbol for symbol in PARAMETERS if symbol not in found.values]

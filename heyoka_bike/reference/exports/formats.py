@@ -231,7 +231,7 @@ def _table(selection: Selection, digits: int) -> str:
         f"heyoka-bike score. {DIGITS[digits]}; times are exact."
     )
     first = selection.reference[selection.numbers[0]]
-    spacing = Fraction(first.inputs["spacing"])
+    spacing = Exact.parse(first.inputs["spacing"]).fraction()
     times = [shortest_decimal(i * spacing, _TIME_DIGITS) for i in range(len(first.time))]
     names, columns = ["time [s]"], [times]
     for number, m in selection.maneuvers:

@@ -14,7 +14,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.reference import hdf5, structure
+from heyoka_bike.reference import form, hdf5, structure
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description import about
 from heyoka_bike.reference.layout import CANDIDATE
@@ -24,8 +24,8 @@ def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], versio
     """Bytes of candidate.h5; `inputs` as in the manifest, `version` of the dataset."""
     data = []
     for run in trajectories:
-        form = "regular" if run.is_regular else "few_products"
-        stated = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
+        name = "regular" if run.is_regular else "few_products"
+        stated = (json.dumps(run.states), name, run.grid, run.order, run.precision, run.bits)
         breaks = np.array([float(t) for t in run.breaks])
         stored = {"breaks": breaks, "coefficients": _to_bytes(run.pieces)}
         data.append(stored | dict(zip(structure.STATED, stated, strict=True)))
@@ -62,9 +62,13 @@ def parse_candidate(raw: bytes, path: Path) -> tuple[Trajectory, ...]:
 
 
 def _read(bicycle: Bicycle, group: Any) -> Trajectory:
+    texts = {key: str(text) for key, text in group.attrs.items()}
+    maneuver = Maneuver.parse(texts["name"], texts)
+    for problem in form.problems_of(form.problems_of_candidate, group, maneuver):
+        raise ValueError(problem)
     return Trajectory(
         bicycle=bicycle,
-        maneuver=Maneuver.parse(str(group.attrs["name"]), group.attrs),
+        maneuver=maneuver,
         precision=str(group.attrs["precision"]),
         bits=int(group.attrs["precision_bits"]),
         is_regular=group.attrs["form"] == "regular",

@@ -8,6 +8,7 @@ written beside them.
 """
 
 import json
+import re
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -26,11 +27,11 @@ from heyoka_bike.bicycle.columns import (
     Column,
 )
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver, describe_inputs
-from heyoka_bike.errors import DatasetError, NotCertifiedError
+from heyoka_bike.errors import BicycleError, DatasetError, NotCertifiedError, printable
 from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory, evaluator
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.rounding import decimal_above
-from heyoka_bike.reference import hdf5, layout, structure
+from heyoka_bike.reference import form, hdf5, layout, structure
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description import about, describe
 from heyoka_bike.reference.layout import STATES, STATES_HDF5, TEXT, TEXT_50
@@ -638,8 +639,11 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
                 stated[name] = _inputs(f, name, built.groups)
         with hdf5.opened(raw[layout.HDF5]) as f:
             content = layout.content_sha256(f)
-    except (OSError, KeyError, ValueError, TypeError) as e:
-        raise DatasetError(f"{folder}: a file of the set cannot be read ({e})") from None
+    except BicycleError:
+        raise
+    except hdf5.DAMAGE as e:
+        reason = f"{type(e).__name__}: {printable(str(e))[:200]}"
+        raise DatasetError(f"{folder}: a file of the set cannot be read ({reason})") from None
     for name, other in stated.items():
         # That of the states has no maneuvers.
         if other != {key: x for key, x in inputs.items() if key in other or name != STATES_HDF5}:
@@ -648,6 +652,15 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise NotCertifiedError(
             f"{folder}: content_sha256 is not that of the numbers in {layout.HDF5}"
         )
+    expected = form.expected(manifest, maneuvers, raw)
+    for name in layouts:
+        of_groups = partial(form.of_groups, name=name)
+        look = form.of_instants if name == STATES_HDF5 else of_groups
+        for problem in form.problems_of(look, raw[name], expected):
+            if not isinstance(problem, form.Unchecked):
+                raise NotCertifiedError(f"{folder}/{name}: {problem}")
+    if problem := manifest_file.problem_of_form(manifest_file.read_raw(folder)):
+        raise NotCertifiedError(f"{folder}/{manifest_file.MANIFEST}: {problem}")
     return runs
 
 
@@ -745,8 +758,9 @@ def _covers(published: Any, proved: Any, where: str) -> None:
         raise NotCertifiedError(f"{where}: published {published!r:.80}, proved {proved!r}")
 
 
+BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
+"""A bound as a certificate writes it; a longer exponent would not end when it is evaluated."""
+
+
 def _as_bound(x: Any) -> Fraction | None:
-    try:
-        return Fraction(x) if isinstance(x, str) else None
-    except (ValueError, ZeroDivisionError):
-        return None
+    return Fraction(x) if isinstance(x, str) and BOUND.fullmatch(x) else None

@@ -8,7 +8,6 @@ checked, and said to be so.
 
 import json
 import os
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,9 +28,10 @@ from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.heyoka_adapter import require_heyoka
 from heyoka_bike.motion.trajectory import Certificate
 from heyoka_bike.numbers.arithmetic import Balls
-from heyoka_bike.reference import layout
+from heyoka_bike.reference import form, layout
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description import describe
+from heyoka_bike.reference.hdf5 import DAMAGE
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, TEXT, TEXT_50
 from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import BESIDE_1_5_0, MANIFEST, PUBLISHED_MANIFESTS, Manifest
@@ -182,7 +182,7 @@ class _File:
     """
 
     name: str
-    problems: Callable[[bytes, schema.SetForm], Iterator[str]]
+    problems: Callable[[bytes, form.SetForm], Iterator[str]]
     read: Callable[[], Iterable[tuple[int, Any]]] = tuple
     kind: str = ""
     is_optional: bool = False
@@ -201,12 +201,12 @@ def read_content(
     """
     try:
         bicycle, maneuvers = _inputs(manifest)
-    except schema.DAMAGE as e:
+    except DAMAGE as e:
         message = f"its inputs cannot be used: {' '.join(str(e).split()):.200}"
         return Content([], {}, set()), [Check("inputs", False, MANIFEST, message, {"values": 0})]
     count = len(PARAMETERS) + len(STATE_INPUTS) * len(maneuvers)
     shown = f"{bicycle.name}, {len(maneuvers)} maneuvers"
-    expected = schema.expected(manifest, maneuvers, data)
+    expected = form.expected(manifest, maneuvers, data)
     files = list(_files(folder, bicycle, data, expected))
     checks = [
         Check("inputs", True, MANIFEST, shown, {"values": count}),
@@ -245,12 +245,12 @@ def read_content(
 
 
 def _files(
-    folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: schema.SetForm
+    folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: form.SetForm
 ) -> Iterator[_File]:
     """The files that a set has, or may have, in the order in which they are looked at."""
 
-    def groups(name: str) -> Callable[[bytes, schema.SetForm], Iterator[str]]:
-        return partial(schema.of_groups, name=name)
+    def groups(name: str) -> Callable[[bytes, form.SetForm], Iterator[str]]:
+        return partial(form.of_groups, name=name)
 
     def read_text(file: layout.TextFile) -> Iterable[tuple[int, Any]]:
         return dict.fromkeys(file.numbers, schema.read_text(data[file.name], file)).items()
@@ -277,17 +277,17 @@ def _files(
 
 def _structure(
     check: str, name: str, look: Callable[..., Iterator[str]], data: Mapping[str, bytes],
-    expected: schema.SetForm,
+    expected: form.SetForm,
 ) -> Check:  # fmt: skip
     """A check of how a file is built."""
     if name not in data:
         message = f"not checked: {name} is not what the manifest says"
         return Check(check, None, name, message, {"values": 0})
     tally, message = Tally(check, name, values=len(data[name])), MEASURED[check]
-    problems = schema.problems_of(look, data[name], expected)
-    unchecked = [x for x in problems if isinstance(x, schema.Unchecked)]
+    problems = form.problems_of(look, data[name], expected)
+    unchecked = [x for x in problems if isinstance(x, form.Unchecked)]
     for problem in problems:
-        if not isinstance(problem, schema.Unchecked):
+        if not isinstance(problem, form.Unchecked):
             tally.fail(problem)
     if unchecked:
         message += f"; not checked, as it is older: {', '.join(dict.fromkeys(unchecked))}"
@@ -330,7 +330,7 @@ def _look(part: StoredManeuver, _: TellStage) -> list[Tally]:
         tallies = [Tally(name, part.name_of(kind)) for name, kind in made.items()]
         try:
             look(part, *tallies)
-        except schema.DAMAGE as e:
+        except DAMAGE as e:
             # Numbers so far off that they overflow.
             tally = Tally("numbers", tallies[0].file)
             what = f"{type(e).__name__}: {' '.join(str(e).split()):.200}"
@@ -375,10 +375,6 @@ def _not_made(made: Sequence[Check], content: Content) -> Iterator[Check]:
                 yield Check(name, None, file, f"not checked: {what}", {"values": 0})
 
 
-_INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
-"""Names of files in the folder of a set, or in one in it."""
-
-
 def check_files(
     folder: Path, *, is_published: bool = False
 ) -> tuple[Manifest | None, Mapping[str, bytes], list[Check]]:
@@ -408,9 +404,9 @@ def check_files(
     except OSError as e:
         raise DatasetError(f"{folder}: cannot be read: {e.strerror or e}") from None
     try:
-        manifest = manifest_file.read_manifest(folder)
-        raw = (folder / MANIFEST).read_bytes()
-    except (DatasetError, OSError) as e:
+        raw = manifest_file.read_raw(folder)
+        manifest = manifest_file.parse(raw, folder / MANIFEST)
+    except DatasetError as e:
         # A folder that holds this file is a set, whatever is wrong with its manifest.
         if HDF5 not in present:
             raise DatasetError(str(e)) from None
@@ -431,20 +427,7 @@ def check_files(
 
 
 def _form(raw: bytes) -> Check:
-    """The manifest is as `generate` writes it: nothing else could go unnoticed in it."""
-    document = json.loads(raw)
-    expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
-    if "performance_limits" in document and document["dataset_version"] == manifest_file.CUSTOM:
-        # Of maneuvers that are judged by eq. (1).
-        expected.insert(-1, "performance_limits")
-    names = [str(f["file"]) for f in document.get("files", ())]
-    problem = ""
-    if list(document) != expected:
-        problem = f"found the entries {', '.join(document)}; expected {', '.join(expected)}"
-    elif raw != layout.as_json(document):
-        problem = "is not written the way 'heyoka-bike generate' writes it"
-    elif sorted(set(names)) != names:
-        problem = "its files are not in order, each once"
+    problem = manifest_file.problem_of_form(raw)
     message = problem or "is written the way 'heyoka-bike generate' writes it"
     return Check("manifest", not problem, MANIFEST, message, {"values": len(raw)})
 
@@ -472,25 +455,13 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
 
 def _file(folder: Path, name: str, size: int, digest: str) -> tuple[Check, bytes | None]:
     """The check of a file, and its contents if they are what the manifest says."""
-    path = folder / name
-    about, passed, values, data = name, False, 0, None
     try:
-        if not _INSIDE.fullmatch(name) or name == MANIFEST:
-            about = MANIFEST
-            message = f"lists the file {name!r:.60}, expected a name inside the folder"
-        # The size is looked at first: what is far too long is not read.
-        elif (found := path.stat().st_size) != size:
-            values, message = found, f"found {found} bytes, expected {size}"
-        elif (other := manifest_file.sha256(raw := path.read_bytes())) != digest:
-            values, message = size, f"found sha256 {other[:12]}..., expected {digest[:12]}..."
-        else:
-            passed, values, data = True, size, raw
-            message = f"sha256 {digest[:12]}... as in the manifest"
-    except FileNotFoundError:
-        message = "is missing"
-    except (OSError, ValueError) as e:
-        message = f"cannot be read: {getattr(e, 'strerror', None) or e}"
-    return Check("file", passed, about, message, {"values": values}), data
+        data = manifest_file.contents(folder, name, size, digest)
+    except manifest_file.MemberError as e:
+        about = MANIFEST if e.is_of_manifest else name
+        return Check("file", False, about, str(e), {"values": e.size}), None
+    message = f"sha256 {digest[:12]}... as in the manifest"
+    return Check("file", True, name, message, {"values": size}), data
 
 
 def _others(folder: Path, known: Collection[str], inside: str = "") -> Iterator[str]:

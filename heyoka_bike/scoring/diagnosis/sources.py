@@ -50,8 +50,8 @@ SOURCES = (
     Source("clock", "are the rows of a maneuver the right ones of other times?", other_clocks),
     Source(
         "columns",
-        "is a column another one, or the right one without its sign, with whole turns, times a "
-        "ratio, with another zero, bounded or averaged?",
+        "is a column another one, or the right one without its sign, times a ratio, with another "
+        "zero, bounded or averaged?",
         deviating_columns,
     ),
     Source("bounds", "does a column stay at a bound?", bounded),

@@ -1,32 +1,33 @@
-"""Names that hold a known one: columns of the result that were not compared for their names.
+"""Names that are like a known one: the message says what they may mean.
 
-A column such as ``field.forward_speed`` or ``roll_rate [\u00ba/s]`` is not understood, and yet its
-name holds that of a quantity. If no other column gives this quantity, the file has it, and it was
-not compared. Beside a column that is compared, such a name has a meaning of its own: a set point of
-the roll angle, the error of the steer angle. Which names hold a known one is told where names are
-read, see `reading`.
+Nothing depends on it: a file is whole if it has all eight columns, whatever else it has. A name
+that is misspelt is told always. One that only holds a known word is told if no other column of the
+maneuver gives this quantity: beside one, ``roll_angle_setpoint`` has a meaning of its own.
 """
 
 from collections.abc import Iterator
 
-from heyoka_bike.scoring.evidence import NotCompared, Reason
+from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason
+from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SPELT, nearest
 from heyoka_bike.scoring.report import Report
 
 
 def names_not_understood(report: Report) -> Iterator[NotCompared]:
-    """Columns of unknown names that hold a quantity that no other column of the maneuver gives."""
+    """Columns of unknown names that are like those of quantities."""
     compared = {(m.maneuver, c.key) for m in report.maneuvers for c in m.columns}
+
+    def is_missing(column: LostColumn) -> bool:
+        numbers = [column.maneuver] if column.maneuver in report else report
+        return any((number, column.key) not in compared for number in numbers)
+
     for evidence in report.seen:
         if not isinstance(evidence, NotCompared) or evidence.reason != Reason.UNKNOWN_NAME:
             continue
         columns = tuple(
             column
-            for column in evidence.columns
+            for i, column in enumerate(evidence.columns)
             if column.key is not None
-            and any(
-                (number, column.key) not in compared
-                for number in ([column.maneuver] if column.maneuver in report else report)
-            )
+            and (is_missing(column) or (i < NAMES_SPELT and nearest(column.name, ALMOST)))
         )
         if columns:
             reason = Reason.NOT_UNDERSTOOD

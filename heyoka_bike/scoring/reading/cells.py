@@ -20,7 +20,7 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS_OF_CELLS, is_number, without_comment
 from heyoka_bike.scoring.reading.text.headings import headings_of_cells
-from heyoka_bike.scoring.reading.text.opening import Notation, opened
+from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, Notation, opened
 from heyoka_bike.scoring.reading.text.rows import decimals_of
 
 _EXPECTED = "expected a number (a formula has a value once a spreadsheet program has saved it)"
@@ -45,7 +45,7 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
     width = max(map(len, lines), default=0)
     first = next((i for i, row in enumerate(lines) if any(map(is_number, row))), 0)
     # Columns at the end may have no name, or no unit.
-    for row in lines[:first]:
+    for row in lines[max(0, first - MOST_ABOVE) : first]:
         row += [None] * (width - len(row)) if row else []
     try:
         opening = opened(lines, _CELLS, request)
@@ -64,7 +64,10 @@ def read_cells(rows: Sequence[Sequence[Any]], request: Request) -> ReadTable:
         opening.names,
         np.array([i for i, _ in held], dtype=np.int64),
         opening.heading,
-        seen=() if cut is None else (LastRowIncomplete(cut.line),),
+        seen=(
+            *opening.skipped.evidence(),
+            *(() if cut is None else (LastRowIncomplete(cut.line),)),
+        ),
     )
 
 

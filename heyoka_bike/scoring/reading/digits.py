@@ -14,7 +14,7 @@ from math import floor, isfinite, log10
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, divide, multiply
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.table import ReadColumn
 
@@ -82,6 +82,17 @@ def written_column(
         quantum = Quantum(2, digits=bits)
         known = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
     return ReadColumn(values, lo, quantum, known if varies else None, digits)
+
+
+def times_power_of_ten(column: ReadColumn, power: int) -> ReadColumn:
+    """A column of which 10 to this power is a common factor; its digits stay as written."""
+    values, lo, ten = column.values, column.lo, np.full(len(column.values), 10.0 ** abs(power))
+    both = values, np.zeros_like(values) if lo is None else lo
+    hi, rest = multiply(both, (ten, np.zeros_like(ten))) if power > 0 else divide(both, ten)
+    quantum = column.quantum
+    if quantum.base == 10 and quantum.places is not None:
+        quantum = replace(quantum, places=quantum.places - power)
+    return replace(column, values=hi, lo=None if lo is None else rest, quantum=quantum)
 
 
 def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:

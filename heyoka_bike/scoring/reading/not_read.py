@@ -9,6 +9,7 @@ from pathlib import Path
 _PANDAS = "in pandas: frame.to_csv('results.csv', index=False)"
 _FRAME = f"{_PANDAS}; in polars: frame.write_csv('results.csv')"
 _R = "in R: write.csv(d, 'results.csv', row.names=FALSE)"
+_ROS = "in PlotJuggler: export the curves as CSV, a column for each joint"
 _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
 
 
@@ -44,6 +45,33 @@ NOT_READ = (
     NotRead("a zstd file", r"\x28\xb5\x2f\xfd", "unzstd FILE"),
     NotRead("a 7z file", r"7z\xbc\xaf", "7z x FILE"),
     NotRead("a pickle", r"\x80[\x02-\x05]", _PANDAS),
+    NotRead(
+        "a TDMS file of LabVIEW", r"TDS[mh]",
+        "in Python: nptdms.TdmsFile(FILE).as_dataframe().to_csv('results.csv')",
+    ),
+    NotRead(
+        "an MDF measurement file", r"(?:MDF|UnFinMF) ",
+        "in Python: asammdf.MDF(FILE).to_dataframe().to_csv('results.csv')",
+    ),
+    NotRead("a ROS bag", r"#ROSBAG|\x89MCAP0", _ROS),
+    NotRead("ROS messages", r"(?:---\s+)?header:\s*\n\s+(?:seq|stamp):", _ROS),
+    NotRead(
+        "ROS's JointState messages",
+        # In JSON, in the columns of rostopic, and with lists in cells.
+        r"\s*[\[{](?=[\s\S]*\"name\"\s*:\s*\[\s*\")(?=[\s\S]*\"position\"\s*:\s*\[)"
+        r"|[^\n]*\bname0\b[^\n]*\bposition0\b"
+        r"|[^\n]*\bposition\b[^\n]*\n[^\n]*\[\s*[-'\"0-9]",
+        _ROS,
+    ),
+    NotRead("an HDF4 file", r"\x0e\x03\x13\x01", "h4toh5 FILE results.h5"),
+    NotRead(
+        "a file of SPSS", r"\$FL[23]", "in pandas: pd.read_spss(FILE).to_csv('results.csv')"
+    ),
+    NotRead(
+        "a file of SAS", r"\x00{12}\xc2\xea\x81\x60|HEADER RECORD\*{7}",
+        "in pandas: pd.read_sas(FILE).to_csv('results.csv')",
+    ),
+    NotRead("an lz4 file", r"\x04\x22\x4d\x18", "unlz4 FILE"),
     NotRead("an Avro file", r"Obj\x01", _FRAME),
     NotRead("an ORC file", r"ORC[\s\S]{0,60}?[\x00-\x08]", _FRAME),
     NotRead("Feather of version 1", r"FEA1\x00", "in Python: feather.write_feather(table, FILE)"),

@@ -86,6 +86,9 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
         if len(changed):
             seen.append(TimesAsDecimals(places, unit, len(changed), float(hi[changed[0]])))
     hi, rest = in_seconds((hi, rest), unit)
+    if not (is_finite := np.isfinite(hi) & np.isfinite(rest)).all():
+        said = f"found a time that is too large in {unit}, expected seconds"
+        raise table.error(request, int(np.argmin(is_finite)), said, at + 1)
     order = None
     back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
     if len(back):
@@ -124,11 +127,17 @@ def _seconds(unit: str) -> Fraction:
 
 
 def _scaled(times: Double, by: Fraction) -> Double:
-    """Times multiplied by an integer, or divided by it if that is the inverse of one."""
+    """Times multiplied by an integer, or divided by it if that is the inverse of one.
+
+    Those next to the largest number of binary64 are not finite.
+    """
     if by == 1:
         return times
     integer = np.full(len(times[0]), float(max(by, 1 / by)))
-    return multiply(times, (integer, np.zeros_like(integer))) if by > 1 else divide(times, integer)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if by > 1:
+            return multiply(times, (integer, np.zeros_like(integer)))
+        return divide(times, integer)
 
 
 def with_nanoseconds(table: ReadTable, at: int, beside: int) -> ReadTable:

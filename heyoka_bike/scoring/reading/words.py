@@ -20,7 +20,7 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import Dialect, is_number
 from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, heading_among
-from heyoka_bike.scoring.reading.text.opening import MOST_COLUMNS
+from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 
 _MANEUVER = "maneuver"
 # Lines above the rows: a title, levels of names, units.
@@ -59,8 +59,8 @@ def _columns(
     maneuver = None
     found: list[list[Any]] = []
     above: list[list[str]] = []
-    for row in rows:
-        if len(row) > MOST_COLUMNS:
+    for i, row in enumerate(rows):
+        if len(row) > MOST_COLUMNS or (i > MOST_ABOVE and not found):
             return None
         words = [_word(x) for x in row]
         cells = zip(row, words, strict=True)
@@ -84,7 +84,7 @@ def _columns(
 
 def _names(above: Sequence[list[str]], width: int, request: Request) -> list[str]:
     """The names in the lines above rows of so many cells; those of the benchmark without a line."""
-    names, _ = heading_among([[words] for words in above], width, request)
+    names, _ = heading_among({i: [words] for i, words in enumerate(above)}, width, request)
     long = (words for words in reversed(above) if len(words) == width and long_columns(words))
     return names or next(long, [TIME, *BENCHMARK_COLUMNS])
 

@@ -33,7 +33,6 @@ from heyoka_bike.scoring.evidence import (
     SingleRows,
     SmoothedColumns,
     UnsignedColumn,
-    WholeTurns,
 )
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -57,7 +56,7 @@ class _Deviation:
     Attributes
     ----------
     how
-        ``another``, ``unsigned``, ``wrapped``, ``ratio``, ``clipped`` or ``averaged``.
+        ``another``, ``unsigned``, ``ratio``, ``clipped`` or ``averaged``.
     values : ndarray, shape (n,)
         NaN in rows of which it tells nothing.
     about
@@ -210,21 +209,6 @@ def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | N
     return _Deviation("another", deviation, (), keys[name], of)
 
 
-def _wrapped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
-    """The right angle, and whole turns, whichever side is positive."""
-    if c.unit != "rad":
-        return None
-    best: _Deviation | None = None
-    least = np.inf
-    for sign in (1.0, -1.0):
-        off = sign * c.trace.value - c.trace.reference
-        turns = 2 * np.pi * np.rint(off / (2 * np.pi))
-        if turns.any() and (left := rms(off - turns)) < least:
-            least = left
-            best = _Deviation("wrapped", c.trace.error - sign * (off - turns), ())
-    return best
-
-
 def _unsigned(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """The right values without their signs."""
     right = c.trace.reference
@@ -278,7 +262,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     return best[1] if best else None
 
 
-_WAYS = (_another, _unsigned, _wrapped, _ratio, _clipped, _averaged)
+_WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 
 
 def single_rows(report: Report) -> Undone | None:
@@ -414,8 +398,6 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
                 )
             elif how == "unsigned":
                 yield UnsignedColumn(key, tuple(of))
-            elif how == "wrapped":
-                yield WholeTurns(key, tuple(of))
             elif how == "ratio":
                 by, more = about
                 yield ColumnRatio(key, tuple(of), by, more, _unit_of(report, key, by, more))

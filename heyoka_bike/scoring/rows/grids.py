@@ -134,13 +134,13 @@ def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[
 
     Few levels show no step, but are of one that other maneuvers show, or all of them together.
     """
-    found = {place: step for place, x in levels.items() if (step := _step_of(*x)) is not None}
+    found = {place: step for place, x in levels.items() if (step := step_of(*x)) is not None}
     known = {key: step for (_, key), step in found.items()}
     for key, each in grouped(
         (key, x) for (_, key), x in levels.items() if key not in known
     ).items():
         every = np.unique(np.concatenate([values for values, _ in each]))
-        if (step := _step_of(every, max(least for _, least in each))) is not None:
+        if (step := step_of(every, max(least for _, least in each))) is not None:
             known[key] = step
     for place, (values, least) in levels.items():
         of_key = known.get(place[1])
@@ -175,7 +175,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
     )
 
 
-def _step_of(levels: Array, least: float) -> float | None:
+def step_of(levels: Array, least: float) -> float | None:
     """The step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
     apart = apart[apart > FLOORS_OF_ROUNDING * least]

@@ -20,7 +20,7 @@ _MEASURES = (
 FIELDS = (
     "file", "maneuver", "name", "column", "unit", "definition", "sign", "written_unit", "offset",
     *_MEASURES, "floor", "as_written_max_abs_error", "values", "missing", "rows", "t_start",
-    "t_end", "coverage", "step", "performance", "between",
+    "t_end", "coverage", "step", "performance", "between", "column_count",
 )  # fmt: skip
 """Fields of a line; those of a series begin with `RUN_FIELDS` and end with `NAME_FIELD`."""
 
@@ -66,6 +66,7 @@ def _values(m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
         m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
         *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
         m.t_start, m.t_end, m.coverage, m.step, m.performance, 0,
+        m.column_count,
     )  # fmt: skip
 
 

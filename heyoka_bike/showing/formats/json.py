@@ -17,8 +17,8 @@ from heyoka_bike.version import __version__
 SCHEMA_VERSION = 1
 
 _OF_MANEUVER = (
-    "maneuver", "name", "rows", "t_start", "t_end", "coverage", "gap", "step", "performance",
-    "performance_limit", "meets_limit",
+    "maneuver", "name", "rows", "t_start", "t_end", "coverage", "column_count", "gap", "step",
+    "performance", "performance_limit", "meets_limit",
 )  # fmt: skip
 
 

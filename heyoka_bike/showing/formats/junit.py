@@ -8,21 +8,33 @@ from collections.abc import Iterator
 from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.outcomes import Requirement
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import Measures
+from heyoka_bike.scoring.verdict import WHOLE
 from heyoka_bike.showing.formats.json import clean
-from heyoka_bike.showing.wording import WORDS, by_severity, reports, sentence, verdict
+from heyoka_bike.showing.wording import (
+    PHRASES,
+    WORDS,
+    by_severity,
+    percent,
+    reports,
+    sentence,
+    verdict,
+)
 
 
 def render(scored: Report | Series) -> str:
     """A test suite for the file, or one for each run, as JUnit XML.
 
     There is a test case for each maneuver and column that a requirement speaks of, and one for the
-    requirement where these do not tell that it is not met. Without any requirement a case passes if
-    the column is right, and is skipped if not. The measures are properties of the suite.
+    requirement where these do not tell that it is not met. Without any requirement there is a case
+    for each of the eight columns, which passes if the column is right over the whole run, and is
+    skipped if not. The measures are properties of the suite.
     """
     root = Element("testsuites")
     for report in reports(scored):
@@ -67,10 +79,14 @@ def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
     if report.requirements:
         return
     for m in report.maneuvers:
-        for c in m.columns:
-            said = WORDS.get(c.grade, "nothing compared")
+        part = "" if m.coverage >= WHOLE else f"{PHRASES['in_part']}: {percent(m.coverage)}"
+        graded = {c.key: c.grade for c in m.columns}
+        for key in dict.fromkeys([*graded, *BENCHMARK_COLUMNS]):
+            grade = graded.get(key, Grade.UNKNOWN)
+            said = f"{WORDS[grade]}{part}" if grade in WORDS else "nothing compared"
             skipped = Element("skipped", message=f"nothing is required: {said}")
-            yield f"{m.maneuver}.{printable(c.key)}", None if c.is_right else skipped
+            is_right = grade == Grade.RIGHT and not part
+            yield f"{m.maneuver}.{printable(key)}", None if is_right else skipped
 
 
 def _told(report: Report) -> Iterator[Requirement]:
@@ -86,7 +102,7 @@ def _properties(report: Report) -> Iterator[tuple[str, object]]:
     yield "dataset_version", report.dataset_version
     yield "bicycle", report.bicycle
     for m in report.maneuvers:
-        for name in ("performance", "coverage", "gap"):
+        for name in ("performance", "coverage", "column_count", "gap"):
             yield f"{m.maneuver}.{name}", clean(getattr(m, name))
         for c in m.columns:
             where, r = f"{m.maneuver}.{printable(c.key)}", c.as_understood

@@ -13,6 +13,7 @@ from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore, also_open
+from heyoka_bike.scoring.verdict import ALL_COLUMNS
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import results as charts
@@ -224,11 +225,12 @@ def title(m: ManeuverScore) -> doc.Words:
 
 
 def _covered(m: ManeuverScore) -> str:
-    """Rows, time and step, and how much of the reference they cover."""
+    """Rows, time and step, how much of the reference they cover, and the columns if few."""
     step = "" if m.step is None else f", every {words.plain(m.step)} s"
     times = f"{words.plain(m.t_start)} to {words.plain(m.t_end)} s"
     covered = words.percent(m.coverage)
-    return f"{words.counted(m.rows, 'row')}, {times}{step}, {covered} of the reference"
+    few = "" if m.column_count >= ALL_COLUMNS else f", {m.column_count} of {ALL_COLUMNS} columns"
+    return f"{words.counted(m.rows, 'row')}, {times}{step}, {covered} of the reference{few}"
 
 
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:

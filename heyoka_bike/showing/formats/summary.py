@@ -9,6 +9,7 @@ import shlex
 import textwrap
 from collections.abc import Iterator, Sequence
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.evidence import (
     Conventions,
@@ -179,6 +180,8 @@ def _next(report: Report, in_python: bool) -> str:
         return f"why it differs: {said}{more}"
     if report.not_compared:
         return "name each column by what it is, and write only what was computed"
+    if missing := _missing(report):
+        return f"write the missing columns too: {named(missing)}"
     if not report.is_whole:
         return "write rows over the whole run, as dense as the motion is fast"
     if found == Grade.UNTOLD:
@@ -191,6 +194,12 @@ def _next(report: Report, in_python: bool) -> str:
     if in_python:
         return f"keep it so, in a test: require={json.dumps(least)}"
     return "keep it so, in a test: " + " ".join(f"--require {shlex.quote(x)}" for x in least)
+
+
+def _missing(report: Report) -> list[str]:
+    """Keys of the eight columns that some maneuver lacks."""
+    held = [{c.key for c in m.columns if c.values} for m in report.maneuvers]
+    return [key for key in BENCHMARK_COLUMNS if any(key not in keys for keys in held)]
 
 
 def _next_of_series(series: Series, in_python: bool) -> str:

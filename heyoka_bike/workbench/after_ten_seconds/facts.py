@@ -40,7 +40,9 @@ from heyoka_bike.motion.trajectory import Evaluator, TellTime, Trajectory, evalu
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.rounding import Enclosure
+from heyoka_bike.reference.hdf5 import DAMAGE
 from heyoka_bike.reference.layout import AFTER, CANDIDATE
+from heyoka_bike.reference.manifest import MOST_BYTES_OF_SET, read_inside
 from heyoka_bike.reference.proof.candidate import parse_candidate
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.system.jobs import TellStage
@@ -319,12 +321,12 @@ def certify_after(
         A file is missing, or not of its kind.
     """
     where = after_folder() if folder is None else Path(folder)
-    raw = _read(where / AFTER)
-    runs = parse_candidate(_read(where / CANDIDATE), where / CANDIDATE)
+    raw = _read(where, AFTER)
+    runs = parse_candidate(_read(where, CANDIDATE), where / CANDIDATE)
     try:
         said = {x["about"]: x["numbers"] for x in json.loads(raw)["proved"]}
         found = {(about, name): text for about, x in said.items() for name, text in x.items()}
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as e:
+    except DAMAGE as e:
         raise DatasetError(f"{where / AFTER}: is not a file of proved facts ({e})") from None
     if len(runs) != 2:
         raise DatasetError(f"{where / CANDIDATE}: found {len(runs)} motions, expected 2")
@@ -353,11 +355,12 @@ def _digits(text: object) -> int:
         return 1
 
 
-def _read(path: Path) -> bytes:
+def _read(folder: Path, name: str) -> bytes:
     try:
-        return path.read_bytes()
-    except OSError as e:
-        raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
+        return read_inside(folder, name, MOST_BYTES_OF_SET)
+    except (OSError, ValueError) as e:
+        reason = getattr(e, "strerror", None) or e
+        raise DatasetError(f"{folder / name}: cannot be read: {reason}") from None
 
 
 _AFTER = Fraction(1, 2**10)

@@ -4,7 +4,7 @@ $about
 
 /* For instance, of arrays t and roll of n numbers each, in maneuver 2:
        static bicycle_check check;
-       char line[120];
+       char line[160];
        bicycle_begin(&check);
        bicycle_give(&check, 2, BICYCLE_ROLL_ANGLE, n, t, 1, roll, 1);
        bicycle_judge(&check);
@@ -90,7 +90,10 @@ typedef struct bicycle_check {
     bicycle_result result[BICYCLE_MANEUVERS][BICYCLE_KEYS];
     int grade;    /* the worst */
     int bad_time; /* 1 + the place among the eight of a column with a time that is not finite */
-    int is_whole; /* whether every run is covered from start to end, with no value missing */
+    int is_whole; /* whether all eight columns of every maneuver that you gave cover its run, with
+                     no value missing; without that nothing is right, only as far as it goes */
+    int columns;     /* the fewest columns that were compared of a maneuver: 8 is all */
+    double coverage; /* the least fraction of the run that a column covers, 0 to 1 */
 } bicycle_check;
 
 /* ---- The exact motion ---------------------------------------------------- */
@@ -117,7 +120,7 @@ typedef struct ub_column {
 typedef struct ub_maneuver {
     const ub_piece *pieces;
     int count;
-    double end, longest;
+    double end;
     double reach;                  /* so far, a little beyond the end, the last piece is continued */
     double varies;                 /* root mean square of the potential energy around its median */
     double scale[BICYCLE_COLUMNS]; /* largest absolute values */
@@ -1103,9 +1106,9 @@ BICYCLE_API int ub_has_times(const bicycle_data *d)
     return 1;
 }
 
-/* Whether the rows of a column, none of them without a value, are near enough to each other from
-   the start of the run to its end. */
-BICYCLE_API int ub_is_whole(const bicycle_check *c, int m, int key)
+/* The fraction of the run that values of a column cover: two cover the time between them if they are
+   near enough to each other. missing becomes 1 if a row has no value. */
+BICYCLE_API double ub_coverage(const bicycle_check *c, int m, int key, int *missing)
 {
     const bicycle_data *d = &c->data[m][key];
     double last = NAN, covered = 0;
@@ -1114,13 +1117,34 @@ BICYCLE_API int ub_is_whole(const bicycle_check *c, int m, int key)
         double t = ub_time(d, i), x = ub_value(d, i);
         if (!ub_is_within(m, t))
             continue;
-        if (x != x)
-            return 0;
-        if (t - last <= ub_maneuvers[m].longest * (1 + 1e-10))
+        if (x != x) {
+            *missing = 1;
+            continue;
+        }
+        if (t - last <= UB_MOST_APART * (1 + 1e-10))
             covered += t - last;
         last = t;
     }
-    return covered >= 0.99 * ub_maneuvers[m].end && !c->result[m][key].never_filled;
+    return fmin(1, covered / ub_maneuvers[m].end);
+}
+
+/* How many columns of a maneuver were compared. */
+BICYCLE_API int ub_count_columns(const bicycle_check *c, int m)
+{
+    int key, count = 0;
+    for (key = 0; key < BICYCLE_KEYS; key++)
+        count += c->result[m][key].rows > 0;
+    return count;
+}
+
+/* Whether a column of a maneuver was given. */
+BICYCLE_API int ub_has_columns(const bicycle_check *c, int m)
+{
+    int key;
+    for (key = 0; key < BICYCLE_KEYS; key++)
+        if (c->data[m][key].rows)
+            return 1;
+    return 0;
 }
 
 /* ---- To be called -------------------------------------------------------- */
@@ -1158,9 +1182,10 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
     ub_taken found[BICYCLE_KEYS] = {{0, 0, 0, 0, 0, 0}};
     static bicycle_result nothing; /* of zeros */
     int starts[BICYCLE_KEYS];
-    int m, key, count = 0, left_out = 0, unit = -1;
+    int m, key, count = 0, left_out = 0, unit = -1, missing = 0;
     c->grade = BICYCLE_UNKNOWN;
-    c->is_whole = 1;
+    c->columns = BICYCLE_KEYS;
+    c->coverage = 1;
     c->bad_time = 0;
     for (m = 0; m < BICYCLE_MANEUVERS; m++)
         for (key = 0; key < BICYCLE_KEYS; key++)
@@ -1198,21 +1223,28 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
     ub_contradict(c, BICYCLE_ROLL_ANGLE, BICYCLE_ROLL_RATE, &s);
     ub_contradict(c, BICYCLE_STEER_ANGLE, BICYCLE_STEER_RATE, &s);
     ub_mark_own(c, found, &s);
-    for (m = 0; m < BICYCLE_MANEUVERS; m++)
+    for (m = 0; m < BICYCLE_MANEUVERS; m++) {
+        if (ub_has_columns(c, m) && ub_count_columns(c, m) < c->columns)
+            c->columns = ub_count_columns(c, m);
         for (key = 0; key < BICYCLE_KEYS; key++)
-            if (c->data[m][key].rows) {
+            if (c->data[m][key].rows && !c->result[m][key].never_filled) {
                 if (c->result[m][key].grade > c->grade)
                     c->grade = c->result[m][key].grade;
-                c->is_whole = c->is_whole && ub_is_whole(c, m, key);
+                c->coverage = fmin(c->coverage, ub_coverage(c, m, key, &missing));
             }
+    }
     if (c->bad_time)
         c->grade = BICYCLE_WRONG;
-    if (c->bad_time || c->grade == BICYCLE_UNKNOWN)
-        c->is_whole = 0;
+    if (c->bad_time || c->grade == BICYCLE_UNKNOWN) {
+        c->columns = 0;
+        c->coverage = 0;
+    }
+    c->is_whole = c->columns == BICYCLE_KEYS && c->coverage >= 0.99 && !missing;
     return c->grade;
 }
 
-/* Whether all that was given is right, over the whole run. */
+/* Whether all eight columns of every maneuver that you gave are right over the whole run. Where fewer
+   are meant, or less of the run: grade == BICYCLE_RIGHT && columns >= 5 && coverage >= 0.3. */
 BICYCLE_API int bicycle_is_right(const bicycle_check *c)
 {
     return c->grade == BICYCLE_RIGHT && c->is_whole;
@@ -1268,6 +1300,31 @@ BICYCLE_API int ub_put_marked(char *text, size_t size, size_t *at, const int mar
     return count;
 }
 
+/* That a verdict is about a part, and how many columns that is. */
+BICYCLE_API size_t ub_put_part(const bicycle_check *c, char *text, size_t size, size_t at)
+{
+    int m, fewest = -1, differ = 0;
+    at = ub_put(text, size, at, UB_IN_PART);
+    if (c->columns >= BICYCLE_KEYS)
+        return at;
+    for (m = 0; m < BICYCLE_MANEUVERS; m++)
+        if (ub_has_columns(c, m)) {
+            if (fewest < 0 && ub_count_columns(c, m) == c->columns)
+                fewest = m;
+            differ |= ub_count_columns(c, m) != c->columns;
+        }
+    at = ub_put(text, size, at, ": ");
+    at = ub_put_number(text, size, at, c->columns);
+    at = ub_put(text, size, at, " " UB_OF_ALL " ");
+    at = ub_put_number(text, size, at, BICYCLE_KEYS);
+    at = ub_put(text, size, at, " " UB_COLUMNS);
+    if (differ) {
+        at = ub_put(text, size, at, " in " UB_MANEUVER " ");
+        at = ub_put_number(text, size, at, fewest + 1);
+    }
+    return at;
+}
+
 /* The verdict as one line for a test's log, at most size - 1 letters and a zero. */
 BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t size)
 {
@@ -1305,7 +1362,7 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
     }
     at = ub_put(text, size, at, ub_words[c->grade]);
     if (c->grade != BICYCLE_WRONG && !c->is_whole)
-        at = ub_put(text, size, at, UB_IN_PART);
+        at = ub_put_part(c, text, size, at);
     if (has_odd) {
         at = ub_put(text, size, at, UB_SIGNS_OF);
         ub_put_marked(text, size, &at, odd);
@@ -1333,7 +1390,7 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
 /* A whole table in one call: the number at [row * row_stride + column * column_stride], with the
    time in column 0, then eight columns for each of some maneuvers from the first one (1, 2, ...) on.
    digits has 8 numbers for each, NaN where nothing could be compared; text the line. The grade, or
-   BICYCLE_CLOSE in the place of BICYCLE_RIGHT where not the whole run is there. */
+   BICYCLE_CLOSE in the place of BICYCLE_RIGHT where a column or a part of the run is missing. */
 BICYCLE_API int bicycle_check_table(size_t rows, const double *table, ptrdiff_t row_stride,
                                     ptrdiff_t column_stride, int first, int maneuvers,
                                     double *digits, char *text, size_t size)

@@ -109,6 +109,7 @@ def _data(
     yield "};"
     for name, text in PHRASES.items():
         yield f'#define UB_{name.upper()} "{text}"'
+    yield f"#define UB_MOST_APART {reference.most_apart!r} /* [s], of rows that cover the run */"
     yield f"#define BICYCLE_RIGHT_DIGITS {RIGHT_DIGITS!r} /* or more is right */"
     yield f"#define BICYCLE_CLOSE_DIGITS {CLOSE_DIGITS!r} /* or more is close */"
     yield f"#define UB_TOLERANCE {TOLERANCE!r}\n"
@@ -124,8 +125,7 @@ def _data(
     for n in reference:
         m = reference[n]
         height = m["potential_energy"]
-        longest = float(np.diff(m.breaks).max())
-        numbers = [float(m.duration), longest, m.reach, rms(height - median(height))]
+        numbers = [float(m.duration), m.reach, rms(height - median(height))]
         scales = _numbers(m.scale(name) for name in names)
         yield f"{{ub_pieces_{n}, {len(kept[n])}, {_numbers(numbers)}, {{\n{scales}}}}},"
     yield "};\n"

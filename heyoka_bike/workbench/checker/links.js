@@ -69,10 +69,15 @@ function linked(found) {
   if (!found.cells.length || places.size < found.cells.length || !found.cells.every(isCell)) return null;
   const cells = found.cells.map((c) => ({ ...c, also: [], definition: string(judge.definition(c.column)), unit: units[c.key] }));
   const worst = cells.reduce((a, b) => (b.digits < a.digits ? b : a)), grade = Math.max(...cells.map((c) => c.grade));
-  const how = grade < styles.indexOf("wrong") && !found.whole ? phrases.in_part : "";
+  const counts = MANEUVERS.map((n) => [cells.filter((c) => c.maneuver === n).length, n]).filter(([count]) => count);
+  const [fewest, where] = counts.reduce((a, b) => (b[0] < a[0] ? b : a)), isComplete = fewest === keys.length;
+  const place = counts.some(([count]) => count !== fewest) ? ` in ${phrases.maneuver} ${where}` : "";
+  const columns = isComplete ? "" : `: ${fewest} ${phrases.of_all} ${keys.length} ${phrases.columns}${place}`;
+  const isWhole = found.whole && isComplete;
+  const how = grade < styles.indexOf("wrong") && !isWhole ? phrases.in_part + columns : "";
   const digits = worst.digits < 0 ? phrases.no_digit : `${phrases.worst} ${oneDecimal(worst.digits)} ${phrases.correct_digits}`;
   const line = `shared, not checked here: ${words[grade]}${how}, ${digits} (${label(worst)})`;
-  return { name: found.name, line, style: "shared", cells, isWhole: found.whole, remarks: ["this link has what was found, not the file: drop the file to judge it"], file: null };
+  return { name: found.name, line, style: "shared", cells, isWhole, remarks: ["this link has what was found, not the file: drop the file to judge it"], file: null };
 }
 
 async function open() {

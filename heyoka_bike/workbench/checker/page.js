@@ -41,6 +41,7 @@ function judgeText(text, name, chosen = 0) {
     const within = Array.from({ length: result.rows }, (_, i) => times[i * width + columns.time]).filter((t) => Number.isFinite(judge.exact(mine[0].maneuver, 0, t)));
     const remarks = [`${result.compared} of ${result.rows} rows compared, ${seconds(within[0])} to ${seconds(within[within.length - 1])} s of 0 to ${seconds(judge.end(mine[0].maneuver))} s`];
     if (result.isOne) remarks.push(`maneuver ${result.maneuver}, ${chosen ? "as told" : "recognised by its values"}`);
+    if (result.file.skipped) remarks.push(result.file.skipped);
     show({ ...result, remarks });
   } catch (problem) {
     if (!(problem instanceof Unreadable)) throw problem;

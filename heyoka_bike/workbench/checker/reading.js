@@ -6,6 +6,14 @@ const number = (text) => (/n/i.test(text) ? NaN : Number(text.replace(/d/i, "e")
 const SEPARATORS = ["\t", ";", ",", ""];
 const FEWEST_COUNTED = 9;
 const LONGEST_SHOWN = 40;
+// Skipped lines that are quoted.
+const MOST_SKIPPED = 3;
+// Values that the repeat counts of a row may stand for.
+const MOST_REPEATED = 100;
+// Begins as a number, and has only the letters of an exponent.
+const LIKE_A_NUMBER = /^["'([{]*[+-]?\.?\d[\d.,+*^-]*(?:[edq][\d.,+*^-]*)*[)\]}"']*$/i;
+const FACTOR = /^\s*1\.?0*e[+-]?\d{1,2}\s*\*\s*$/i;
+const COMMENT_SIGNS = /^[#%!/;*\s]+/;
 // Patterns below take the square of the time for longer ones.
 const LONGEST_HEADING = 200;
 
@@ -24,9 +32,16 @@ function read(text, name) {
   const width = fieldsOf(plain[first], dialect).length;
   const heading = headingAbove(lines.slice(0, first), dialect, width, stop);
   if (countsColumns(fieldsOf(plain[first], dialect))) first += 1;
-  const rows = [], numbers = [];
+  const rows = [], numbers = [], skipped = [];
+  for (let i = 0; i < first; i++) {
+    if (FACTOR.test(lines[i])) stop(i + 1, 0, `found ${shortened(lines[i].trim())}, MATLAB's common factor, expected the numbers themselves: use writematrix`);
+    if (i !== heading?.line && looksLikeRow(lines[i], plain[i], dialect, width)) skipped.push(i);
+  }
   for (let i = first; i < lines.length; i++) {
-    if (!plain[i]) continue;
+    if (!plain[i]) {
+      if (lines[i] && looksLikeRow(lines[i], "", dialect, width)) skipped.push(i);
+      continue;
+    }
     const found = fieldsOf(plain[i], dialect).map((x) => decimal(x, dialect));
     const bad = found.findIndex((x) => !isNumber(x));
     if (bad >= 0 && bad < width) stop(i + 1, bad + 1, `found ${found[bad] ? shortened(found[bad]) : "no value between two separators"} as value ${bad + 1}, expected a number`);
@@ -37,7 +52,7 @@ function read(text, name) {
   if (!rows.length) stop(0, 0, `found no row of numbers, ${EXPECTED} columns of numbers`);
   const columns = heading || placed(width);
   if (!columns) stop(first + 1, 0, `found ${width} columns, ${EXPECTED}, or a line of column names such as time, roll_angle, roll_rate`);
-  const file = { name, text, rows, width, numbers: Float64Array.from(numbers), columns };
+  const file = { name, text, rows, width, numbers: Float64Array.from(numbers), columns, skipped: skippedText(skipped, lines) };
   timesOf(file, stop);
   return file;
 }
@@ -55,14 +70,43 @@ function dialectOf(plain) {
   return null;
 }
 
-function fieldsOf(line, { separator }) {
+function fieldsOf(line, { separator, point = "." }) {
   const found = separator ? line.split(separator) : line.split(/\s+/);
   if (separator && !found[found.length - 1].trim()) found.pop();
-  return found.map((x) => x.trim().replace(/^(["'])(.*)\1$/, "$2").trim());
+  const fields = found.map((x) => x.trim().replace(/^(["'])(.*)\1$/, "$2").trim());
+  return line.includes("*") ? expanded(fields, point) : fields;
 }
 
-// A field as a number with a point; beside a decimal comma a point has no place.
-const decimal = (field, { point }) => (point === "." ? field : field.includes(".") ? "" : field.replace(",", "."));
+// Fortran's 3*0.5 is three values.
+function expanded(fields, point) {
+  const each = fields.map((x) => x.match(/^([1-9]\d{0,2})\*([^*^].*)$/)).map((x) => (x && isNumber(decimal(x[2], { point })) ? x : null));
+  if (each.reduce((sum, x) => sum + (x ? Number(x[1]) : 0), 0) > MOST_REPEATED) return fields;
+  return fields.flatMap((x, i) => (each[i] ? Array(Number(each[i][1])).fill(each[i][2]) : [x]));
+}
+
+// A line that is not read and looks like a row: most of its fields do, or as many as a row has. A
+// comment must have as many: it may list a few parameters.
+function looksLikeRow(line, plain, dialect, width) {
+  const text = (plain || line.replace(COMMENT_SIGNS, "")).trim();
+  if (!text || (plain && countsColumns(fieldsOf(text, dialect)))) return false;
+  return SEPARATORS.some((separator) => {
+    const fields = fieldsOf(text, { separator }), numbers = fields.filter((x) => LIKE_A_NUMBER.test(x)), count = numbers.length;
+    // Whole numbers behind a word are labels.
+    if (numbers[0] !== fields[0] && numbers.every((x) => /^\d+$/.test(x))) return false;
+    return count >= width || (plain && count > 1 && 2 * count > fields.length);
+  });
+}
+
+function skippedText(skipped, lines) {
+  if (!skipped.length) return "";
+  const shown = skipped.slice(0, MOST_SKIPPED).map((i) => `line ${i + 1}: ${shortened(lines[i].trim())}`).join(", ");
+  const more = skipped.length > MOST_SKIPPED ? `, and ${skipped.length - MOST_SKIPPED} more` : "";
+  return `${skipped.length === 1 ? "a line with numbers was" : `${skipped.length} lines with numbers were`} not read: ${shown}${more}`;
+}
+
+// A field as a number with a point; beside a decimal comma a point has no place. Mathematica writes
+// exponents as *^-18.
+const decimal = (field, { point }) => (point === "." ? field : field.includes(".") ? "" : field.replace(",", ".")).replace("*^", "e");
 const shortened = (text) => JSON.stringify(text.length > LONGEST_SHOWN ? `${text.slice(0, LONGEST_SHOWN)}...` : text);
 const countsColumns = (fields) => fields.length >= FEWEST_COUNTED && [0, 1].some((start) => fields.every((x, i) => x === String(i + start)));
 
@@ -70,7 +114,7 @@ const countsColumns = (fields) => fields.length >= FEWEST_COUNTED && [0, 1].some
 // nearly a heading is refused: what it says would be left out in silence.
 function headingAbove(above, dialect, width, stop) {
   for (let i = above.length - 1; i >= 0; i--) {
-    const line = above[i].trim().replace(/^[#%!/;*\s]+/, "").trim();
+    const line = above[i].trim().replace(COMMENT_SIGNS, "").trim();
     if (!line) continue;
     const ways = [dialect, ...SEPARATORS.map((separator) => ({ separator }))].map((way) => {
       const names = fieldsOf(line, way);
@@ -118,7 +162,7 @@ function together({ meant: found, names }, line, stop) {
   }
   if (new Set(found.filter((x) => !x.isTime).map((x) => x.maneuver > 0)).size > 1) stop(line, 0, "found columns with a maneuver and without, expected the same of all");
   const time = found.findIndex((x) => x.isTime);
-  return { time, timeUnit: found[time].unit, of: found.map((x, i) => ({ ...x, at: i })).filter((x) => !x.isTime) };
+  return { line: line - 1, time, timeUnit: found[time].unit, of: found.map((x, i) => ({ ...x, at: i })).filter((x) => !x.isTime) };
 }
 
 function placed(width) {

@@ -47,6 +47,7 @@ from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.verdict import is_own_energy
+from heyoka_bike.system.files import open_regular, path_inside
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import find_input
 
@@ -347,9 +348,12 @@ def _entry(submission: Submission, known: References) -> Entry:
     results = []
     for file in submission.files:
         try:
-            sha256 = hashlib.sha256(file.path.read_bytes()).hexdigest()
-        except OSError as e:
-            raise InputError(f"cannot be read: {e.strerror}", file=file.path) from None
+            path = path_inside(submission.source.parent, file.path.absolute())
+            with open_regular(path) as opened:
+                sha256 = hashlib.file_digest(opened, "sha256").hexdigest()
+        except (OSError, ValueError) as e:
+            reason = getattr(e, "strerror", None) or e
+            raise InputError(f"cannot be read: {reason}", file=file.path) from None
         if sha256 != file.sha256:
             said = f"{file.sha256[:16]}... of {submission.source.name}"
             raise _refuse(f"sha256 {sha256[:16]}...", said, file.path)

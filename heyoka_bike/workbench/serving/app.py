@@ -4,6 +4,7 @@ Every request passes the `Guard`: its host, headers for browsers, no foreign for
 """
 
 import asyncio
+import re
 import shutil
 from collections.abc import AsyncIterator, Callable, Collection, Mapping, Sequence
 from contextlib import asynccontextmanager
@@ -116,7 +117,7 @@ class Guard:
         is_told = "*" in self._hosts or _host(headers) in self._hosts or path == _HEALTH
         if not is_told:
             app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
-        elif scope["method"] == "POST" and self._is_foreign(headers):
+        elif scope["method"] == "POST" and _is_foreign(headers):
             app = JSONResponse({"error": "found a form of another site"}, 403)
         try:
             await app(scope, receive, guarded)
@@ -140,15 +141,28 @@ class Guard:
             milliseconds = 1e3 * (perf_counter() - start)
             self._log(f"{scope['method'][:8]} {place} {status} {size} B {milliseconds:.0f} ms")
 
-    def _is_foreign(self, headers: Headers) -> bool:
-        """True if a browser says that a page of another site sent this."""
-        site = headers.get("sec-fetch-site")
-        if site is not None:
-            return site in _FOREIGN
-        # Browsers of before 2023, and all of them where there is no TLS, say less.
-        origin = headers.get("origin")
-        is_told = origin is not None and "*" not in self._hosts
-        return is_told and _name((origin or "").partition("://")[2]) not in self._hosts
+
+def _is_foreign(headers: Headers) -> bool:
+    """True if a browser says that a page of another site sent this."""
+    site = headers.get("sec-fetch-site")
+    if site is not None:
+        return site in _FOREIGN
+    # Browsers of before 2023, and all browsers without TLS, name the page's own server only.
+    origin = headers.get("origin")
+    if origin is None:
+        return False
+    scheme, _, place = origin.lower().partition("://")
+    port = _USUAL_PORTS.get(scheme, "")
+    asked = headers.get("host", "").lower()
+    return not place or _with_port(place, port) != _with_port(asked, port)
+
+
+_USUAL_PORTS = {"http": "80", "https": "443"}
+
+
+def _with_port(place: str, usual: str) -> str:
+    """A host with its port, the usual one if it names none."""
+    return place if re.search(r":[0-9]+\Z", place) else f"{place}:{usual}"
 
 
 def _host(headers: Headers) -> str:

@@ -288,13 +288,32 @@ def test_a_page_of_another_site_cannot_send_files(serving):
     assert answer.status_code == 403
     # Without TLS browsers say the origin only; forms of our own have one, for they may say it.
     client = serving(hosts=["bicycle.example", "::1"])
-    host = {"host": "bicycle.example"}
+    host = {"host": "bicycle.example:8000"}
     assert client.get("/", headers=host).headers["referrer-policy"] == "same-origin"
     for origin, code in (
         ("http://evil.example", 403), ("null", 403), ("https://bicycle.example.evil", 403),
-        ("http://bicycle.example:8000", 201), ("http://[::1]:8000", 201),
+        ("http://bicycle.example:8000", 201), ("HTTP://Bicycle.Example:8000", 201),
+        # Another server of the same machine is another site, too.
+        ("http://bicycle.example:8001", 403), ("http://bicycle.example", 403),
+        ("http://[::1]:8000", 403), ("", 403), ("http://", 403),
     ):  # fmt: skip
         assert client.post("/example", headers=host | {"origin": origin}).status_code == code
+    # A port that is not named is the usual one of the scheme.
+    for asked, origin, code in (
+        ("bicycle.example", "http://bicycle.example", 201),
+        ("bicycle.example", "https://bicycle.example", 201),
+        ("bicycle.example", "https://bicycle.example:443", 201),
+        ("bicycle.example:80", "http://bicycle.example", 201),
+        ("bicycle.example", "http://bicycle.example:443", 403),
+        ("[::1]:8000", "http://[::1]:8000", 201),
+        ("[::1]:8000", "http://[::1]:8001", 403),
+    ):
+        told = {"host": asked, "origin": origin}
+        assert client.post("/example", headers=told).status_code == code
+    # Where any host may be asked for, too.
+    client = serving(hosts=["*"])
+    told = {"host": "127.0.0.1:8000", "origin": "http://127.0.0.1:9000"}
+    assert client.post("/example", headers=told).status_code == 403
     same = host | {"origin": "null", "sec-fetch-site": "same-origin"}
     assert client.post("/example", headers=same).status_code == 201
 

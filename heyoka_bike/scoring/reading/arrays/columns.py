@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, divide, two_sum
+from heyoka_bike.scoring.reading.arrays.long_numbers import long_numbers
+from heyoka_bike.scoring.reading.dates import seconds_from_first
 from heyoka_bike.scoring.reading.digits import (
     are_beyond_binary64,
     binary_column,
@@ -75,11 +77,19 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
     """
     if is_time and getattr(source, "dtype", np.dtype("f8")).kind == "m":
         return _durations(source)
+    if is_time and (seconds := seconds_from_first(source)) is not None:
+        return _decimal_column(seconds, True)
     array = read_array(source, request).ravel()
     if step := getattr(array, "step", None):
         return column_of_steps(np.asarray(array), step)
     if array.dtype.kind == "O":
-        numbers = _decimals(array, request)
+        if (long := long_numbers(array)) and lo is None and long.bits is not None:
+            hi, rest = long.as_pairs()
+            # Times in binary64 are told from decimals later.
+            is_exact = bool(rest.any())
+            column = binary_column(hi, rest if is_exact else None, long.bits)
+            return replace(column, significant=None) if is_exact else column
+        numbers = long.as_decimals() if long else _decimals(array, request)
         if lo is None:
             return _decimal_column(numbers, is_time)
         array = np.array(numbers, dtype=np.float64)

@@ -50,6 +50,9 @@ def as_array(x: Any, request: Request) -> Any:
     """
     if isinstance(x, StoredArray) or type(x) is np.ndarray:
         return x
+    if all(hasattr(x, name) for name in ("rows", "cols", "tolist")):
+        # A matrix of mpmath or SymPy, which NumPy would round to binary64.
+        x = np.array(x.tolist(), dtype=object)
     try:
         # Of a matrix every part is a matrix, too.
         array: NDArray[Any] = np.asarray(x) if isinstance(x, np.matrix) else np.asanyarray(x)

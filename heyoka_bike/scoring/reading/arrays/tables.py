@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, Transposed
+from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, TimesOfDay, Transposed
 from heyoka_bike.scoring.reading.arrays.columns import (
     read_array,
     read_column,
@@ -22,6 +22,7 @@ from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, ArrayGroup, is_ve
 from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
 from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
 from heyoka_bike.scoring.reading.arrays.shapes import by_maneuver, table_among
+from heyoka_bike.scoring.reading.dates import first_date
 from heyoka_bike.scoring.reading.digits import evened
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
@@ -240,8 +241,14 @@ def _named(group: ArrayGroup, known: Sequence[str]) -> ReadTable:
         names,
         is_ordered=False,
         maneuver=request.group or _maneuver_told(arrays, request),
-        seen=(left_out(others, request),) if others else (),
+        seen=(*_dates(arrays[time]), *([left_out(others, request)] if others else [])),
     )
+
+
+def _dates(times: Any) -> tuple[TimesOfDay, ...]:
+    """Evidence that times are those of a day."""
+    first = first_date(times)
+    return () if first is None else (TimesOfDay(first),)
 
 
 def _table_by_place(

@@ -1,22 +1,24 @@
 """HDF5, and netCDF 4 with it: what a file holds itself.
 
-It may name other files, which that of a stranger must not open. Three things of the format open
-others: external links, arrays whose bytes are stored elsewhere, and virtual ones. None of them is
-opened, wherever it stands and whatever leads to it.
+A file may name other files: by external links, arrays whose bytes are stored elsewhere, and virtual
+arrays. None of these is opened, wherever it is and whatever leads to it. All arrays that are read
+together unpack to the bytes that the request allows.
 """
 
 import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from math import prod
 from pickletools import genops
 from typing import Any
 
 import h5py
 import numpy as np
 
-from heyoka_bike.errors import printable
-from heyoka_bike.scoring.reading.arrays.columns import refuse_too_large
+from heyoka_bike.errors import DatasetError, printable
+from heyoka_bike.reference.hdf5 import bytes_of, refuse_many_texts, why_unsafe
+from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, refuse_too_large
 from heyoka_bike.scoring.reading.arrays.groups import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
 from heyoka_bike.scoring.reading.names.columns import TIME, is_time, with_unit
@@ -27,6 +29,10 @@ from heyoka_bike.scoring.reading.result_file import ResultFile
 _BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
+_BYTES_OF_LETTER = 4
+# A row of texts whose sum is not known is read at once if it is at most this many times the limit
+# when every text is as long as the file.
+_MOST_TIMES = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +70,8 @@ class _OwnFile:
         self._request = request
         self._is_turned = is_turned
         self._count = 0
+        self._left = request.most_bytes
+        self._unpacked: set[int] = set()
 
     def variables(self, group: Any, depth: int = 0) -> dict[str, Any]:
         """The arrays and groups in a group."""
@@ -138,6 +146,8 @@ class _OwnFile:
             inner = [self._referred(x) for x in cells.ravel(order="F")]
             return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
         if dataset.attrs.get("MATLAB_class") == b"char":
+            # The text is kept, and any number of references may lead to it.
+            self._spend(prod(dataset.shape) * _BYTES_OF_LETTER)
             return np.array("".join(map(chr, array[()].ravel())))
         return unpacked(array, dataset.attrs)
 
@@ -157,7 +167,12 @@ class _OwnFile:
             # A name with a slash in it is looked up as a place, whatever is on the way.
             if "/" not in name and isinstance(group.get(name, getlink=True), h5py.HardLink):
                 self._claim()
-                yield name, group[name]
+                item = group[name]
+                try:
+                    refuse_many_texts(item.id, name.encode() + b"/")
+                except DatasetError as e:
+                    raise self._request.error(f"found {e}") from None
+                yield name, item
 
     def _array(self, dataset: Any) -> StoredArray:
         """An array, which is read when it is wanted."""
@@ -179,12 +194,43 @@ class _OwnFile:
     def _read(self, dataset: Any) -> Any:
         with self._request.damage("HDF5"):
             refuse_too_large(dataset, self._request)
+            if reason := why_unsafe(dataset.id, MOST_BYTES):
+                raise self._request.error(f"found {printable(dataset.name)[:100]}: it {reason}")
+            self._claim_unpacked(dataset)
             try:
-                found = dataset[()]
+                found = self._texts(dataset) if dataset.dtype.hasobject else dataset[()]
             except OSError:
                 self._check_filters(dataset)
                 raise
             return found.T if self._is_turned else found
+
+    def _claim_unpacked(self, dataset: Any) -> None:
+        """Count what an array takes beyond its stored bytes, once for each array."""
+        place = h5py.h5o.get_info(dataset.id).addr
+        if place not in self._unpacked:
+            self._unpacked.add(place)
+            chunk = prod(dataset.chunks or ()) * dataset.dtype.itemsize
+            self._spend(max(bytes_of(dataset.id), chunk) - dataset.id.get_storage_size())
+
+    def _spend(self, size: int) -> None:
+        self._left -= max(size, 0)
+        if self._left < 0:
+            raise self._request.too_long()
+
+    def _texts(self, dataset: Any) -> Any:
+        """An array of texts, each of which may be the longest one of the file: some at a time."""
+        if _has_references(dataset) or dataset.ndim == 0:
+            return dataset[()]
+        longest = self._file.id.get_filesize()
+        row = prod(dataset.shape[1:])
+        if row * longest > _MOST_TIMES * self._request.most_bytes:
+            raise self._request.too_long()
+        step = max(1, self._request.most_bytes // max(row * longest, 1))
+        parts = []
+        for i in range(0, len(dataset), step):
+            parts.append(dataset[i : i + step])
+            self._spend(_length(parts[-1]))
+        return np.concatenate(parts) if parts else dataset[()]
 
     def _check_filters(self, dataset: Any) -> None:
         """Raise an error that names the filter if the array needs one that is not installed."""
@@ -197,6 +243,15 @@ class _OwnFile:
                     f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
                     "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)"
                 )
+
+
+def _length(x: Any) -> int:
+    """Letters or bytes of all objects in an array, of those in its fields too."""
+    if x.dtype.names:
+        return sum(_length(x[name]) for name in x.dtype.names)
+    if x.dtype.kind != "O":
+        return 0
+    return sum(getattr(item, "nbytes", len(item)) for item in x.ravel() if item is not None)
 
 
 def texts_of_pickle(pickled: bytes) -> list[str]:

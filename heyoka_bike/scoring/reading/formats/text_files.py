@@ -5,18 +5,29 @@ Labels, names and units may stand in the rows of a table, and its columns may be
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from itertools import pairwise, takewhile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.evidence import Transposed
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.encodings import whole_lines
+from heyoka_bike.scoring.reading.names.columns import are_names
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS, best_dialect, without_comment
-from heyoka_bike.scoring.reading.text.headings import COMMENT_SIGNS, headings_in, is_heading
+from heyoka_bike.scoring.reading.text.displayed import has_blocks, side_by_side
+from heyoka_bike.scoring.reading.text.headings import (
+    COMMENT_SIGNS,
+    headings_in,
+    is_heading,
+    with_units,
+)
+from heyoka_bike.scoring.reading.text.opening import MOST_ABOVE, MOST_COLUMNS
 from heyoka_bike.scoring.reading.text.rows import first_block, read_rows
 from heyoka_bike.scoring.reading.words import read_words
 
@@ -57,7 +68,9 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         None of that: what `text.rows.read_rows` says.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first, is_beyond_it = first_block(blocks), False
+    first, is_beyond_it = first_block(blocks, request), False
+    if has_blocks(first):
+        first, blocks = side_by_side("".join((first, *blocks)), request), iter(())
 
     def rest() -> Iterator[str]:
         nonlocal is_beyond_it
@@ -69,10 +82,10 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         return [read_rows(first, rest(), request)]
     except InputError as error:
         # Words stand in the first lines if they stand anywhere: a long text of numbers is not kept.
-        if is_beyond_it:
+        if is_beyond_it or not first.strip():
             raise
         lines = _contents("".join((first, *blocks)).split("\n"), request)
-        for dialect in DIALECTS:
+        for dialect in (x for x in DIALECTS if x.may_read(lines)):
             with suppress(InputError):
                 if found := read_words(map(dialect.split, lines), request, dialect):
                     return found
@@ -86,7 +99,7 @@ def _contents(lines: list[str], request: Request) -> list[str]:
     """Lines without comments; the last of those above them may be a heading."""
     found = [x for line in lines if (x := without_comment(line))]
     above = takewhile(lambda line: not without_comment(line), lines)
-    for line in reversed([*above]):
+    for line in [line for line in above if line.strip()][: -MOST_ABOVE - 1 : -1]:
         plain = COMMENT_SIGNS.sub("", line, count=1)
         if any(is_heading(names, request) for names in headings_in(line)):
             return [plain, *found]
@@ -96,14 +109,45 @@ def _contents(lines: list[str], request: Request) -> list[str]:
 def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:
     """The table of a text that is on its side; None if it is not.
 
-    It is if it has as many lines as there may be columns, all of them numbers, as many in each, and
-    those of the first one ascend.
+    It is if its lines have names in front that are known, or if it has as many lines as there may
+    be columns. All else are numbers, as many in each line, and those of the first one ascend.
     """
-    found = best_dialect(lines, ()) if len(lines) in request.widths else None
-    if found is None or len(found[2]) != len(lines):
+    if named := _named_lines(lines, request):
+        found = tables(named, request)
+        seen = Transposed(len(named), len(next(iter(named.values()))))
+        return [replace(found[0], seen=(*found[0].seen, seen)), *found[1:]]
+    found_dialect = best_dialect(lines, ()) if len(lines) in request.widths else None
+    if found_dialect is None or len(found_dialect[2]) != len(lines):
         return None
-    dialect = found[0]
+    dialect = found_dialect[0]
     columns = [[dialect.number(field) or "" for field in dialect.split(line)] for line in lines]
     if not all(float(a) < float(b) for a, b in pairwise(columns[0])):
         return None
     return tables(np.array(columns, object), request)
+
+
+def _named_lines(lines: list[str], request: Request) -> dict[str, NDArray[np.object_]]:
+    """The numbers of lines by the names in front of them, with their units; empty if not so."""
+    if request.names or not 1 < len(lines) <= MOST_COLUMNS:
+        return {}
+    for dialect in DIALECTS:
+        if not dialect.may_read(lines):
+            continue
+        rows = [dialect.split(line) for line in lines]
+        if len({*map(len, rows)}) > 1:
+            continue
+        numbers = [dialect.numbers(row) for row in rows]
+        # One word in front of the numbers, or two: a name and its unit.
+        words = next((i for i, x in enumerate(numbers[0]) if x is not None), 0)
+        are_numbers = all(
+            {*map(bool, row[:words])} == {False} and all(row[words:]) for row in numbers
+        )
+        if words not in (1, 2) or not are_numbers:
+            continue
+        names = [row[0].strip("\"'") for row in rows]
+        if words == 2:
+            names = with_units(names, [row[1] for row in rows])
+        if are_names(names, request):
+            columns = [np.array(row[words:], object) for row in numbers]
+            return request.by_name(zip(names, columns, strict=True))
+    return {}

@@ -22,8 +22,20 @@ _MOST_WORDS_OF_UNIT = 4
 _LONGEST_OF_R = 1000
 _OF_R = re.compile(r"(.+?)\.\.([A-Za-z.]+)\.")
 TIME = "time"
-_NAMES_OF_TIME = ("t", "times", "timestamp", "sec", "secs", "seconds", "simulationtime", "tout")
-KEYS: Mapping[str, str] = {**dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **KEYS_BY_WORD}
+_NAMES_OF_TIME = (
+    "t", "times", "timestamp", "timestamps", "datetime", "sec", "secs", "seconds", "simulationtime",
+    "tout",
+)  # fmt: skip
+# The parts of a quaternion by letters, as rear_frame_qw or rear_frame_quaternion_x.
+_PARTS_OF_QUATERNIONS = {
+    f"{end}frame{word}{letter}": f"{end}_frame_q{i}"
+    for end in ("rear", "front")
+    for word in ("q", "quat", "quaternion", "orientation")
+    for i, letter in enumerate("wxyz")
+}
+KEYS: Mapping[str, str] = {
+    **dict.fromkeys((TIME, *_NAMES_OF_TIME), TIME), **_PARTS_OF_QUATERNIONS, **KEYS_BY_WORD
+}  # fmt: skip
 # What a name means in another unit than that of its usual meaning.
 _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",

@@ -6,30 +6,61 @@ import re
 from collections.abc import Mapping, Sequence
 
 from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
-from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, by_words, quantity_of, unit_in
+from heyoka_bike.scoring.reading.names.columns import (
+    KEYS,
+    TIME,
+    by_words,
+    quantity_of,
+    recognise,
+    unit_in,
+)
 from heyoka_bike.scoring.reading.names.joints import joint_held
-from heyoka_bike.scoring.reading.names.meanings import IN_WORDS, letter_of
-from heyoka_bike.scoring.reading.names.units import split_unit, unknown_unit
-from heyoka_bike.scoring.reading.names.words import NAMES_SHOWN
+from heyoka_bike.scoring.reading.names.meanings import IN_WORDS
+from heyoka_bike.scoring.reading.names.units import unknown_unit
+from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SHOWN, NAMES_SPELT, nearest
 from heyoka_bike.scoring.reading.request import Request
 
 
 def left_out(names: Sequence[str], request: Request) -> NotCompared:
     """Return the evidence that columns of unknown names are not used."""
-    columns = tuple(LostColumn(name, *name_held(name, request)) for name in names)
+    # Comparing letters takes a millisecond a name, and a file may have thousands.
+    keys = [
+        resembled(name, request) if i < NAMES_SPELT else name_held(name, request)[0]
+        for i, name in enumerate(names)
+    ]
+    columns = tuple(
+        LostColumn(name, key, _maneuver_in_words(name, request) if key else None)
+        for name, key in zip(names, keys, strict=True)
+    )
     return NotCompared(Reason.UNKNOWN_NAME, columns, request.how_to_tell)
+
+
+def resembled(name: str, request: Request) -> str | None:
+    """Return the key of the quantity that an unknown name may mean; None if it is like no name.
+
+    It is for messages: a name that is misspelt, a path, a derivative, or several words.
+    """
+    if match := _DERIVATIVE.fullmatch(name.strip(" \"'")):
+        angle = recognise(next(filter(None, match.groups())))
+        if angle is not None and angle[0] in _RATE_OF:
+            return _RATE_OF[angle[0]]
+    if key := nearest(name, ALMOST) or name_held(name, request)[0]:
+        return key
+    plain = _UNIT_BEGINS.split(name, maxsplit=1)[0]
+    steps = [step for step in _PATH_BREAKS.split(plain) if step.strip()]
+    # The last step may name a part of the quantity: speed.Q.
+    words = [by_words(step)[1] for step in steps[:-3:-1] if len(steps) > 1]
+    words += [KEYS.get(x.lower()) for x in _TOKENS.findall(plain) if len(x) >= _SHORTEST_WORD]
+    return next((key for key in words if key is not None and key != TIME), None)
 
 
 def set_aside(
     names: Sequence[str], request: Request, reason: Reason = Reason.SET_ASIDE
 ) -> NotCompared:
     """Return the evidence that columns are not used although their names are known."""
-    columns = []
-    for name in names:
-        is_letter = bool(letter_of(split_unit(name)[0]))
-        columns.append(
-            LostColumn(name, quantity_of(name), _maneuver_in_words(name, request), is_letter)
-        )
+    columns = (
+        LostColumn(name, quantity_of(name), _maneuver_in_words(name, request)) for name in names
+    )
     return NotCompared(reason, tuple(columns), request.how_to_tell)
 
 
@@ -74,6 +105,13 @@ def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
     ]
 
 
+# D(roll), der(roll), Differential(t)(roll(t)), Derivative(roll(t), t), d(roll)/dt, roll_t(t).
+_DERIVATIVE = re.compile(
+    r"(?:d|der|diff|ddt|derivative|differential\(\w+\))\((\w+)(?:\(\w+\))?(?:, *\w+)?\)(?:/ *dt)?"
+    r"|d *(\w+) */ *dt|(\w+?)(?:_|\u02cd)t(?:\(\w+\))?",
+    re.IGNORECASE,
+)
+_RATE_OF = {"roll_angle": "roll_rate", "steer_angle": "steer_rate", "yaw": "yaw_rate"}
 _UNIT_BEGINS = re.compile(r"[\[(]|\s+in\s+|(?<=\w)(?:__|\.\.)(?=\w)")
 # A letter means many things, but with a maneuver.
 _SHORTEST_WORD = 2

@@ -34,6 +34,9 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "lbf": ("lb",),
     "J": ("joule",),
     "W": ("watt",),
+    "cal": ("calorie",),
+    "kcal": ("kilocalorie",),
+    "eV": ("electronvolt",),
     "knot": ("kt",),
     "m/s": ("mps",),
     "km/h": ("kmh", "kph"),
@@ -47,7 +50,7 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
 }
 """Other spellings, in small letters, without the s of a plural."""
 
-_PRODUCTS = ("W h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m")
+_PRODUCTS = ("W h", "kW h", "MN m", "N m", "kN m", "mN m", "N mm", "N cm", "kg m")
 """Units that are written without their blank, too."""
 
 _WORDS: Mapping[str, str] = {

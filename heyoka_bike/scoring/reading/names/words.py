@@ -12,6 +12,9 @@ from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 
 # The names of a message; more would not be read.
 NAMES_SHOWN = 8
+NAMES_SPELT = 100
+"""Unknown names of a file that are compared with known ones letter by letter."""
+
 # Shorter names are like too many others.
 _SHORTEST_ALIKE = 5
 # Letters at the beginning, which tell the quantity; angle and rate at the end do not.

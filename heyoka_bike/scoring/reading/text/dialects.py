@@ -2,7 +2,8 @@
 
 Separators are commas, semicolons, tabs or blanks; the decimal sign is a point or a comma. Exponents
 may be written with the letters E, D or Q, or none, as Fortran writes three digits (ISO/IEC 1539-1,
-section 13.7.2.3.3). Of all dialects that is taken under which most lines are rows of numbers.
+section 13.7.2.3.3), or with Mathematica's ``*^``. Fortran's ``3*0.5`` is three values
+(section 13.11.3.2). Of all dialects that is taken under which most lines are rows of numbers.
 
 A row of a sheet is a line whose fields are apart already: a number is one, and a word may be one
 with a decimal point or comma.
@@ -17,8 +18,10 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar
 
+# Mathematica writes the precision of a number behind a backtick.
 _DECIMAL_NUMBER = re.compile(
-    r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eEdDqQ]([+-]?[0-9]+)|([+-][0-9]{3}))?"
+    r"([+-]?)([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:`{1,2}[0-9.]*)?"
+    r"(?:(?:[eEdDqQ]|\*\^)([+-]?[0-9]+)|([+-][0-9]{3}))?"
 )
 # What most rows are, at once: seven times as fast as one by one.
 _PLAIN_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -31,6 +34,14 @@ _NOT_FINITE = re.compile(
 # In 1.#IND the sign is part of the number.
 _COMMENT = re.compile(r"(?:(?<![0-9]\.)#|#(?!IND|INF|QNAN|SNAN))|[%!]|//", re.IGNORECASE)
 _CUT_NUMBER = re.compile(r"[+-]?[0-9]*[.,]?[0-9]*(?:[eEdDqQ][+-]?)?")
+# A count and a value, of list-directed output.
+_REPEATED = re.compile(r"([1-9][0-9]{0,2})\*([^*^].*)")
+# Values that the repeat counts of a row may stand for: a few bytes do not become many rows of them.
+_MOST_REPEATED = 100
+# Begins as a number, and has only the letters of an exponent. Dates and words are none.
+_LIKE_A_NUMBER = re.compile(
+    r"[\"'(\[{]*[+-]?\.?[0-9][0-9.,+*^-]*(?:[eEdDqQ][0-9.,+*^-]*)*[)\]}\"']*"
+)
 _QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'")
 
 
@@ -68,10 +79,21 @@ class Dialect:
                 fields.pop()
         else:
             fields = [field for field in line.replace("\t", " ").split(" ") if field]
+        if "*" in line:
+            fields = self._expanded(fields)
         if not held:
             return fields
         back = iter(held)
         return [re.sub("\0", lambda _: next(back, "\0"), field) for field in fields]
+
+    def _expanded(self, fields: list[str]) -> list[str]:
+        """The fields with repeated values written out; all as they are if that makes too many."""
+        each = [_REPEATED.fullmatch(field) for field in fields]
+        found = [x if x and self.number(x[2]) is not None else None for x in each]
+        if sum(int(x[1]) for x in found if x) > _MOST_REPEATED:
+            return fields
+        parts = ([x[2]] * int(x[1]) if x else [f] for x, f in zip(found, fields, strict=True))
+        return [field for part in parts for field in part]
 
     def number(self, field: Any) -> str | None:
         """The number in the form that `float` reads, ``nan`` if it is not finite; None if none."""
@@ -86,7 +108,7 @@ class Dialect:
             return "nan" if _NOT_FINITE.fullmatch(field) else None
         sign, mantissa, power, bare = match.groups()
         if power is None and bare is None:
-            return match[0]
+            return f"{sign}{mantissa}"
         # Fortran leaves the letter out where three digits need its place.
         if bare is not None and "." not in mantissa:
             return None
@@ -113,6 +135,11 @@ class Dialect:
             return False
         complete = all(self.number(field) is not None for field in fields[:-1])
         return complete and bool(self.number(fields[-1]) or _CUT_NUMBER.fullmatch(fields[-1]))
+
+
+def looks_like_number(field: Any) -> bool:
+    """True if a field is a number, or is written like one, such as ``2*`` or ``1.2.3``."""
+    return is_number(field) or (isinstance(field, str) and bool(_LIKE_A_NUMBER.fullmatch(field)))
 
 
 class DialectOfCells(Dialect):

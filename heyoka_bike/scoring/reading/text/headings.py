@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from heyoka_bike.scoring.reading.names.columns import are_names, recognise, with_degrees
@@ -24,7 +24,10 @@ _TWO_BLANKS = re.compile(r"\s{2,}")
 # In the lines above the names in OpenSim's files of storage and motion.
 _IN_DEGREES = re.compile(r"\s*inDegrees\s*=\s*yes\s*", re.IGNORECASE)
 # With the blanks before it: a name keeps its unit where blanks separate names.
-_BRACKETED = re.compile(r"[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))")
+_BRACKETED = re.compile(r"(?<![ \t])[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))")
+Headings = Mapping[int, Sequence[list[str]]]
+"""All names that lines may have, by the index of the line."""
+
 # The units of a first column without one.
 _NO_UNIT = re.compile(r"-[\s,;]")
 
@@ -63,7 +66,7 @@ def is_heading(written: Sequence[str], request: Request) -> bool:
 
 
 def heading_among(
-    above: Sequence[Sequence[list[str]]], width: int, request: Request
+    above: Headings, width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
     """The last heading of so many names above the rows, and its index.
 
@@ -73,7 +76,7 @@ def heading_among(
     Parameters
     ----------
     above
-        Of each line above the rows, all names that it may have.
+        Names that the lines above the rows may have.
     width
         Numbers in a row.
     request
@@ -85,7 +88,8 @@ def heading_among(
         if are_names(names, request) or are_names(with_units(names, below), request):
             if _are_repeated(names) and (levels := _levels(above, width, request))[0]:
                 return levels
-            units = (x for _, x in of_width(above[max(i - 1, 0) : i], width) if are_units(x))
+            line_above = {i - 1: above.get(i - 1, ())}
+            units = (x for _, x in of_width(line_above, width) if are_units(x))
             names = with_units(names, below or next(units, []))
             return (with_degrees(names) if _are_in_degrees(above) else names), i
         if not below and are_units(names):
@@ -93,9 +97,7 @@ def heading_among(
     return _levels(above, width, request)
 
 
-def _levels(
-    above: Sequence[Sequence[list[str]]], width: int, request: Request
-) -> tuple[list[str] | None, int | None]:
+def _levels(above: Headings, width: int, request: Request) -> tuple[list[str] | None, int | None]:
     """The names in several lines, as pandas writes those of levels, and the index of the last."""
     lines = dict(reversed([*of_width(above, width)]))
     for last in sorted(lines, reverse=True):
@@ -116,15 +118,12 @@ def _are_repeated(names: Sequence[str]) -> bool:
     return len(set(found)) < len(found)
 
 
-def of_width(above: Sequence[Sequence[list[str]]], width: int) -> Iterator[tuple[int, list[str]]]:
+def of_width(above: Headings, width: int) -> Iterator[tuple[int, list[str]]]:
     """Index of each line, from the last to the first, and so many names that it may have.
 
     Of units the last may be empty: a separator at the end of a line adds none.
     """
-    for i in range(len(above) - 1, -1, -1):
-        # Millions of lines may be blank.
-        if not above[i]:
-            continue
+    for i in sorted(above, reverse=True):
         yield from ((i, names) for names in above[i] if len(names) == width)
         short = (names for names in above[i] if len(names) == width - 1 and "" in names)
         yield from ((i, [*names, ""]) for names in short if are_units(names))
@@ -149,7 +148,7 @@ def with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     ]
 
 
-def _are_in_degrees(above: Sequence[Sequence[list[str]]]) -> bool:
+def _are_in_degrees(above: Headings) -> bool:
     """True if one of the lines says that all angles and their rates are in degrees."""
-    alone = (names[0] for line in above for names in line if len(names) == 1)
+    alone = (names[0] for line in above.values() for names in line if len(names) == 1)
     return any(map(_IN_DEGREES.fullmatch, alone))

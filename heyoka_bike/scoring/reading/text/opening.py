@@ -6,12 +6,15 @@ The lines are those of a text, or the rows of a sheet.
 from __future__ import annotations
 
 import logging
+import re
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
-from itertools import chain, dropwhile, islice
+from dataclasses import dataclass, field, replace
+from itertools import chain, islice, pairwise
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.evidence import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,
@@ -27,9 +30,12 @@ from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
+    looks_like_number,
     without_comment,
 )
 from heyoka_bike.scoring.reading.text.headings import (
+    COMMENT_SIGNS,
+    Headings,
     are_units,
     heading_among,
     headings_in,
@@ -45,12 +51,29 @@ _SAMPLE_ROWS = 40
 MOST_COLUMNS = 20_000
 """Columns that a text may have; each is looked at by its name and its digits."""
 
+MOST_ABOVE = 10_000
+"""Lines above the first row of numbers that are looked at, apart from blank lines and comments: the
+effort for what is above the rows is limited, and does not grow with the text."""
+
+# Names in all lines that are looked at for a heading.
+_MOST_NAMES = 2 * MOST_COLUMNS
+_LONGEST_NAME = 1000
 # A heading stands near the top.
 _HEADING_LINES = 100
 # A row that counts the columns: of fewer, 0 1 may well be the first of rows that have names.
 _FEWEST_COUNTED = 9
 # A row above the others that has so many numbers, more than half of its fields, is a damaged one.
 _FEWEST_OF_A_ROW = 3
+_DIGIT = re.compile(r"\d")
+# Numbers of a skipped line that is reported; one alone is a title's, such as the year.
+_FEWEST_SKIPPED = 2
+_ANY_DIGIT = re.compile("[0-9]")
+# Rows on several lines: fewer of them may be alike by chance.
+_FEWEST_RECORDS = 3
+# Skipped lines that are quoted, and characters of each that are kept.
+_MOST_SHOWN, _LONGEST_SHOWN = 3, 200
+FACTOR = re.compile(r"\s*1\.?0*[eE]([+-]?[0-9]{1,2})\s*\*\s*")
+"""The common factor of a matrix as MATLAB displays it, on a line of its own."""
 Line = tuple[int, Any]
 """Index and content of a line."""
 
@@ -81,6 +104,32 @@ TEXT = Notation(DIALECTS, without_comment, headings_in, lambda line: not line.st
 """The lines of a text."""
 
 
+@dataclass(slots=True)
+class Skipped:
+    """Lines that hold numbers and are not read.
+
+    Attributes
+    ----------
+    count : int
+    first : list of (int, str)
+        The number of each of the first few lines, and the line.
+    """
+
+    count: int = 0
+    first: list[tuple[int, str]] = field(default_factory=list)
+
+    def add(self, number: int, line: Any) -> None:
+        """Add a line of a text, or a row of a sheet."""
+        self.count += 1
+        if self.count <= _MOST_SHOWN:
+            text = line if isinstance(line, str) else ", ".join(map(str, line))
+            self.first.append((number, " ".join(text[:_LONGEST_SHOWN].split())))
+
+    def evidence(self) -> tuple[LinesNotRead, ...]:
+        """Evidence of the lines, if there are any."""
+        return (LinesNotRead(self.count, tuple(self.first)),) if self.count else ()
+
+
 @dataclass(frozen=True, slots=True)
 class Opening:
     """How rows of numbers are written, and where they begin.
@@ -103,6 +152,10 @@ class Opening:
         Columns with more digits than binary64 has.
     maneuver : int or None
         The only one that comments above the rows speak of.
+    power
+        The numbers of the rows times 10 to this power are meant: MATLAB's common factor.
+    skipped : Skipped
+        The lines before the first row that look like rows.
     """
 
     notation: Notation
@@ -114,6 +167,8 @@ class Opening:
     time: int
     exact: tuple[int, ...]
     maneuver: int | None = None
+    power: int = 0
+    skipped: Skipped = field(default_factory=Skipped)
 
 
 def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Opening:
@@ -134,24 +189,26 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
         No rows, rows of another number of columns, or a damaged first row.
     """
     widths = {*request.widths}
+    # Millions of lines may be blank.
+    written = [i for i, line in enumerate(lines) if line and not notation.is_blank(line)]
     if request.names is None:
-        written = dropwhile(notation.is_blank, lines)
-        headings = chain.from_iterable(map(notation.headings_in, islice(written, _HEADING_LINES)))
-        # A line of so many words is no heading; what it would cost to look at all of them is more.
-        some = (x for x in headings if len(x) <= MOST_COLUMNS)
-        widths |= {len(x) for x in some if is_heading(x, request)}
+        headings = _headings(lines, written[:_HEADING_LINES], notation)
+        every = chain.from_iterable(headings.values())
+        widths |= {len(x) for x in every if is_heading(x, request)}
     if not widths:
         raise request.not_columns("no line of column names that are known")
-    sample, dialect, width, rows = _first_rows(lines, notation, widths)
-    if not rows and all(map(notation.is_blank, lines)):
+    if not written:
         raise request.error("found an empty file, expected rows of numbers")
+    sample, dialect, width, rows = _first_rows(lines, written, notation, widths)
     if not rows:
-        raise _no_row(lines, notation, request)
+        raise _no_row(lines, written[:MOST_ABOVE], notation, request)
+    _refuse_wrapped(sample, dialect, widths, request)
     first = rows[0][0]
     if width > MOST_COLUMNS:
         said = f"found {width} columns, expected at most {MOST_COLUMNS}"
         raise request.error(said, first + 1)
-    above = [[*notation.headings_in(line)] for line in lines[:first]]
+    before = written[: bisect_left(written, first)][-MOST_ABOVE:]
+    above = _headings(lines, reversed(before), notation)
     names, at = heading_among(above, width, request)
     if _count_up(rows, dialect):
         # pandas and R give the index of the rows no name. With blanks in names there may seem to be
@@ -178,8 +235,73 @@ def opened(lines: Sequence[Any], notation: Notation, request: Request) -> Openin
     exact = tuple(
         j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
     )
-    told = _maneuver_in_comments(lines[:first], notation)
-    return Opening(notation, dialect, width, first, names, heading, time, exact, told)
+    told = _maneuver_in_comments([lines[i] for i in before], notation)
+    found = Opening(notation, dialect, width, first, names, heading, time, exact, told)
+    skipped = Skipped()
+    powers = {}
+    for i in before:
+        line = lines[i]
+        if i == at or any(len(x) == width and are_units(x) for x in above.get(i, ())):
+            continue
+        if isinstance(line, str) and (match := FACTOR.fullmatch(line)):
+            powers[i] = int(match[1])
+        elif looks_like_row(line, found):
+            skipped.add(i + 1, line)
+    for i in [*powers][:-1]:
+        skipped.add(i + 1, lines[i])
+    power = next(reversed(powers.values()), 0)
+    return replace(found, power=power, skipped=skipped)
+
+
+def looks_like_row(line: Any, opening: Opening) -> bool:
+    """True if a line that is not read looks like a row of numbers.
+
+    Most of its fields look like numbers, at least two of them, or as many as the rows have columns.
+    A comment must have as many: it may list a few parameters. Whole numbers behind a word, such as
+    ``maneuver 1 1 2 2``, are labels.
+    """
+    if isinstance(line, str) and not _ANY_DIGIT.search(line):
+        return False
+    content = opening.notation.without_comment(line)
+    is_comment = not content and isinstance(line, str)
+    text = COMMENT_SIGNS.sub("", line, count=1) if is_comment else content
+    # Such a line may be written with another separator than the rows.
+    for dialect in opening.notation.dialects[::2]:
+        fields = dialect.split(text)
+        numbers = [field for field in fields if looks_like_number(field)]
+        count = len(numbers)
+        if numbers and fields[0] is not numbers[0] and all(str(x).isdigit() for x in numbers):
+            return False
+        if not is_comment and _counts_columns(content, dialect, opening.width):
+            return False
+        is_mostly = not is_comment and count >= _FEWEST_SKIPPED and 2 * count > len(fields)
+        if is_mostly or count >= opening.width:
+            return True
+    return False
+
+
+def _headings(
+    lines: Sequence[Any], indices: Iterable[int], notation: Notation
+) -> dict[int, list[list[str]]]:
+    """All names that each of these lines may have, by its index in ascending order.
+
+    The first lines count if the names are too many in all.
+    """
+    found: dict[int, list[list[str]]] = {}
+    count = 0
+    for i in indices:
+        names = [x for x in notation.headings_in(lines[i]) if _may_be_names(x)]
+        count += sum(map(len, names))
+        if found and count > _MOST_NAMES:
+            break
+        if names:
+            found[i] = names
+    return dict(sorted(found.items()))
+
+
+def _may_be_names(words: Sequence[str]) -> bool:
+    """True unless there are more words than columns, or one is longer than any name."""
+    return len(words) <= MOST_COLUMNS and max(map(len, words), default=0) <= _LONGEST_NAME
 
 
 def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | None:
@@ -193,7 +315,7 @@ def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | Non
 
 
 def _heading_that_holds_names(
-    above: Sequence[Sequence[list[str]]], width: int, request: Request
+    above: Headings, width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
     """The last line of so many names of which one holds a known one, and its index.
 
@@ -207,10 +329,11 @@ def _heading_that_holds_names(
 
 
 def _first_rows(
-    lines: Sequence[Any], notation: Notation, widths: Collection[int]
+    lines: Sequence[Any], written: Sequence[int], notation: Notation, widths: Collection[int]
 ) -> tuple[list[Line], Dialect, int, list[Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
-    contents = ((i, x) for i, line in enumerate(lines) if (x := notation.without_comment(line)))
+    contents = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
+    contents = islice(contents, MOST_ABOVE)
     while sample := list(islice(contents, _SAMPLE_LINES)):
         found = best_dialect([content for _, content in sample], widths, notation.dialects)
         if found:
@@ -218,6 +341,45 @@ def _first_rows(
             is_count = _counts_columns(sample[at[0]][1], dialect, width)
             return sample, dialect, width, [sample[i] for i in at[is_count:]]
     return [], notation.dialects[0], 0, []
+
+
+def _refuse_wrapped(
+    sample: Sequence[Line], dialect: Dialect, widths: Collection[int], request: Request
+) -> None:
+    """Raise an error if each row is wrapped over several lines, the same number of lines."""
+    counts = [dialect.count(content) for _, content in sample]
+    begin = next((i for i, count in enumerate(counts) if count is not None), 0)
+    counts, lines = counts[begin:], sample[begin:]
+    for width in sorted(widths):
+        found = _counts_of_lines(counts, width)
+        records = len(counts) // len(found) if len(found) > 1 else 0
+        if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
+            continue
+        starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
+        times = starts[: records * len(found) : len(found)]
+        if all(a < b for a, b in pairwise(times)):
+            *some, last = map(str, found)
+            instead = (
+                "in Fortran: write (unit, '(*(g0, 1x))') row"
+                if dialect.separator
+                else "in NumPy: np.savetxt('results.txt', np.fromfile(FILE, sep=' ').reshape(-1, "
+                f"{width}))"
+            )
+            raise request.error(
+                f"found each row of {width} values on {len(found)} lines ({', '.join(some)} and "
+                f"{last} values), expected one line; {instead}",
+                lines[0][0] + 1,
+            )
+
+
+def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
+    """How many numbers are in each of the first lines that together are a row; empty if none."""
+    found: list[int] = []
+    for count in counts:
+        if count is None or sum(found) >= width:
+            break
+        found.append(count)
+    return found if sum(found) == width else []
 
 
 def _unknown(names: Sequence[str]) -> int:
@@ -232,19 +394,25 @@ def _count_up(rows: Sequence[Line], dialect: Dialect) -> bool:
     return len(counted) == len(rows) > 1 and counted == [*range(counted[0], counted[0] + len(rows))]
 
 
-def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> InputError:
+def _no_row(
+    lines: Sequence[Any], written: Sequence[int], notation: Notation, request: Request
+) -> InputError:
     """Return the error of lines without a row of numbers: the first field that is none of them.
 
     It is looked for in the first line below a heading that has a digit, or does not begin as words
     do.
     """
-    for i, line in enumerate(lines):
+    for i in written:
+        line = lines[i]
         content = notation.without_comment(line)
         first = str(content[0]).strip("\"' ")[:1] if content else ""
-        has_digit = any(map(str.isdigit, map(str, content)))
+        has_digit = any(
+            _DIGIT.search(str(x)) for x in ([content] if isinstance(content, str) else content)
+        )
         if not content or (first.isalpha() and not has_digit):
             continue
-        if any(is_heading(names, request) for names in notation.headings_in(line)):
+        headings = _headings(lines, [i], notation).get(i, ())
+        if any(is_heading(names, request) for names in headings):
             continue
         # Under the separator that makes the most numbers of it.
         dialect = max(notation.dialects, key=lambda d: _count_of(content, d))
@@ -256,7 +424,8 @@ def _no_row(lines: Sequence[Any], notation: Notation, request: Request) -> Input
                 return _shortened(field, request, i + 1, at + 1)
             said = dialect.empty if field == "" else f"{quoted(field)} as value {at + 1}"
             return request.not_columns(f"{said} and no row of numbers", i + 1, at + 1)
-    return request.not_columns("no row of numbers")
+    where = f" in the first {MOST_ABOVE} lines" if len(written) == MOST_ABOVE else ""
+    return request.not_columns(f"no row of numbers{where}")
 
 
 def _count_of(content: Any, dialect: Dialect) -> tuple[int, int]:
@@ -288,15 +457,13 @@ def row_error(
     return request.error(message, number, at + 1)
 
 
-def _wrong_width(
-    above: Sequence[Sequence[list[str]]], width: int, rows: int, line: int, request: Request
-) -> InputError:
+def _wrong_width(above: Headings, width: int, rows: int, line: int, request: Request) -> InputError:
     """Return the error for rows of so many columns, with the heading above them if there is one.
 
     Parameters
     ----------
     above
-        Of each line above the rows, all names that it may have.
+        Names that the lines above the rows may have.
     width, rows
         Numbers in a row, and how many rows there are.
     line
@@ -329,7 +496,7 @@ def _refuse_damaged_row(
         numbers = len(row) - row.count(None)
         is_row = (
             bool(row)
-            and row[0] is not None
+            and looks_like_number(dialect.split(content)[0])
             and numbers >= _FEWEST_OF_A_ROW
             and 2 * numbers > len(row)
         )

@@ -11,16 +11,26 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import LastRowIncomplete
-from heyoka_bike.scoring.reading.digits import evened, written_column
+from heyoka_bike.scoring.evidence import Evidence, LastRowIncomplete
+from heyoka_bike.scoring.reading.digits import evened, times_power_of_ten, written_column
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, read_lines
-from heyoka_bike.scoring.reading.text.opening import TEXT, Opening, opened, row_error
+from heyoka_bike.scoring.reading.text.opening import (
+    MOST_COLUMNS,
+    TEXT,
+    Opening,
+    Skipped,
+    looks_like_row,
+    opened,
+    row_error,
+)
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
+# Of a line; more than the columns by what quotes and blanks at the ends may add.
+_MOST_FIELDS = 4 * MOST_COLUMNS
 # Numbers as `parse_block` reads them; beside a decimal comma a point has no place.
 _PLAIN_LETTERS = {
     ".": bytes.maketrans(b"EDdQq", b"eeeee"),
@@ -46,15 +56,33 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> ReadT
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    return read_rows(first_block(blocks), blocks, request)
+    return read_rows(first_block(blocks, request), blocks, request)
 
 
-def first_block(blocks: Iterator[str]) -> str:
-    """The first block of whole lines in which there is anything."""
-    first = next(blocks, "")
-    while not first.strip() and (block := next(blocks, "")):
-        first += block
+def first_block(blocks: Iterator[str], request: Request) -> str:
+    """The first block of whole lines in which there is anything.
+
+    Raises
+    ------
+    InputError
+        A line has far more fields than a table may have: each of them would be looked at.
+    """
+    read = []
+    for block in blocks:
+        read.append(block)
+        if block.strip():
+            break
+    first = "".join(read)
+    for i, line in enumerate(first.split("\n")):
+        if len(line) > _MOST_FIELDS and _fields_at_most(line) > _MOST_FIELDS:
+            said = f"found a line of more than {_MOST_FIELDS} fields, expected at most"
+            raise request.error(f"{said} {MOST_COLUMNS} columns", i + 1)
     return first
+
+
+def _fields_at_most(line: str) -> int:
+    """Count the fields of a line under the separator that makes the most of it, quotes included."""
+    return max(len(line.split()), *(line.count(sign) for sign in ",;\t\"'"))
 
 
 def read_rows(first: str, blocks: Iterable[str], request: Request) -> ReadTable:
@@ -86,6 +114,8 @@ class RowReader:
         What has been read.
     cut : InputError or None
         The error of a row that may be the last one, and incomplete.
+    skipped : Skipped
+        The lines that look like rows and were not read.
     """
 
     request: Request
@@ -93,6 +123,10 @@ class RowReader:
     line: int
     blocks: list[Block] = field(default_factory=list)
     cut: InputError | None = None
+    skipped: Skipped = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.skipped = self.opening.skipped
 
     def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
@@ -112,7 +146,9 @@ class RowReader:
     def finish(self) -> ReadTable:
         """The table, when all blocks have been read."""
         opening = self.opening
-        seen = () if self.cut is None else (LastRowIncomplete(self.cut.line),)
+        seen: tuple[Evidence, ...] = self.skipped.evidence()
+        if self.cut is not None:
+            seen += (LastRowIncomplete(self.cut.line),)
         blocks, columns = self.blocks, []
         for j in range(opening.width):
             has_rest = j in blocks[0].lo
@@ -123,6 +159,8 @@ class RowReader:
         columns = evened(columns, opening.time)
         if opening.time in opening.exact:
             columns[opening.time] = replace(columns[opening.time], significant=None)
+        if opening.power:
+            columns = [times_power_of_ten(column, opening.power) for column in columns]
         lines = np.concatenate([block.lines for block in blocks])
         return ReadTable(
             columns,
@@ -135,9 +173,13 @@ class RowReader:
 
     def _line_by_line(self, text: str) -> list[str]:
         """The lines as plain decimals, or blank; what is not finite is too large."""
-        rows, self.cut = decimals_of(
-            text.split("\n"), self.opening, self.line + 1, self.request, self.cut
-        )
+        lines, number = text.split("\n"), self.line + 1
+        rows, self.cut = decimals_of(lines, self.opening, number, self.request, self.cut)
+        # An incomplete last row is reported as such.
+        last = None if self.cut is None else self.cut.line
+        for i, (row, line) in enumerate(zip(rows, lines, strict=True), number):
+            if not row and i != last and looks_like_row(line, self.opening):
+                self.skipped.add(i, line)
         return [" ".join(row).lower().replace("nan", "8e888") for row in rows]
 
 
