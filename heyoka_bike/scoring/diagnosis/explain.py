@@ -24,13 +24,12 @@ from heyoka_bike.scoring.diagnosis.claims import ends_search
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import ranked
-from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL, OF_WHAT_IS_WRITTEN, SEARCH, Search
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.evidence import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.rows.table import Undone
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
@@ -39,8 +38,6 @@ _FEWEST_ROWS_DIAGNOSED = 3
 # Of the work, by putting the file's motion into the equations.
 _SHARE_OF_EQUATIONS = 0.3
 _MOTION = followed.Step("motion", "what does the file's motion leave of the equations?")
-
-_EDITED = followed.Step("edited", "which zero or ratio of a column is beside a wrong value?")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,6 +65,8 @@ class Diagnosis:
     ends_at_a_force
         True if two mistakes at once, and other starts, were not tried: the equations leave a force
         of which no cause explains anything.
+    edit : ColumnRatio or None
+        A zero or a ratio of a column beside a wrong value: the rows without it are to be diagnosed.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -78,16 +77,18 @@ class Diagnosis:
     is_whole: bool = True
     likeliest: Hypothesis | None = None
     ends_at_a_force: bool = False
+    edit: ColumnRatio | None = None
 
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    only_output: bool = False, progress: Callable[[float], None] = lambda _: None,
+    only_output: bool = False, asks_for_edit: bool = True, progress: Callable[[float], None] = lambda _: None,
     deadline: Deadline = NEVER,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
-    With `only_output` of what is written only. `progress` is called with the part of the work that
+    With `only_output` of what is written only; with `asks_for_edit` also of a column that has
+    another zero or a ratio beside a wrong value. `progress` is called with the part of the work that
     is done, 0 to 1. At the `deadline` what was found until then is compared.
     """
     # Of rows at one time the first: an event is often written twice.
@@ -103,7 +104,7 @@ def explain(
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)
-    search = Search(file, is_thorough=deadline.is_thorough)
+    search = Search(file, is_thorough=deadline.is_thorough, asks_for_edit=asks_for_edit)
     residual, is_whole = file.residual, True
     steps = OF_WHAT_IS_WRITTEN if only_output else SEARCH
     try:
@@ -113,6 +114,8 @@ def explain(
         # What was judged before stays.
         is_whole = False
     progress(1.0)
+    if search.edit is not None:
+        return Diagnosis((), file.tried, residual, edit=search.edit)
     classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
@@ -123,22 +126,6 @@ def explain(
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)
     units = {key: u.unit for key, u in best.understood.items() if u.unit != usual[key].unit}
     return Diagnosis(classes, tried, residual, file.curves(best), units, is_whole)
-
-
-def edited(
-    parts: Sequence[Part], reference: Reference, deadline: Deadline = NEVER
-) -> Undone | None:
-    """A column with another zero or a ratio that explains the residual together with one value."""
-    parts = [part.at_distinct_times() for part in parts]
-    parts = [upright(part, understand(parts)) for part in parts]
-    if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
-        return None
-    with followed.taken(_EDITED) as told, np.errstate(all="ignore"):
-        file = SeenFile(parts, reference, Simulator(), (), deadline)
-        undone = edit_beside_a_value(parts, file.right.understood, file.program, deadline)
-        if undone is not None:
-            told.found = partial("; ".join, map(str, undone.seen))
-    return undone
 
 
 def _left_of_equations(residual: Residual | None) -> str:

@@ -17,7 +17,7 @@ from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis import followed, plain
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
-from heyoka_bike.scoring.diagnosis.explain import edited, explain
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.found import (
     Explained,
     IntegratedBy,
@@ -43,6 +43,7 @@ from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.rows.columns import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
 from heyoka_bike.scoring.score import scored
 
@@ -66,6 +67,8 @@ class Answer:
         What that leaves.
     is_whole
         False if the time was spent before every cause was tried.
+    edit : ColumnRatio or None
+        A zero or a ratio of a column that is to be undone first.
     """
 
     report: Report
@@ -73,6 +76,7 @@ class Answer:
     cause: Evidence | None = None
     curves: tuple[Curve, ...] = ()
     is_whole: bool = True
+    edit: ColumnRatio | None = None
 
 
 @dataclass(eq=False)
@@ -89,6 +93,8 @@ class Pursuit:
         What was undone, in this order.
     explained : set of str
         Keys of columns of unknown definition whose error a cause explains.
+    asks_for_edit
+        False once an edit was found beside a wrong value.
     answer : Answer or None
         The end of the diagnosis, once it is reached.
     """
@@ -100,6 +106,7 @@ class Pursuit:
     view: Report = field(init=False)
     seen: list[Evidence] = field(default_factory=list)
     explained: set[str] = field(default_factory=set)
+    asks_for_edit: bool = True
     answer: Answer | None = None
 
     def __post_init__(self) -> None:
@@ -143,6 +150,8 @@ class Pursuit:
         # A column of unknown meaning shows its meaning, not what the program does.
         keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
         found = self.of_columns(keys)
+        if found.edit is not None:
+            return found
         if unknown and found.cause is None:
             # It may be another column, or be computed wrongly.
             other = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
@@ -182,9 +191,11 @@ class Pursuit:
         # Beside columns that show the right motion, what is wrong is how others are written.
         only_output = only_output or plain.columns_apart(asked) is not None
         found = explain(
-            parts, self.reference, only_output=only_output, progress=self.progress,
-            deadline=self.deadline,
+            parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
+            progress=self.progress, deadline=self.deadline,
         )  # fmt: skip
+        if found.edit is not None:
+            return Answer(report, (), edit=found.edit)
         seen = answers(found, asked, at_once)
         # Nothing is said of a search that was stopped before it found anything.
         first = next(iter(seen), None)
@@ -238,19 +249,11 @@ def _end_of(pursuit: Pursuit) -> Answer:
         if pursuit.answer is not None:
             return pursuit.answer
     end = pursuit.of_motion()
-    if not any(isinstance(x, NoCauseFound) for x in end.seen):
+    if end.edit is None:
         return end
-    undone = edited([m.part for m in pursuit.view.maneuvers], pursuit.reference, pursuit.deadline)
-    if undone is None:
-        return end
-    before, count = pursuit.view, len(pursuit.seen)
-    pursuit.undo(undone)
-    again = pursuit.answer or pursuit.of_motion()
-    if again.cause is not None:
-        return again
-    # Without a cause beside it the edit explains nothing.
-    pursuit.view, pursuit.seen[count:] = before, []
-    return end
+    pursuit.undo(without_ratio(pursuit.view, end.edit))
+    pursuit.asks_for_edit = False
+    return pursuit.answer or pursuit.of_motion()
 
 
 def _is_mistake(seen: Evidence) -> bool:

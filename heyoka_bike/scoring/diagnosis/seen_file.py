@@ -25,10 +25,12 @@ from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.scoring.diagnosis.residual.edited import edit_beside_a_value
 from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE, in_si, observe
 from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
+from heyoka_bike.scoring.evidence import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT
 from heyoka_bike.scoring.measures import ROUNDING, rms
@@ -247,6 +249,18 @@ class SeenFile:
         # As `claims.explains` has it.
         needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
         return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
+
+    def edited(self) -> ColumnRatio | None:
+        """A zero or a ratio of a column that explains the equations together with one value.
+
+        Raises
+        ------
+        BudgetSpentError
+            The time of the diagnosis is spent.
+        """
+        parts = [p.part for p in self._parts]
+        with np.errstate(all="ignore"):
+            return edit_beside_a_value(parts, self.right.understood, self.program, self._deadline)
 
     def by_integrators(self) -> Iterator[Hypothesis]:
         """Methods of integration that leave the file's error, see `integrated`.

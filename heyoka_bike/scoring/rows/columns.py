@@ -116,6 +116,20 @@ def deviating_columns(report: Report) -> Undone | None:
     return Undone(tuple(_told(report, found)), tuple(parts))
 
 
+def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
+    """The rows without a zero and a ratio of a column, in all maneuvers."""
+    parts = []
+    for m in report.maneuvers:
+        values, lo = dict(m.part.values), dict(m.part.lo)
+        if seen.key in values and seen.key in m:
+            c = m[seen.key]
+            per_unit = c.as_understood.sign * factor(c.as_understood.unit)[0]
+            values[seen.key] = (values[seen.key] - seen.offset / per_unit) / seen.factor
+            lo.pop(seen.key, None)
+        parts.append(replace(m.part, values=values, lo=lo))
+    return Undone((seen,), tuple(parts))
+
+
 def _alike_everywhere(
     report: Report, found: _Deviations, others: set[tuple[int, str]]
 ) -> _Deviations:

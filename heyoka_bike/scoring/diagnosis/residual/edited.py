@@ -30,7 +30,6 @@ from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS, Residual
 from heyoka_bike.scoring.evidence import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
-from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.scoring.units import factor
 
 _ZERO, _RATIO = "zero ", "ratio "
@@ -134,7 +133,7 @@ def _is_edit(name: str) -> bool:
 
 def edit_beside_a_value(
     parts: Sequence[Part], understood: Understandings, program: Program, deadline: Deadline
-) -> Undone | None:
+) -> ColumnRatio | None:
     """A zero or a ratio of a column that together with one value explains the residual.
 
     Raises
@@ -180,13 +179,6 @@ def edit_beside_a_value(
     gain = start.left / left
     if not (is_both and gain > max(BY_FAR, right.limit / WEIGHTS.nearly)):
         return None
-    return _undone(asked, name, size)
-
-
-def _undone(asked: _Edited, name: str, size: float) -> Undone:
     kind, key = name.split(" ")
-    is_zero = f"{kind} " == _ZERO
-    numbers = tuple(p.number for p in asked.parts)
-    by, more = (1.0, size) if is_zero else (1.0 + size, 0.0)
-    seen = ColumnRatio(key, numbers, by, more, None)
-    return Undone((seen,), tuple(asked.undone(p, {name: size}) for p in asked.parts))
+    by, more = (1.0, size) if f"{kind} " == _ZERO else (1.0 + size, 0.0)
+    return ColumnRatio(key, tuple(p.number for p in parts), by, more, None)
