@@ -82,14 +82,14 @@ class Diagnosis:
 
 def explain(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
-    only_output: bool = False, asks_for_edit: bool = True, progress: Callable[[float], None] = lambda _: None,
-    deadline: Deadline = NEVER,
+    only_output: bool = False, asks_for_edit: bool = True,
+    progress: Callable[[float], None] = lambda _: None, deadline: Deadline = NEVER,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
     With `only_output` of what is written only; with `asks_for_edit` also of a column that has
-    another zero or a ratio beside a wrong value. `progress` is called with the part of the work that
-    is done, 0 to 1. At the `deadline` what was found until then is compared.
+    another zero or a ratio beside a wrong value. `progress` is called with the part of the work
+    that is done, 0 to 1. At the `deadline` what was found until then is compared.
     """
     # Of rows at one time the first: an event is often written twice.
     parts = [part.at(np.diff(part.time, prepend=-np.inf) > 0.0) for part in parts]
