@@ -5,9 +5,8 @@ from math import log
 import pytest
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, benchmark
-from heyoka_bike.scoring.diagnosis.hypothesis import log_odds_before
+from heyoka_bike.scoring.diagnosis.hypothesis import KNOWN, OF_START, UNKNOWN, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import OF_THE_STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL
@@ -15,15 +14,15 @@ from heyoka_bike.scoring.diagnosis.search import OF_MODEL
 
 def test_one_of_the_library():
     codes = {m.code for m in (*MISTAKES, *OF_MODEL)}
-    assert WEIGHTS.known == pytest.approx(log(len(codes)))
-    assert log_odds_before(MISTAKES[:1]) == -WEIGHTS.known
+    assert pytest.approx(log(len(codes))) == KNOWN
+    assert log_odds_before(MISTAKES[:1]) == -KNOWN
 
 
 def test_one_value():
-    assert WEIGHTS.unknown == pytest.approx(log(len({*UNKNOWNS, *OF_THE_STATE})))
+    assert pytest.approx(log(len({*UNKNOWNS, *OF_THE_STATE}))) == UNKNOWN
     assert {*PARAMETERS} < {*UNKNOWNS}
 
 
 def test_one_value_of_a_start():
     _, maneuvers = benchmark()
-    assert WEIGHTS.start == pytest.approx(log(len(START) * len(maneuvers)))
+    assert pytest.approx(log(len(START) * len(maneuvers))) == OF_START

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import exp
+from math import exp, log
 from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, fall, log_ratio
-from heyoka_bike.scoring.diagnosis.programs.forces import is_plausible
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
@@ -22,12 +25,19 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 
 
+KNOWN = log(len(MISTAKES) + len(EQUATION_MISTAKES))
+UNKNOWN = log(len(PARAMETERS) + sum(f.is_fitted for f in FORCES.values()) + len(OF_THE_STATE))
+OF_START = log(len(START) * MANEUVERS)
+"""Logarithms of the odds against one of the mistakes of the library, one of the parameters and
+forces, and one of the values of the initial conditions: of how many there are."""
+
+
 def log_odds_before(mistakes: Collection[Cause]) -> float:
     """Logarithm of the odds for some mistakes against none, before the file is looked at."""
     w, cost = WEIGHTS, 0.0
     for m in mistakes:
-        one = w.start if m.kind == "start" else w.unknown
-        cost += (w.fitted + one) * m.fitted if m.fitted else w.known
+        one = OF_START if m.kind == "start" else UNKNOWN
+        cost += (w.fitted + one) * m.fitted if m.fitted else KNOWN
     return -cost - w.further * max(len(mistakes) - 1, 0)
 
 

@@ -22,15 +22,6 @@ from math import log
 Place = tuple[int, str]
 """A maneuver's number, and a column's key or the name of an equation."""
 
-LIBRARY = 181
-"""Mistakes of the library. A test compares this number and the next two with the tables."""
-
-UNKNOWNS = 185
-"""Parameters, forces and terms of the state whose values can be fitted."""
-
-VALUES_OF_START = 15
-"""Values of the initial conditions of all maneuvers of the benchmark."""
-
 TINY = 1e-16
 """Errors below this part of a scale are as good as zero: a thousandth of roundoff."""
 
@@ -45,12 +36,10 @@ class Weights:
         Independent values in the error of a maneuver. Errors of correct programs resemble some
         mistake of the library by up to a factor of 7 in one maneuver: odds of 400 to 1, as often as
         one of some hundred mistakes should.
-    known, unknown, start
-        Logarithm of the number of mistakes of the library, of parameters and forces, and of values
-        of the starts: as much are the odds against one of them.
     fitted
-        The same against a value that is fitted being where it is found, to some 1e-5 of its range:
-        one value of a start explains errors of correct programs by up to 9, three by 30.
+        Logarithm of the odds against a value that is fitted being where it is found, to some 1e-5
+        of its range: one value of a start explains errors of correct programs by up to 9, three by
+        30.
     further
         The same against there being a further cause.
     said
@@ -100,9 +89,6 @@ class Weights:
     """
 
     values: float = 6.0
-    known: float = log(LIBRARY)
-    unknown: float = log(UNKNOWNS)
-    start: float = log(VALUES_OF_START)
     fitted: float = 10.8
     further: float = log(100.0)
     said: float = log(1000.0)

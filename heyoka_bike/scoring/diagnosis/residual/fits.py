@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.hypothesis import UNKNOWN, Hypothesis
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import (
@@ -132,7 +132,7 @@ class Fits:
         views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
         members: list[NDArray[np.intp] | None] = [None] * len(views)
         cost = max(
-            (WEIGHTS.fitted + WEIGHTS.unknown) / (WEIGHTS.values * self.maneuvers * self.promise),
+            (WEIGHTS.fitted + UNKNOWN) / (WEIGHTS.values * self.maneuvers * self.promise),
             float(np.log(self.needed)) / max(WEIGHTS.promise),
         )
         for size in COUNTS[: len(names)]:
