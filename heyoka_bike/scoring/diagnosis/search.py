@@ -456,16 +456,16 @@ SEARCH = (
         _are_linear,
     ),
     Trial(
-        "equations",
-        "which mistake, value or force do the equations of motion show?",
-        lambda search: _is_open(search) and search.residual is not None,
-        _by_equations,
-    ),
-    Trial(
         "edited",
         "which zero or ratio of a column is beside a wrong value?",
         _leaves_much,
         _beside_an_edit,
+    ),
+    Trial(
+        "equations",
+        "which mistake, value or force do the equations of motion show?",
+        lambda search: _is_open(search) and search.residual is not None,
+        _by_equations,
     ),
     Trial(
         "unresolved",
