@@ -315,6 +315,13 @@ def report_time(report: Report, number: int) -> Array:
     return next(m.part.time for m in report.maneuvers if m.maneuver == number)
 
 
+def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
+    """Rows that are far worse than most others."""
+    error = np.abs(c.trace.error)
+    usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
+    return np.flatnonzero(error > BY_FAR * max(usual, hidden(c)))
+
+
 def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
     """Single rows that do not fit those around them, and whether they hold the row before."""
     if c.values < m.rows or m.rows < FEWEST_TELLING_ROWS or is_right_column(c):
@@ -333,8 +340,12 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
         return (every if len(every) < _MOST_SINGLE * m.rows else held), True
-    usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
-    far = np.flatnonzero(error > BY_FAR * max(usual, least))
+    far = _far_rows(c)
+    if any(
+        np.isin(_far_rows(x), far).any() for x in m.columns if x is not c and x.values == m.rows
+    ):
+        # What is off in other columns, too, is the motion.
+        return None
     turns = error[far] / (2 * np.pi)
     is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < TOLERANCE)
     is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
