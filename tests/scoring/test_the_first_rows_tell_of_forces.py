@@ -37,7 +37,7 @@ def test_a_force_along_the_motion_is_told_with_its_size(simulator, right, refere
     assert isinstance(found, WorkFromStart)
     assert found.forces == pytest.approx(dict.fromkeys((1, 2, 3), -2.0), rel=0.01)
     powers = {n: x * start.speed for (n, x), start in zip(
-        found.forces.items(), right.starts.values(), strict=True)}  # fmt: skip
+        found.forces.items(), right.motion.starts.values(), strict=True)}  # fmt: skip
     assert found.powers == pytest.approx(powers)
 
 

@@ -132,7 +132,7 @@ def _right_rows(c: ColumnScore) -> int:
         return 0
     for every in range(2, len(error) // FEWEST_TELLING_ROWS + 1):
         others = np.arange(len(error)) % every > 0
-        if BY_FAR * float(np.max(error[~others])) < rms(error[others]):
+        if BY_FAR * float(np.max(error[~others])) < float(np.median(error[others])):
             return every
     return 0
 

@@ -339,7 +339,10 @@ def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothes
     is_half = (
         seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open
     )
-    names = [*(FORWARD if is_half else UNKNOWNS), *starts]
+    names = [*UNKNOWNS, *starts]
+    if seen is not None and is_half:
+        # Beside what changes the speed, what these equations speak for without showing it.
+        names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
     found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found
     keys = {x.key for h in found for x in h.found}

@@ -289,13 +289,20 @@ def single_rows(report: Report) -> Undone | None:
         for m, c in places(report)
         if (rows := _odd_rows(m, c)) is not None
     }
+    # A row that is odd in most columns is another row, and no column's.
+    wide = {
+        n
+        for n, keys in grouped((n, key) for n, key in found).items()
+        if 2 * len(keys) > _width(report, n)
+    }
+    found = {place: rows for place, rows in found.items() if place[0] not in wide}
     if not found:
         return None
     alike = grouped(((key, is_held), (n, rows)) for (n, key), (rows, is_held) in found.items())
     seen = [
         SingleRows(
             key, tuple(n for n, _ in of), sum(len(rows) for _, rows in of),
-            min(float(report_time(report, n)[rows[0]]) for n, rows in of), is_held,
+            min(float(_time(report, n)[rows[0]]) for n, rows in of), is_held,
         )
         for (key, is_held), of in alike.items()
     ]  # fmt: skip
@@ -310,7 +317,12 @@ def single_rows(report: Report) -> Undone | None:
     return Undone(tuple(seen), tuple(parts))
 
 
-def report_time(report: Report, number: int) -> Array:
+def _width(report: Report, number: int) -> int:
+    """How many columns of the benchmark a maneuver has."""
+    return sum(m.maneuver == number for m, _ in places(report))
+
+
+def _time(report: Report, number: int) -> Array:
     """Times of the rows of a maneuver [s]."""
     return next(m.part.time for m in report.maneuvers if m.maneuver == number)
 

@@ -116,6 +116,10 @@ class Fits:
         # Further values explain more always.
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
+    def first_order(self, names: Sequence[str]) -> Blocks:
+        """The normal equations of some values, where all are right."""
+        return self._first_order(dict.fromkeys(names, 0.0))
+
     def first_order_gain(self, names: Sequence[str]) -> float:
         """By what factor the error falls with the best one of some values, to first order."""
         found = best_subsets(self._first_order(dict.fromkeys(names, 0.0)), 1, 1)

@@ -44,6 +44,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 )
 from heyoka_bike.scoring.diagnosis.residual.fits import Fits
 from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import (
     STATE,
@@ -246,6 +247,12 @@ class Residual:
         """True if nothing is left of the equations, or one cause explains nearly all of it."""
         largest = _largest_relief(*self.known, *self.fitted)
         return not self.is_resolved or largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+
+    @property
+    def promising(self) -> tuple[str, ...]:
+        """The unknowns that explain most of what remains, to first order and alone."""
+        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, WEIGHTS.few)
+        return tuple(UNKNOWNS[i] for (i,) in found.members.tolist())
 
     @property
     def log_odds(self) -> float:
