@@ -374,7 +374,11 @@ class SeenFile:
         best: Residual | None = None
         tried: list[Understandings] = []
         taken: Understandings = {}
-        for understood in readings([p.part for p in self._parts], self.right.understood):
+        parts = [p.part for p in self._parts]
+        for i, understood in enumerate(readings(parts, self.right.understood)):
+            # Where nothing explains it, the default definitions may, but no other sign does.
+            if i > 1 and best is not None and best.visibility and not best.is_open:
+                break
             if understood in tried:
                 continue
             tried.append(understood)
@@ -382,7 +386,6 @@ class SeenFile:
             # Rates that contradict the angles are not understood.
             if made is not None and (best is None or _clearer(made) > _clearer(best)):
                 best, taken = made, understood
-                # Where nothing explains it, another way to understand the file may.
                 if best.visibility and not best.is_open and best.is_explained:
                     break
         if best is not None and best.is_open:

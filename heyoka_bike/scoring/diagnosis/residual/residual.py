@@ -185,7 +185,8 @@ class Residual:
             # Without the speed or a rate a law may explain by far more, which whole runs tell.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
-            is_open = is_partly and (is_force or WEIGHTS.nearly * largest < self.limit)
+            is_more = is_force or WEIGHTS.nearly * largest < self.limit
+            is_open = is_partly and self.is_large and is_more
         return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
 
     @property
@@ -244,9 +245,16 @@ class Residual:
 
     @property
     def is_explained(self) -> bool:
-        """True if nothing is left of the equations, or one cause explains nearly all of it."""
+        """True if little is left of the equations, or one cause explains nearly all of it."""
+        if not self.is_resolved or not self.is_large:
+            return True
         largest = _largest_relief(*self.known, *self.fitted)
-        return not self.is_resolved or largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+        return largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+
+    @property
+    def is_large(self) -> bool:
+        """True if accelerations are off by what a plot shows: those of most integrators are not."""
+        return max(self.shares.values()) > TOLERANCE
 
     @property
     def promising(self) -> tuple[str, ...]:
