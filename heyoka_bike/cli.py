@@ -1,7 +1,7 @@
 """The command line: ``heyoka-bike`` and ``python -m heyoka_bike``.
 
-Each command is a module, see `registry`, with ``add_parser`` and ``run``; heavy imports happen in
-``run``, so that ``--help`` is quick.
+Each command is a module, see `commands.registry`, with ``add_parser`` and ``run``; heavy imports
+happen in ``run``, so that ``--help`` is quick.
 """
 
 import argparse
@@ -14,8 +14,8 @@ from typing import Any, NoReturn
 
 from heyoka_bike.commands import options
 from heyoka_bike.commands.citation import Cite
+from heyoka_bike.commands.registry import COMMANDS, GROUPS, command
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
-from heyoka_bike.registry import COMMANDS, GROUPS, command
 from heyoka_bike.version import __version__
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.

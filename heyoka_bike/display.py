@@ -1,20 +1,15 @@
 """Objects that show themselves: in some lines of text, and in notebooks.
 
-How they look is made in `showing`, above the wings that they belong to. So an object asks for its
-view by name, and only when somebody looks at it: it neither imports nor knows what shows it.
+How they look is made in `showing`, above the wings that they belong to. So an object imports its
+view only when somebody looks at it. These imports are listed in ``pyproject.toml``, as exceptions
+of the layers.
 """
 
 from collections.abc import Mapping
-from importlib import import_module
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 K = TypeVar("K")
 V = TypeVar("V", covariant=True)
-
-
-def shown_by(module: str) -> Any:
-    """A module of `heyoka_bike.showing`, by its name there."""
-    return import_module(f"heyoka_bike.showing.{module}")
 
 
 class Displayed:
@@ -27,12 +22,16 @@ class Displayed:
     _view: ClassVar[str]
 
     def __repr__(self) -> str:
-        return str(shown_by("views").text(self, self._view))
+        from heyoka_bike.showing import views
+
+        return views.text(self, self._view)
 
     def _repr_html_(self) -> str:
         """For notebooks: HTML without a script."""
-        blocks = getattr(shown_by("views"), self._view)(self)
-        return str(shown_by("document.html").piece(tuple(blocks)))
+        from heyoka_bike.showing import views
+        from heyoka_bike.showing.document import html
+
+        return html.piece(tuple(getattr(views, self._view)(self)))
 
 
 class Held(Mapping[K, V]):

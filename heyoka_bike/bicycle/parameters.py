@@ -254,27 +254,23 @@ def read_bicycle(path: str | Path) -> Bicycle:
     Raises
     ------
     InputError
-        With file, line and column: not readable, not TOML, a parameter missing, unknown, given
-        twice, not a number, in another unit, or outside the model's range.
+        Not readable, not TOML, a parameter missing, unknown, given twice, not a number, in another
+        unit, or outside the model's range. The error names the file and the key.
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, _TOP | {"parameters"}, ())
-    table = source.table(source.tree, "parameters", ())
-    source.refuse_unknown(table, PARAMETERS, ("parameters",))
+    table = source.table("parameters")
+    needed = {symbol: parameter.description for symbol, parameter in PARAMETERS.items()}
+    source.refuse_unknown(table, PARAMETERS, ("parameters",), needed)
     values, uncertainties = {}, {}
     for symbol, parameter in PARAMETERS.items():
-        if symbol not in table:
-            raise source.error(
-                f"found no entry '{symbol}', expected one ({parameter.description})",
-                ("parameters",),
-            )
         entry, where = table[symbol], ("parameters", symbol)
         known = _KEYS_OF_ENTRY | {"uncertainty"}
         values[symbol], uncertainty = _read_value(source, entry, parameter, where, known)
         if uncertainty is not None:
             uncertainties[symbol] = uncertainty
     if "name" not in source.tree:
-        raise source.error('found no name of the bicycle, expected name = "..." at the top', ())
+        raise source.error('found no name of the bicycle, expected name = "..." at the top')
     name = source.line_of_text(source.tree, "name", ())
     return _checked_bicycle(name, values, uncertainties, source)
 
@@ -295,7 +291,7 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     Raises
     ------
     InputError
-        With file, line and column, as for `read_bicycle`.
+        With file and key, as for `read_bicycle`.
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, _TOP | {"maneuver"}, ())
@@ -307,7 +303,7 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     for i, m in enumerate(maneuvers):
         if m.name in first:
             raise source.error(
-                f"name: found {quoted(m.name)}, already that of maneuver {first[m.name] + 1}, "
+                f"found {quoted(m.name)}, already that of maneuver {first[m.name] + 1}, "
                 "expected different names",
                 ("maneuver", i, "name"),
             )
@@ -384,18 +380,18 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
         if key in table
     }
     for key, x in values.items():
-        _check_range(source, key, x, STATE_INPUTS[key], (*where, key))
+        _check_range(source, x, STATE_INPUTS[key], (*where, key))
     duration, spacing = values["duration"].rational, values["spacing"].rational
     steps = duration / spacing
     if steps.denominator != 1:
         raise source.error(
-            f"duration: found {_show(values['duration'])} s, "
+            f"found {_show(values['duration'])} s, "
             f"expected a whole number of spacings of {_show(values['spacing'])} s",
             (*where, "duration"),
         )
     if steps + 1 > MAX_ROWS:
         raise source.error(
-            f"spacing: found more than {MAX_ROWS} rows, expected a longer spacing",
+            f"found more than {MAX_ROWS} rows, expected a longer spacing",
             (*where, "spacing"),
         )
     name = f"maneuver {index + 1}"
@@ -408,7 +404,7 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
         x, _ = _read_value(
             source, table[_LIMIT], PERFORMANCE_LIMIT, (*where, _LIMIT), _KEYS_OF_ENTRY
         )
-        _check_range(source, _LIMIT, x, PERFORMANCE_LIMIT, (*where, _LIMIT))
+        _check_range(source, x, PERFORMANCE_LIMIT, (*where, _LIMIT))
         limit = x.rational
     start = {key: x for key, x in values.items() if key in START}
     return Maneuver(name, **start, duration=duration, spacing=spacing, performance_limit=limit)
@@ -418,12 +414,11 @@ def _read_value(
     source: TomlSource, entry: object, parameter: Parameter, where: Where, known: Collection[str]
 ) -> tuple[Exact, Exact | None]:
     """Read a number, alone or in a table with its unit and maybe its standard deviation."""
-    key = str(where[-1])
     if not isinstance(entry, dict):
-        return source.number(entry, key, where), None
+        return source.number(entry, where), None
     source.refuse_unknown(entry, known, where)
     if "value" not in entry:
-        raise source.error(f"{key}: found a table without 'value', expected one", where)
+        raise source.error("found a table without 'value', expected one", where)
     for note in ("name", "symbol", "source"):
         if note in entry:
             source.line_of_text(entry, note, where, limit=1000)
@@ -433,51 +428,41 @@ def _read_value(
     size = Exact(Fraction(1)) if unit == parameter.unit == "%" else size
     if size is None:
         found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"
-        raise source.error(f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit"))
+        raise source.error(f"found {found}, expected '{parameter.unit}'", where)
 
-    def in_si(name: str, what: str) -> Exact:
+    def in_si(name: str) -> Exact:
         at = (*where, name)
-        x = source.number(entry[name], what, at)
+        x = source.number(entry[name], at)
         if not (x.is_rational or size.is_rational):
-            message = f"{what}: found {_show(x)}, expected a number without pi in this unit"
+            message = f"found {_show(x)}, expected a number without pi in this unit"
             raise source.error(message, at)
         if not (found := x * size).is_moderate:
             raise source.error(
-                f"{what}: found {_show(x)} in this unit, "
-                "expected zero or 1e-300 to 1e300 in SI units",
-                at,
+                f"found {_show(x)} in this unit, expected zero or 1e-300 to 1e300 in SI units", at
             )
         return found
 
-    value = in_si("value", key)
+    value = in_si("value")
     if "uncertainty" not in entry:
         return value, None
-    what = f"uncertainty of {key}"
-    x = in_si("uncertainty", what)
+    x = in_si("uncertainty")
     expected = ""
     if not x.is_rational and not parameter.takes_pi:
         expected = ", expected a number without pi"
     elif x.sign < 0:
         expected = f" {parameter.unit}, expected zero or more"
     if expected:
-        raise source.error(f"{what}: found {_show(x)}{expected}", (*where, "uncertainty"))
+        raise source.error(f"found {_show(x)}{expected}", (*where, "uncertainty"))
     return value, x
 
 
-def _check_range(
-    source: TomlSource, symbol: str, x: Exact, parameter: Parameter, where: Where
-) -> None:
+def _check_range(source: TomlSource, x: Exact, parameter: Parameter, where: Where) -> None:
     """Refuse what the model cannot use."""
-    found = ""
     if not x.is_rational and not parameter.takes_pi:
-        found = f"{symbol}: found {_show(x)}, expected a number without pi"
-    elif not _RANGES[parameter.expected](x):
-        found = (
-            f"{symbol} ({parameter.description}): found {_show(x)} {parameter.unit}, "
-            f"expected {parameter.expected}"
-        )
-    if found:
-        raise source.error(found, (*where, "value"))
+        raise source.error(f"found {_show(x)}, expected a number without pi", where)
+    if not _RANGES[parameter.expected](x):
+        found = f"found {_show(x)} {parameter.unit}, expected {parameter.expected}"
+        raise source.error(found, where, about=parameter.description)
 
 
 def _show(x: Exact) -> str:
@@ -488,20 +473,20 @@ def _checked_bicycle(
     name: str, values: Mapping[str, Exact], uncertainties: Mapping[str, Exact], source: TomlSource
 ) -> Bicycle:
     for symbol, x in values.items():
-        _check_range(source, symbol, x, PARAMETERS[symbol], ("parameters", symbol))
+        _check_range(source, x, PARAMETERS[symbol], ("parameters", symbol))
     for a, b, what in (("mR", "mB", "rear"), ("mH", "mF", "front")):
         if values[a].is_zero and values[b].is_zero:
             raise source.error(
-                f"{a} and {b}: found 0 kg for both, expected a {what} assembly with mass",
-                ("parameters", b, "value"),
+                f"found 0 kg, as for {a}, expected a {what} assembly with mass",
+                ("parameters", b),
             )
     for letter in "BH":
         xx, _, zz, xz = _inertia(values, letter)
         if xx * zz < xz * xz:
             raise source.error(
-                f"I{letter}xz: found {_show(Exact(xz))} kg m^2, expected at most the square root "
+                f"found {_show(Exact(xz))} kg m^2, expected at most the square root "
                 f"of I{letter}xx I{letter}zz in magnitude, as in every inertia matrix",
-                ("parameters", f"I{letter}xz", "value"),
+                ("parameters", f"I{letter}xz"),
             )
     warnings = tuple(_inertia_warnings(values))
     return Bicycle(name, dict(values), warnings, dict(uncertainties))

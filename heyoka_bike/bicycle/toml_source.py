@@ -1,9 +1,4 @@
-"""A TOML file that knows where its entries stand, so that an error can name line and column.
-
-`tomllib` decides what is valid; it does not say where things were. When an error is to be reported,
-and only then, the text is cut into its statements: ``[table]``, ``[[table]]`` and ``key = value``.
-What is inside a value is placed where the value begins.
-"""
+"""A TOML file whose errors name the file and the key; a syntax error names line and column."""
 
 from __future__ import annotations
 
@@ -11,9 +6,9 @@ import difflib
 import re
 import stat
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from heyoka_bike.errors import InputError, printable, quoted
 from heyoka_bike.numbers.exact import Exact
@@ -25,6 +20,8 @@ _MAX_BYTES = 200_000
 # tomllib's time grows with the square of the parts of a dotted key; a short line bounds them.
 _MAX_LINE = 2000
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
+# End of a message of tomllib.
+_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
 class UnquotedDecimal(str):
@@ -66,15 +63,14 @@ class TomlSource:
         source._parse()
         return source
 
-    def table(self, tree: dict[str, Any], key: str, where: Where) -> dict[str, Any]:
-        """The table under `key`."""
-        if key not in tree:
-            empty = not self.text.strip()
-            found = "an empty file" if empty else f"no table [{key}]"
-            raise self.error(f"found {found}, expected a table [{key}]", where)
-        table = tree[key]
+    def table(self, key: str) -> dict[str, Any]:
+        """The table ``[key]`` at the top."""
+        if key not in self.tree:
+            found = f"no table [{key}]" if self.text.strip() else "an empty file"
+            raise self.error(f"found {found}, expected a table [{key}]")
+        table = self.tree[key]
         if not isinstance(table, dict):
-            raise self.error(f"{key}: found {kind(table)}, expected a table [{key}]", (*where, key))
+            raise self.error(f"found {kind(table)}, expected a table [{key}]", (key,))
         return table
 
     def tables(self, key: str) -> list[dict[str, Any]]:
@@ -91,13 +87,13 @@ class TomlSource:
                 f"found a table [{key}], expected [[{key}]], with double brackets", (key,)
             )
         if not isinstance(found, list):
-            raise self.error(f"{key}: found {kind(found)}, expected tables [[{key}]]", (key,))
+            raise self.error(f"found {kind(found)}, expected tables [[{key}]]", (key,))
         for i, table in enumerate(found):
             if not isinstance(table, dict):
-                raise self.error(f"{key}: found {kind(table)}, expected tables [[{key}]]", (key, i))
+                raise self.error(f"found {kind(table)}, expected a table [[{key}]]", (key, i))
         if not found:
             what = f"no table [[{key}]]" if self.text.strip() else "an empty file"
-            raise self.error(f"found {what}, expected one or more [[{key}]]", (key,))
+            raise self.error(f"found {what}, expected one or more [[{key}]]")
         return found
 
     def line_of_text(self, tree: dict[str, Any], key: str, where: Where, limit: int = 200) -> str:
@@ -110,36 +106,34 @@ class TomlSource:
         else:
             found = quoted(text)
         raise self.error(
-            f"{key}: found {found}, expected one line of text, at most {limit} characters",
-            (*where, key),
+            f"found {found}, expected one line of text, at most {limit} characters", (*where, key)
         )
 
-    def number(self, entry: object, what: str, where: Where) -> Exact:
+    def number(self, entry: object, where: Where) -> Exact:
         """The number that an entry is: text, or a whole number."""
         if isinstance(entry, bool) or not isinstance(entry, int | str):
             found = f"found {kind(entry)}, expected a number as a decimal string"
-            raise self.error(f"{what}: {found}", where)
+            raise self.error(found, where)
         try:
             return Exact.parse(str(entry))
         except ValueError as e:
-            raise self.error(f"{what}: {e}", where) from None
+            raise self.error(str(e), where) from None
 
     def positive(self, tree: dict[str, Any], key: str, where: Where) -> float:
         """The positive number under `key`."""
-        value = float(self.number(tree[key], key, (*where, key)))
+        value = float(self.number(tree[key], (*where, key)))
         if value <= 0:
             found = f"found {quoted(str(tree[key]))}, expected more than zero"
-            raise self.error(f"{key}: {found}", (*where, key))
+            raise self.error(found, (*where, key))
         return value
 
     def refuse_unknown(
         self, tree: dict[str, Any], known: Collection[str], where: Where,
         needed: Mapping[str, str] | Collection[str] = (),
     ) -> None:  # fmt: skip
-        """Raise an error that names the first entry not among those known, or one that is missing.
+        """Raise an error that names the first unknown entry, or the first missing one.
 
-        Of an entry in ``[[key]]`` the error says in which of them it is missing. `needed` may say
-        what each entry is.
+        `needed` may map each entry to its description.
         """
         for key in tree:
             if key in known:
@@ -149,39 +143,29 @@ class TomlSource:
             guess = f"'{lower[close[0]]}' or another of" if close else "one of"
             raise self.error(
                 f"found unknown entry {quoted(key)}, expected {guess}: {', '.join(sorted(known))}",
-                (*where, key),
+                where,
             )
         for key in needed:
             if key not in tree:
-                of = f" in {where[0]} {int(where[1]) + 1}" if where else ""
                 what = f" ({needed[key]})" if isinstance(needed, Mapping) else ""
-                raise self.error(f"found no entry '{key}'{of}, expected one{what}", where)
+                raise self.error(f"found no entry '{key}', expected one{what}", where)
 
-    def error(self, message: str, where: Where) -> InputError:
-        """An `InputError` at an entry, or at the nearest thing around it that the file has."""
-        line, column = self.locate(where)
-        return InputError(message, file=self.path, line=line, column=column)
+    def error(self, message: str, where: Where = (), about: str = "") -> InputError:
+        """Return an error that names the file and the key.
 
-    def locate(self, where: Where) -> tuple[int | None, int | None]:
-        """Line and column of an entry's value, of its first part, or of the table around it."""
-        if self.path is None:
-            return None, None
-        statements = list(_statements(self.text))
-        for length in range(len(where), 0, -1):
-            wanted = where[:length]
-            exact = (x.value for x in statements if x.path == wanted)
-            inside = (x.value for x in statements if x.path[:length] == wanted)
-            at = next(exact, next(inside, None))
-            if at is not None:
-                return self._line_and_column(at)
-        return 1, 1
-
-    def _line_and_column(self, at: int) -> tuple[int, int]:
-        return self.text.count("\n", 0, at) + 1, at - self.text.rfind("\n", 0, at)
-
-    def _error_at(self, message: str, at: int) -> InputError:
-        line, column = self._line_and_column(at)
-        return InputError(message, file=self.path, line=line, column=column)
+        Parameters
+        ----------
+        message
+            What was found and what was expected.
+        where
+            The entry; none for the file as a whole.
+        about
+            Description of the entry.
+        """
+        # Without a file, the caller has named no table.
+        place = _key(where if self.path else where[-1:])
+        place += f" ({about})" if about else ""
+        return InputError(f"{place}: {message}" if place else message, file=self.path)
 
     def _read(self, path: Path) -> bytes:
         try:
@@ -224,38 +208,27 @@ class TomlSource:
         try:
             self.tree = tomllib.loads(self.text, parse_float=UnquotedDecimal)
         except RecursionError:
-            nothing = _Statement((), 0, 0, 0)
-            deepest = max(_statements(self.text), key=lambda x: x.brackets, default=nothing)
-            message = "found values nested too deeply, expected numbers and text"
-            raise self._error_at(message, deepest.start) from None
+            raise self.error("found values nested too deeply, expected numbers and text") from None
         except ValueError as e:
             raise self._syntax_error(str(e)) from None
 
-    def _syntax_error(self, what: str) -> InputError:
-        """Return the error of tomllib with the text where it stopped; duplicates in plain words."""
-        at = len(self.text)
-        if place := re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z", what):
-            what = what[: place.start()]
+    def _syntax_error(self, said: str) -> InputError:
+        """Return tomllib's error with its line and column, and the text of that line."""
+        lines = self.text.split("\n")
+        line, column = len(lines), len(lines[-1]) + 1
+        if place := _PLACE.search(said):
+            said = said[: place.start()]
             if place[1]:
-                lines = self.text.split("\n")
-                at = sum(len(line) + 1 for line in lines[: int(place[1]) - 1]) + int(place[2]) - 1
-        first: dict[Where, int] = {}
-        for x in _statements(self.text):
-            if x.value > at:
-                break
-            if x.path in first:
-                return self._error_at(
-                    f"found {quoted(str(x.path[-1]))} a second time, expected it once "
-                    f"(first in line {self._line_and_column(first[x.path])[0]})",
-                    x.value,
-                )
-            first[x.path] = x.value
-        if twice := re.match(r"Duplicate inline table key ('.*')", what):
-            message = f"found {printable(twice[1])} a second time, expected it once"
-            return self._error_at(message, at)
-        rest = self.text[at:].partition("\n")[0]
-        found = quoted(rest) if rest else "the end of the line"
-        return self._error_at(f"found {found}, expected valid TOML ({printable(what[:100])})", at)
+                line, column = int(place[1]), int(place[2])
+        text = lines[line - 1].strip()
+        found = quoted(text, 80) if text else "the end of the text"
+        message = f"found {found}, expected valid TOML ({printable(said[:100])})"
+        return InputError(message, file=self.path, line=line, column=column)
+
+    def _error_at(self, message: str, at: int) -> InputError:
+        line = self.text.count("\n", 0, at) + 1
+        column = at - self.text.rfind("\n", 0, at)
+        return InputError(message, file=self.path, line=line, column=column)
 
 
 def kind(value: object) -> str:
@@ -276,81 +249,12 @@ def _printable_path(path: str | Path) -> str:
     return shown if len(shown) <= 1000 else f"{shown[:500]}...{shown[-400:]}"
 
 
-_PATTERN_OF_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""
-_KEY = rf"{_PATTERN_OF_KEY}(?:[ \t]*\.[ \t]*{_PATTERN_OF_KEY})*"
-_PATTERN_OF_HEADER = re.compile(rf"(\[\[?)[ \t]*({_KEY})")
-_PAIR = re.compile(rf"({_KEY})[ \t]*=[ \t]*")
-_BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
-# Strings and comments, in which nothing counts; brackets; ends of lines; all else.
-_TOKEN = re.compile(
-    r'"""(?:\\.|[^\\])*?"""+'
-    r"|'''.*?'''+"
-    r'|"(?:\\.|[^"\\\n])*"'
-    r"|'[^'\n]*'"
-    r"|#[^\n]*|[\[\]{}\n]|[^\[\]{}\n\"'#]+|.",
-    re.DOTALL,
-)
-
-
-class _Statement(NamedTuple):
-    """A table's header, or a key with its value."""
-
-    path: Where
-    start: int
-    value: int
-    brackets: int
-
-
-def _statements(text: str) -> Iterator[_Statement]:
-    """The statements of a TOML text in its order, as far as it makes sense.
-
-    Made for text that tomllib has read or refused: nothing is judged.
-    """
-    table: Where = ()
-    elements: dict[Where, int] = {}
-    at = _end(_BLANK, text, 0)
-    while at < len(text):
-        if header := _PATTERN_OF_HEADER.match(text, at):
-            table = ()
-            for part in _parts(header[2]):
-                # A key through an array of tables means its latest table.
-                if table in elements:
-                    table = (*table, elements[table])
-                table = (*table, part)
-            if header[1] == "[[":
-                elements[table] = elements.get(table, -1) + 1
-                table = (*table, elements[table])
-            path, value, end = table, at, header.end()
-        elif pair := _PAIR.match(text, at):
-            path, value = (*table, *_parts(pair[1])), pair.end()
-            end = value
+def _key(where: Where) -> str:
+    """Return an entry's key as people write it: ``parameters.mB``, ``maneuver 2, speed``."""
+    key = ""
+    for part in where:
+        if isinstance(part, int):
+            key += f" {part + 1}, "
         else:
-            return
-        depth = brackets = 0
-        tables: list[int] = []
-        for token in _TOKEN.finditer(text, value):
-            end = token.end()
-            depth += (token[0] in "[{") - (token[0] in "]}")
-            brackets += token[0] in "[{"
-            if token[0] == "{" and depth == 2:
-                tables.append(token.start())
-            if token[0] == "\n" and depth <= 0:
-                break
-        yield _Statement(path, at, value, brackets)
-        # Tables in an array may begin on lines of their own.
-        yield from (_Statement((*path, i), x, x, 0) for i, x in enumerate(tables))
-        at = _end(_BLANK, text, end)
-
-
-def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
-    match = pattern.match(text, at)
-    return at if match is None else match.end()
-
-
-def _parts(key: str) -> Iterator[str]:
-    """The parts of a key, without quotes and escapes."""
-    for part in re.findall(_PATTERN_OF_KEY, key):
-        try:
-            yield next(iter(tomllib.loads(f"{part} = 0")))
-        except tomllib.TOMLDecodeError:
-            yield part
+            key += f".{part}" if key and not key.endswith(" ") else part
+    return key.removesuffix(", ")

@@ -19,7 +19,6 @@ from typing import Any
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit
-from heyoka_bike.registry import addition
 from heyoka_bike.system.console import progress_bars
 from heyoka_bike.system.resources import after_folder, reference_folder
 from heyoka_bike.version import __version__
@@ -46,9 +45,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _after(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.layout import AFTER
+    from heyoka_bike.workbench.after_ten_seconds.facts import certify_after
 
     with progress_bars({"certify": 1.0}) as progress:
-        facts = addition("certify_after")(args.dir or None, progress=progress)
+        facts = certify_after(args.dir or None, progress=progress)
     folder = args.dir or after_folder()
     if args.format == "json":
         said = [{"about": fact.about, "statement": fact.statement} for fact in facts]

@@ -20,9 +20,10 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain, print_blocks, print_json
+from heyoka_bike.commands.printing import print_blocks, print_json
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import positive_numbers
+from heyoka_bike.system.log import complain
 
 
 def add_parser(subparsers: Any) -> None:

@@ -5,11 +5,11 @@ gravity, the start, rates by differences, ...), alone and two together, and name
 the file; else the one, two or three parameters whose other values do; else what the error looks
 like: a step size and its order, damping, noise, interpolation. Files are read as by 'score'. Takes
 1 to 5 seconds of processor time, and at most 20 (--budget): a search that is not over then says
-what it found, and that it stopped early. Where a force is left that nothing explains, two
-mistakes at once are tried with --thorough only. heyoka is not needed. The same is part of 'score
---diagnose', with a figure in its HTML. The first lines say which conventions the file follows
-(axes, units, zero of the energy, definitions), which are no errors. -v tells of each step what it
-tried, what that left and how long it took.
+what it found, and that it stopped early; a step that passes this by 5 s is interrupted. Where a
+force is left that nothing explains, two mistakes at once are tried with --thorough only. heyoka is
+not needed. The same is part of 'score --diagnose', with a figure in its HTML. The first lines say
+which conventions the file follows (axes, units, zero of the energy, definitions), which are no
+errors. -v tells of each step what it tried, what that left and how long it took.
 
 example: heyoka-bike diagnose my-results.txt
 

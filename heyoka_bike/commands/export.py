@@ -33,9 +33,8 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit, InputError, quoted
-from heyoka_bike.registry import addition
+from heyoka_bike.system.log import complain
 
 _FORMAT_NAMES = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
@@ -150,14 +149,17 @@ def _warn(name: str, warnings: Iterable[str]) -> None:
 
 def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
     from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.workbench.checker.header import checker_header
 
     folder, stem = _place(args.output, (".h",), _STEM_NAME)
-    return {folder / f"{stem}.h": addition("checker_header")(load_reference(args.reference))}
+    return {folder / f"{stem}.h": checker_header(load_reference(args.reference))}
 
 
 def _page(args: argparse.Namespace) -> dict[Path, bytes]:
+    from heyoka_bike.workbench.checker.page import checker_page
+
     folder, stem = _place(args.output, (".html",), _STEM_NAME)
-    return {folder / f"{stem}.html": addition("checker_page")().encode()}
+    return {folder / f"{stem}.html": checker_page().encode()}
 
 
 def _digits(args: argparse.Namespace) -> int:

@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain, print_json, print_table
+from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.registry import addition
 from heyoka_bike.system.console import progress_bars
+from heyoka_bike.system.log import complain
 from heyoka_bike.version import __version__
 
 if TYPE_CHECKING:
@@ -114,6 +114,8 @@ def _folders(args: argparse.Namespace) -> dict[Path, str]:
 
 def _after(args: argparse.Namespace) -> int:
     """Make what is proved of the benchmark's motions after their ten seconds."""
+    from heyoka_bike.workbench.after_ten_seconds.making import generate_after
+
     given = {
         "--bicycle": args.bicycle, "--all-bicycles": args.all_bicycles,
         "--maneuvers": args.maneuvers, "--digits": args.digits != _DIGITS_ASKED,
@@ -127,7 +129,7 @@ def _after(args: argparse.Namespace) -> int:
             )
     out = "reference/after-ten-seconds" if args.out is None else args.out
     with progress_bars({"certify": 1.0}) as progress:
-        changed = addition("generate_after")(out, progress=progress)
+        changed = generate_after(out, progress=progress)
     made = {"folder": out, "dataset_version": None, "written": list(changed), "maneuvers": []}
     _print(args, [made], {}, is_one=True)
     return Exit.OK

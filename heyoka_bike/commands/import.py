@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit
+from heyoka_bike.system.log import complain
 
 
 def add_parser(subparsers: Any) -> None:

@@ -16,9 +16,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain, print_blocks
+from heyoka_bike.commands.printing import print_blocks
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.registry import addition
+from heyoka_bike.system.log import complain
 
 if TYPE_CHECKING:
     from heyoka_bike.bicycle.parameters import Bicycle
@@ -71,7 +71,9 @@ def run(args: argparse.Namespace) -> int:
         complain(f"warning: {bicycle.name}: {warning}")
     box = None
     if args.uncertainty is not None:
-        box = addition("uncertain_stability")(bicycle, args.uncertainty, args.digits)
+        from heyoka_bike.workbench.boxes.box import uncertain_stability
+
+        box = uncertain_stability(bicycle, args.uncertainty, args.digits)
     found = _document(bicycle, linearise(bicycle, args.digits), speeds)
     if args.format == "json":
         found |= {} if box is None else {"uncertainty": box.as_json()}

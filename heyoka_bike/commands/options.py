@@ -10,6 +10,7 @@ from string import Template
 from typing import Any
 
 from heyoka_bike.errors import Exit, unknown_word
+from heyoka_bike.scoring.diagnosis.budget import SECONDS
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")
 _FILES = ("FILE", "NAME|FILE", "FILE_OR_DIR", "FILE_OR_FOLDER")
@@ -98,7 +99,7 @@ COLUMNS = {
 }
 BUDGET = {
     "--budget S": "processor time that the diagnosis may take [s]; then what was found until then "
-    "is said, with exit code 4 (default: 30)",
+    f"is said, with exit code 4 (default: {SECONDS:g})",
     "--thorough": "try two mistakes at once also where a force is left that nothing explains",
 }
 REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}

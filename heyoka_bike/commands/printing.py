@@ -6,6 +6,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from heyoka_bike.system.log import complain
+
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Check
     from heyoka_bike.showing.document import Block, Cell, TableColumn
@@ -72,11 +74,6 @@ def print_checks(title: str, checks: Sequence[Check]) -> None:
         left=3,
         width=_WIDTH_OF_FILES,
     )
-
-
-def complain(line: str) -> None:
-    """Print one line on standard error."""
-    print(f"heyoka-bike: {' '.join(line.split())}", file=sys.stderr)
 
 
 def complain_of_checks(place: str, checks: Sequence[Check]) -> None:

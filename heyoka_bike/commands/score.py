@@ -35,12 +35,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain, print_text
+from heyoka_bike.commands.printing import print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, budget_told, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
 from heyoka_bike.system.console import has_colors, progress_bar
+from heyoka_bike.system.log import complain
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference

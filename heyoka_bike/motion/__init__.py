@@ -1,1 +1,1 @@
-"""Motions computed: integrated by heyoka, kept as exact polynomials; what happens on the way."""
+"""Compute motions: integrate with heyoka, store exact polynomials, find events on the way."""

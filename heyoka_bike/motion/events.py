@@ -1,30 +1,31 @@
 """Events of a motion: upright, greatest lean, a wheel leaving the floor, the end of the model.
 
-An event is a zero of a function of the state. Every piece of the motion is bisected, in time, until
-one of three things is shown on each span, in ball arithmetic and for every state that the motion
-can have there:
+An event is a zero of a function of the state. Every piece of the motion is bisected in time until
+ball arithmetic shows one of three things on each span, for every state that the motion can have
+there:
 
 - the function does not vanish;
 - its rate does not vanish. Newton's method in intervals then leaves a tiny span outside of which
   the function has known signs, or nothing;
-- shorter spans would not help: in the middle the function is not told from zero, and over the span
-  it does not change by more than what is unknown of it.
+- shorter spans would not help: in the middle the function cannot be told from zero, and
+  over the span it changes by less than its uncertainty.
 
-A piece is looked at inside its own interval, where its bounds hold. What may hold zeros is joined
-where it touches, also across breaks. If the rate has one sign there, signs on both sides say
-whether there is exactly one zero or none; all else is kept as undecided.
+A piece is examined only inside its own interval, where its bounds hold. Adjacent spans that may
+contain zeros are joined, also across breaks. If the rate has one sign there, the signs on both
+sides show whether there is exactly one zero or none. Every other case is reported as undecided.
 
-With a certificate the states are those of the exact motion, the rate is taken by the equations of
-motion, and what is said is proved of the exact motion: every zero is in one of the events, and
-those with `is_single` are exactly one zero each. Without one it is said of the polynomials, and
-pieces on which an interpolation in binary64 sees no zero are passed over: that is not proved.
+With a certificate the states are those of the exact motion, the rate follows from the equations of
+motion, and the result is proved for the exact motion: every zero is in one of the events, and each
+event with `is_single` is exactly one zero. Without a certificate the result is about the
+polynomials, and pieces in which a binary64 interpolation finds no zero are skipped, which is no
+proof.
 
-The model holds both wheels on the floor: their normal forces may pull. A *fall* is where a real
-bicycle stops obeying it: the first time that a normal force is zero, or the end of the model, where
-a wheel lies on the floor.
+The model keeps both wheels on the floor, so its normal forces may pull. A *fall* is the moment from
+which a real bicycle would not follow the model: the first time that a normal force is zero, or the
+end of the model, where a wheel lies on the floor.
 
-A set of rows ends at the last row that the motion reaches (`ending`). Where that is sooner than was
-asked for the maneuver's name says so, and with it every file.
+A set of rows ends at the last row that the motion reaches (`ending`). If that is earlier than
+requested, the name of the maneuver says so, in every file.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -62,27 +63,28 @@ FALL = "fall"
 """The first of `REAR_LIFT`, `FRONT_LIFT` and `SINGULAR`."""
 
 LONGEST = Fraction(1000)
-"""Longest time that is searched for a fall [s]."""
+"""The search for a fall ends at this time [s]."""
 
 _FIRST_LOOK, _LONGER = Fraction(16), 4
-# The run that follows a first look ends so long after the event [s]: many times the error of
-# binary64, and little beside the pieces before a singularity.
+# The precise run ends this long after the event that the binary64 run found [s]: far more than the
+# error of binary64, and far less than the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-# Spans of one piece; a tangent zero takes two for each bit. Reached only where the function is zero
-# all along and its rate is not seen to be.
+# Limit on the spans of one piece. A tangent zero takes two spans for each bit; only a function that
+# is zero throughout, while its rate is not shown to be zero, reaches the limit.
 _MOST_HALVINGS_WAITING = 4096
-# A step of heyoka ends well inside the circle of convergence of its series, so the coefficients of
-# the interpolation fall by more than ten each.
+# A step of heyoka ends well inside the circle of convergence of its series, so each coefficient of
+# the interpolation is smaller than the one before by more than a factor of ten.
 _NODES_OF_PIECE = 24
-# Far above what the interpolation or the series leaves out, relative to its coefficients.
+# Far above the truncation error of the interpolation or the series, relative to its coefficients.
 _SLACK = 1e-7
 _TERMS_OF_PIECE, _LAST_TERMS = 24, 3  # of the Taylor series
-_RADIUS_OF_SAMPLES = 4  # of `Samples`: what is folded onto the terms is below 4^-32 of the function
+_RADIUS_OF_SAMPLES = 4  # of `Samples`: aliasing changes terms by less than 4^-32 of the function
 _PIECES_AT_ONCE = 512  # pieces in one array
-# Of a piece: without a certificate, a zero so near to a start that is a zero is the start.
+# Fraction of a piece. Without a certificate, a zero this close to a start that is a zero is the
+# start.
 _AT_START = Fraction(1, 2**24)
 
 
@@ -91,7 +93,7 @@ Quantity = Callable[[Equations, Sequence[Number]], Number]
 
 
 def _lean_rate(equations: Equations, state: Sequence[Number]) -> Number:
-    # A state variable of the regular form, exact where a maneuver starts.
+    # In the regular form the roll rate is a state variable, exact at the start of a maneuver.
     return state[3] if equations.is_regular else equations.unfold(state)[1].p
 
 
@@ -104,29 +106,29 @@ KINDS: Mapping[str, Quantity] = {
 }
 """The functions that vanish at events: roll [rad], its rate [rad/s], the normal forces [N].
 
-At a greatest lean the roll angle has a maximum in magnitude, at a least lean a minimum that is not
-zero; in between there may be an upright.
+The magnitude of the roll angle has a maximum at a greatest lean and a nonzero minimum at a least
+lean. The bicycle may be upright in between.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happens along a motion.
+    """A zero of one of the functions in `KINDS` along a motion, or a singularity.
 
     Attributes
     ----------
     what : str
         One of `KINDS`, or `SINGULAR`.
     time : arb
-        An enclosure of the time [s]. That of a singularity holds the time at which the step became
-        too short, and is as wide as the run is far from it.
+        An enclosure of the time [s]. For a singularity it contains the time at which the step
+        became too short, and its width is the distance of the run from the singularity.
     rises : bool or None
-        Whether the function goes from negative to positive over `time`. None if it has the same
-        sign before and after, or one that is not known: undecided whether the event takes place at
-        all, as where a function only touches zero.
+        Whether the function goes from negative to positive over `time`. None if its signs before
+        and after are equal or unknown: then it is undecided whether the event takes place, for
+        instance where the function only touches zero.
     is_single : bool
-        Whether it is shown to happen exactly once in `time`. Else it happens an odd number of
-        times, or, where `rises` is None, any number.
+        Whether the event is shown to happen exactly once in `time`. If not, it happens an odd
+        number of times, or any number of times if `rises` is None.
     """
 
     what: str
@@ -136,13 +138,13 @@ class Event:
 
     @property
     def sooner(self) -> Fraction:
-        """A time [s] shortly before it, at which a run that meets a singularity is still good."""
+        """A time [s] shortly before a singularity, at which a run is still accurate."""
         return _fraction(self.time) - 2 * _BEFORE_SINGULARITY
 
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """A motion up to an event, or as long as it was waited for.
+    """A motion up to an event, or up to the end of the search.
 
     Attributes
     ----------
@@ -161,7 +163,7 @@ def follow(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision | str | int = "binary64", *,
     until: str = FALL, longest: Fraction = LONGEST,
 ) -> Followed:  # fmt: skip
-    """Integrate a maneuver until something happens, whatever its own duration is.
+    """Integrate a maneuver until an event happens, whatever its own duration is.
 
     Parameters
     ----------
@@ -172,7 +174,7 @@ def follow(
     until
         `FALL`, or one of `KINDS`; a singularity ends the motion in any case.
     longest : Fraction
-        How long to wait for it [s].
+        The search ends at this time [s].
 
     Returns
     -------
@@ -234,7 +236,7 @@ def singularity(error: SingularMotionError) -> Event:
 def events(
     run: Trajectory, kinds: Sequence[str] = tuple(KINDS), certificate: Certificate | None = None
 ) -> Iterator[Event]:
-    """All events after the start up to the end of a run, in their order.
+    """Yield all events after the start up to the end of a run, in order of time.
 
     Parameters
     ----------
@@ -242,15 +244,15 @@ def events(
     kinds
         Of `KINDS`.
     certificate : Certificate, optional
-        Of the run. With it every event of the exact motion is in one of those given, and their
-        times are enclosures: proved in ball arithmetic. Without it the same is said of the run's
-        polynomials, on pieces where an interpolation in binary64 sees that there may be one. That
-        is not proved.
+        The certificate of the run. With it, every event of the exact motion is one of the events
+        yielded, and their times are enclosures: this is proved in ball arithmetic. Without it, the
+        events are those of the run's polynomials, searched for in the pieces in which a binary64
+        interpolation finds a possible zero. That is no proof.
 
     Returns
     -------
     iterator of Event
-        Those that are undecided too, see `Event.rises`.
+        Undecided events are included, see `Event.rises`.
     """
     at = evaluator(run, certificate=certificate)
     found: list[Event] = []
@@ -271,7 +273,7 @@ def events(
 def zeros(
     run: Trajectory, quantity: Quantity, what: str, certificate: Certificate | None = None
 ) -> list[Event]:
-    """All zeros of a function of the state, after the start up to the end of a run, in their order.
+    """Yield all zeros of a function of the state after the start of a run, in order of time.
 
     Parameters
     ----------
@@ -280,14 +282,14 @@ def zeros(
     quantity
         The function.
     what
-        How the events are named.
+        Name of the events.
     """
     along = _Along(run, quantity, certificate)
     found = []
     with along.at.balls.precision():
         start = along.exact_start()
         is_zero, earliest = bool(start == 0), run.breaks[1] * _AT_START
-        # Polynomials without a certificate need not begin where the exact motion does.
+        # Without a certificate the polynomials need not begin exactly at the initial state.
         for group, before, after in _groups(along.spans(), sign_of(start) if certificate else 0):
             if is_zero and group[0].low == 0:
                 # Just after a zero the function has the sign of its rate.
@@ -306,7 +308,7 @@ def zeros(
 
 @dataclass(frozen=True, slots=True)
 class _Span:
-    """A time span [s]: the sign of the function, or 0 and that of its rate, or 0 twice."""
+    """A time span [s] with the sign of the function and of its rate; 0 if a sign is not known."""
 
     low: Fraction
     high: Fraction
@@ -315,7 +317,7 @@ class _Span:
 
 
 def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], int, int]]:
-    """Spans that touch and may hold zeros, with the signs before and after them."""
+    """Yield groups of adjacent spans that may contain zeros, with the signs before and after."""
     group: list[_Span] = []
     for span in spans:
         if not span.sign:
@@ -332,7 +334,7 @@ def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], 
 
 
 class _Along:
-    """A function of the state along a run, in balls."""
+    """A function of the state along a run, in ball arithmetic."""
 
     def __init__(
         self, run: Trajectory, quantity: Quantity, certificate: Certificate | None
@@ -343,7 +345,7 @@ class _Along:
         self.samples = Samples.of(self.at.balls.bits, _TERMS_OF_PIECE, _RADIUS_OF_SAMPLES)
 
     def exact_start(self) -> flint.arb:
-        """The function of the exact initial state."""
+        """The function at the exact initial state."""
         equations = Equations.of(self.run.bicycle, self.at.balls)
         return flint.arb(self.quantity(equations, initial_state(equations, self.run.maneuver)))
 
@@ -352,7 +354,7 @@ class _Along:
         return flint.arb(self.quantity(self.at.equations, self.at.state(t, piece)))
 
     def bounds(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
-        """The function over a span of a piece, and, unless that has one sign, its rate [1/s]."""
+        """Enclose the function over a span, and its rate [1/s] if the sign is not clear."""
         if self.certificate is None:
             return self._seen(piece, low, high)
         span, middle = span_ball(low, high), (low + high) / 2
@@ -367,9 +369,9 @@ class _Along:
         return self.value(piece, middle) + rate * (span - exact_ball(middle)), rate
 
     def _seen(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
-        """The function and its rate on the polynomials, by its Taylor series.
+        """Estimate the function and its rate on the polynomials by a Taylor series.
 
-        What the series leaves out is seen to be small, not proved.
+        The truncation error is observed to be small, not bounded.
         """
         half, a = exact_ball((high - low) / 2), self.samples
         with a.precision():
@@ -384,7 +386,7 @@ class _Along:
         return over, (rest[0] + flint.arb(0, (bend * (1 + _SLACK)).upper())) / half
 
     def spans(self) -> Iterator[_Span]:
-        """The whole run, span by span."""
+        """Yield the spans of the whole run."""
         signs = [0] * self.run.steps if self.certificate else _seen_signs(self.run, self.quantity)
         for piece, sign in enumerate(signs):
             low, high = self.run.breaks[piece : piece + 2]
@@ -394,7 +396,7 @@ class _Along:
                 yield from self._isolated(piece, low, high)
 
     def _isolated(self, piece: int, low: Fraction, high: Fraction) -> Iterator[_Span]:
-        """A piece in spans on which something is shown, or nothing can be."""
+        """Divide a piece into spans on which a sign is shown, or on which none can be shown."""
         smallest = (high - low) / 2**self.run.bits
         rest, count = [(low, high)], 0
         while rest:
@@ -418,11 +420,12 @@ class _Along:
     def _narrowed(
         self, piece: int, span: _Span, rate: flint.arb, smallest: Fraction
     ) -> Iterator[_Span]:
-        """A span on which the rate has a sign, but for where the function is told from zero."""
+        """Cut off the ends of a span on which the function has a sign; its rate has one."""
         low, high, way = span.low, span.high, span.way
         while True:
             width, middle = high - low, (low + high) / 2
-            # The line through the middle with any of these slopes is zero in here.
+            # Newton's interval: the line through the middle with any of these slopes has its zero
+            # in it.
             root = exact_ball(middle) - self.value(piece, middle) / rate
             first, last = -upper_fraction(-root), upper_fraction(root)
             if last < low or first > high:
@@ -448,7 +451,7 @@ class _Along:
 
 
 def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
-    """The sign of the function by piece as binary64 sees it; 0 where it may vanish."""
+    """Yield the sign of the function for each piece, in binary64; 0 if it may vanish there."""
     equations = Equations.binary64(run.bicycle, is_regular=run.is_regular)
     nodes = chebyshev.chebpts1(_NODES_OF_PIECE)
     transform = np.linalg.inv(chebyshev.chebvander(nodes, _NODES_OF_PIECE - 1))
@@ -460,7 +463,7 @@ def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
 
 
 def _states(run: Trajectory, pieces: range, s: Any) -> Any:
-    """States at places in pieces in binary64, shape (states, pieces, places)."""
+    """Return states at places in pieces in binary64, shape (states, pieces, places)."""
     unit = 1 << run.grid
     found = np.zeros((len(run.states), len(pieces), len(s)))
     for row, i in enumerate(pieces):
@@ -471,12 +474,12 @@ def _states(run: Trajectory, pieces: range, s: Any) -> Any:
 
 
 def _decided(run: Trajectory, kinds: Sequence[str]) -> Iterator[Event]:
-    """Events that take place."""
+    """Yield the events that certainly take place."""
     return (e for e in events(run, kinds) if e.rises is not None)
 
 
 def _check_start(run: Trajectory) -> None:
-    """Both wheels must press on the floor."""
+    """Raise an error unless both wheels press on the floor at the start."""
     at = evaluator(run)
     for wheel, kind in (("rear", REAR_LIFT), ("front", FRONT_LIFT)):
         with at.balls.precision():
@@ -489,21 +492,21 @@ def _check_start(run: Trajectory) -> None:
 
 
 def _fraction(t: flint.arb) -> Fraction:
-    """Midpoint of a time, rounded down to 2^-40 s."""
+    """Return the midpoint of a time, rounded down to 2^-40 s."""
     return Fraction(floor(t.mid() * 2**40), 2**40)
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """A maneuver with the duration that it gets.
+    """A maneuver with the duration that its rows have.
 
     Attributes
     ----------
     maneuver : Maneuver
     said : str or None
-        What ends it, where that is not its own duration.
+        What ends the maneuver, if that is not its own duration.
     is_early : bool
-        Whether it is less than what was asked for.
+        Whether the duration is shorter than requested.
     """
 
     maneuver: Maneuver
@@ -512,7 +515,7 @@ class Ending:
 
 
 def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> Ending:
-    """The maneuver up to its end.
+    """Return the maneuver with its duration cut at an event or a time.
 
     Parameters
     ----------
@@ -522,7 +525,7 @@ def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> En
     Raises
     ------
     InputError
-        No such end, or none that leaves two rows.
+        Unknown end, or one that leaves fewer than two rows.
     """
     if until == FALL:
         return _until_fall(bicycle, maneuver)
@@ -548,7 +551,7 @@ def _until_fall(bicycle: Bicycle, maneuver: Maneuver) -> Ending:
 
 
 def _last_row_before(maneuver: Maneuver, event: Event, said: str) -> Fraction:
-    """The time of the last row before an event [s]."""
+    """Return the time of the last row before an event [s]."""
     row = ceil(event.sooner / maneuver.spacing) - 1
     if row < 1:
         raise InputError(

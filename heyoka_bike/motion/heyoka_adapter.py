@@ -1,11 +1,12 @@
-"""heyoka, seen from this package: the one module that knows its API.
+"""The interface to heyoka: the one module that uses its API.
 
-Everything else speaks of expressions, integrators, compiled functions and number types of this
-module; an import contract and a test keep it so. A version of heyoka that changes a name changes
-this module alone.
+All other modules use the expressions, integrators, compiled functions and number types defined
+here; an import contract and a test enforce this. If heyoka changes a name, only this module
+changes.
 
-heyoka's law of the Taylor order is part of that: it takes ``ceil(1 - log(tolerance) / 2)`` (Jorba
-and Zou 2005, doi:10.1080/10586458.2005.10128904, as documented by heyoka).
+heyoka's formula for the Taylor order belongs to the interface: the order is ``ceil(1 -
+log(tolerance) / 2)`` (Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904, as documented by
+heyoka).
 """
 
 from __future__ import annotations
@@ -29,22 +30,22 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
 
 CACHE_LIMIT = 2**30
-"""Bytes of compiled code that heyoka keeps on the disk at most; its own limit is 20 times that."""
+"""Limit on the compiled code that heyoka caches on disk [bytes]; its own limit is 20 times this."""
 
 
 def require_heyoka() -> None:
-    """Raise an error if heyoka is not there, before anything takes long.
+    """Raise an error if heyoka is not installed, before any long work begins.
 
     Raises
     ------
     MissingPackageError
-        It is not installed.
+        heyoka is not installed.
     """
     _heyoka()
 
 
 def version() -> str:
-    """Version of heyoka."""
+    """Return the version of heyoka."""
     return str(_heyoka().__version__)
 
 
@@ -54,7 +55,7 @@ def has_binary128() -> bool:
 
 
 def _heyoka() -> Any:
-    """The module heyoka, which keeps compiled code on the disk where it can."""
+    """Import heyoka, with its cache of compiled code on disk if that is possible."""
     module = required(
         "heyoka",
         f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
@@ -66,9 +67,10 @@ def _heyoka() -> Any:
 
 @cache
 def _limit_cache(module: Any) -> None:
-    """Bound the cache; one that cannot be written is off, or heyoka tells of it amid a report.
+    """Limit the cache, and switch it off if its folder is not writable.
 
-    Without a home folder, as in a container or for a job at night, heyoka knows no place for it.
+    heyoka would print a message in the middle of a report. Without a home folder, as in a container
+    or a cron job, heyoka has no place for its cache.
     """
     state = module.llvm_state
     folder = state.get_diskcache_path()
@@ -85,7 +87,7 @@ def _limit_cache(module: Any) -> None:
 
 @contextmanager
 def caches_off() -> Iterator[None]:
-    """Compiled code is made anew, as the first time: kept neither on the disk nor in memory."""
+    """Compile everything again, as on the first run: without the caches on disk and in memory."""
     state = _heyoka().llvm_state
     was_enabled = state.get_diskcache_enabled()
     state.set_diskcache_enabled(False)
@@ -105,16 +107,16 @@ class NativeNumbers:
     Attributes
     ----------
     bits
-        Of the mantissa.
+        Bits of the mantissa.
     is_mpfr
-        True if the numbers are of any length.
+        True if the numbers can have any length.
     type : callable
-        Makes a number, of text where it takes no longer Python number.
+        Makes a number from a Python number, or from text if Python's numbers are too short.
 
     Raises
     ------
     InputError
-        The machine, or this build of heyoka, does not have them.
+        The machine or this build of heyoka does not support these numbers.
     """
 
     def __init__(self, precision: Precision) -> None:
@@ -150,15 +152,15 @@ class NativeNumbers:
         return int(x * self._number(1 << shift))
 
     def _number(self, n: int) -> Any:
-        # Through text: NumPy would pass a Python integer through binary64.
+        # Convert through text, because NumPy would round a Python integer to binary64.
         return self.type(n, self.bits) if self.is_mpfr else self.type(str(n))
 
 
 class Expressions(Arithmetic):
     """Expressions whose constants are exact in one precision.
 
-    Constants come in from `Constants.convert`; in the equations themselves only the integers 0, 1
-    and 2 are written, which are exact in every format.
+    Constants come from `Constants.convert`. The equations themselves contain only the integers 0, 1
+    and 2, which are exact in every format.
     """
 
     def number(self, value: Exact | Fraction | int) -> Number:
@@ -175,37 +177,37 @@ class Expressions(Arithmetic):
 
 
 def constant(number: Any) -> Any:
-    """A number of one of heyoka's types as an expression."""
+    """Convert a number of one of heyoka's types to an expression."""
     return _heyoka().expression(number)
 
 
 def as_expression(x: Any) -> Any:
-    """An expression as it is, an integer or a float as a constant."""
+    """Return an expression unchanged, and an integer or a float as a constant."""
     return x if isinstance(x, _heyoka().expression) else constant(float(x))
 
 
 def variables(names: Iterable[str]) -> list[Any]:
-    """Variables of these names; two of one name are the same."""
+    """Return variables of these names; equal names give the same variable."""
     found = _heyoka().make_vars(*names)
     return list(found) if isinstance(found, list | tuple) else [found]
 
 
 def parameter(index: int) -> Any:
-    """The constant of this index that is read when the code runs."""
+    """Return the runtime parameter of this index."""
     return _heyoka().par[index]
 
 
 class Compiled:
-    """A function that is compiled: expressions of variables.
+    """A compiled function: expressions of variables.
 
     Parameters
     ----------
     expressions, of
-        What is computed, and its variables in the order of the rows that it is given.
+        The expressions, and their variables in the order of the rows of the input.
     number
         The number type; None for binary64.
     is_fast
-        True if multiplications and additions may be contracted.
+        True if multiplications and additions may be fused.
 
     Attributes
     ----------
@@ -223,7 +225,7 @@ class Compiled:
         self.parameters: int = self._function.nparams
 
     def __call__(self, values: Array, parameters: Array | None = None) -> Any:
-        """Values of the expressions, shape (expressions,) or (expressions, n).
+        """Return the values of the expressions, shape (expressions,) or (expressions, n).
 
         Parameters
         ----------
@@ -238,12 +240,12 @@ class Compiled:
 
 
 def order_of(bits: float) -> int:
-    """Order of heyoka's Taylor steps for a tolerance of 2^-bits."""
+    """Return the order of heyoka's Taylor steps for a tolerance of 2^-bits."""
     return math.ceil(1 + bits * math.log(2) / 2)
 
 
 def tolerance_of(order: int) -> float:
-    """Return a tolerance for which heyoka takes this order."""
+    """Return a tolerance for which heyoka chooses this order."""
     return math.exp(-2 * (order - 1.5))
 
 
@@ -263,9 +265,9 @@ class TaylorStep:
     ----------
     outcome : Outcome
     length
-        [time], as heyoka chooses it.
+        Length of the step [s], as heyoka chooses it.
     coefficients : ndarray, shape (variables, order + 1)
-        Of the state by the time since the beginning of the step, in native numbers.
+        Coefficients of the state in the time since the beginning of the step, in native numbers.
     """
 
     outcome: Outcome
@@ -285,7 +287,7 @@ class TaylorIntegrator:
     number
         The number type.
     bits
-        Of a number of any length; None for the other types.
+        Length of the numbers if it can be chosen; None for the other types.
     tolerance
         In native numbers; heyoka's own by default.
     is_compact
@@ -340,18 +342,18 @@ class TaylorIntegrator:
         return TaylorStep(found, float(self._adaptive.last_h), self._adaptive.tc)
 
     def until(self, end: Any) -> None:
-        """Integrate to a time."""
+        """Integrate up to a time."""
         self._adaptive.propagate_until(end)
 
     def over(self, times: Array) -> tuple[Array, int]:
-        """States at times, shape (n, variables), fewer if it ends before; and the steps taken."""
+        """Return states at times, shape (n, variables), fewer if it ends; and the step count."""
         *_, steps, _, rows = self._adaptive.propagate_grid(times)
         return rows, int(steps)
 
 
 @dataclass(frozen=True, slots=True)
 class Lanes:
-    """What became of motions that were integrated side by side.
+    """Results of motions that were integrated side by side.
 
     Attributes
     ----------
@@ -359,7 +361,7 @@ class Lanes:
     times : ndarray, shape (lanes,)
         The times that were reached.
     are_interrupted : list of bool
-        True if a motion stopped because another one of its vector had ended.
+        True if a motion stopped because another motion of its vector had ended.
     steps : list of int
     """
 
@@ -377,14 +379,14 @@ class TaylorBatch:
     system
         Pairs of a variable and its time derivative.
     order
-        Of the Taylor steps.
+        Order of the Taylor steps.
     ends
-        Expressions at whose zeros a motion ends.
+        Expressions; a motion ends where one of them is zero.
 
     Attributes
     ----------
     lanes
-        How many motions go side by side.
+        Number of motions in a vector.
     parameters
         How many constants are read when it runs.
     """
@@ -406,7 +408,7 @@ class TaylorBatch:
     def over(
         self, states: Array, times: Array, parameters: Array | None = None, *, most_steps: int
     ) -> Lanes:
-        """Integrate from the time 0.
+        """Integrate from time 0.
 
         Parameters
         ----------
@@ -414,7 +416,7 @@ class TaylorBatch:
         times : ndarray, shape (n, lanes)
         parameters : ndarray, shape (parameters, lanes)
         most_steps
-            Of each motion.
+            Limit on the steps of each motion.
         """
         ta = self._adaptive
         ta.set_time(0.0)

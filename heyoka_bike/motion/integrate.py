@@ -2,8 +2,8 @@
 
 heyoka supplies the Taylor coefficients and the step size. The step is then cut back to a dyadic
 number of few bits, so that breaks are exact in binary64, and the state is carried from step to step
-as exact integers with 16 bits more than the run's precision: the increments of a step are rounded,
-their sum is not (compensated summation), so roundoff does not accumulate with the number of steps.
+as exact integers with 16 bits more than the run's precision. The increments of a step are rounded,
+but not their sum (compensated summation), so roundoff does not grow with the number of steps.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def right_hand_side(
 ) -> list[tuple[Any, Any]]:
     """The equations as heyoka expressions: pairs of variable and time derivative.
 
-    Every constant is the exact one, correctly rounded to the precision.
+    Every constant is the exact value, correctly rounded to the precision.
     """
     native = NativeNumbers(precision)
     exact = Equations.of(bicycle, Balls(2 * precision.bits + 64), is_regular=is_regular)
@@ -87,7 +87,7 @@ def integrate(
         Form of the equations; by default the few-product form, and the regular one where the
         mechanical trail comes near zero.
     least_trail : float, optional
-        How near, in radii of the front wheel.
+        Mechanical trail below which the regular form takes over [radii of the front wheel].
     progress : callable, optional
         Called with the time reached [s].
 
@@ -136,7 +136,7 @@ def _integrate(
     while breaks[-1] < end:
         t = breaks[-1]
         adaptive.begin(native.from_integer(0, 0), [native.from_integer(x, grid) for x in state])
-        # A limit is needed by steady motions, whose natural step is infinite.
+        # Steady motions need a limit, because their natural step is infinite.
         rest = native.from_integer((end - t).numerator, (end - t).denominator.bit_length() - 1)
         step = adaptive.step(rest)
         natural = step.length
@@ -175,8 +175,8 @@ def _adaptive(
         raise InputError(
             f"found tolerance {tolerance:g}, expected between {2.0**-precision.bits / 64:g} and 1"
         )
-    # MPFR takes the time of a step, and optimising the calls of it five times that of compiling
-    # them: a second. It changes no digit.
+    # No optimisation for MPFR: a step spends its time in MPFR itself. Optimising would take a
+    # second, five times as long as compiling, and change no digit.
     return TaylorIntegrator(
         right_hand_side(bicycle, precision, is_regular=is_regular),
         [native.from_integer(x, grid) for x in state],
@@ -190,14 +190,14 @@ def _adaptive(
 def _piece(
     native: NativeNumbers, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
 ) -> tuple[tuple[int, ...], ...]:
-    """Coefficients in s = t / h as integers times 2^-grid; the constant ones are the state's."""
+    """Return coefficients in s = t / h as integers times 2^-grid; the constant one is the state."""
     halvings = h.denominator.bit_length() - 1
     piece = []
     for x0, row in zip(state, coefficients, strict=True):
         out, power = [x0], 1
         for order, c in enumerate(row[1:], start=1):
             power *= h.numerator
-            # c h^order 2^grid, rounded; for a step longer than one the conversion keeps more bits.
+            # c h^order 2^grid, rounded; for a step longer than 1 s the conversion keeps more bits.
             shift = grid + max(power.bit_length() - order * halvings, 0)
             scaled = native.to_integer(c, shift) * power
             drop = shift - grid + order * halvings
@@ -207,7 +207,7 @@ def _piece(
 
 
 class _Watch:
-    """Keeps an eye on what the equations divide by."""
+    """Watches the divisors of the equations."""
 
     def __init__(self, equations: Equations, least_trail: float) -> None:
         self.least_trail = least_trail
@@ -216,7 +216,7 @@ class _Watch:
         self.side: bool | None = None
 
     def check(self, state: Sequence[float], t: float) -> None:
-        """Leave the few-product form where the mechanical trail is small or changes sign."""
+        """Leave the few-product form if the mechanical trail is small or changes sign."""
         o = posture(self.k, Arrays(), state[0], state[1], state[2])
         if self.is_regular:
             return
@@ -227,7 +227,7 @@ class _Watch:
         self.side = side
 
     def singular(self, state: Sequence[float], t: float) -> SingularMotionError:
-        """The error for a motion that cannot be continued past `t`."""
+        """Return the error for a motion that cannot be continued past `t`."""
         roll, pitch, steer = state[:3]
         o = posture(self.k, Arrays(), roll, pitch, steer)
         candidates = {
@@ -237,7 +237,7 @@ class _Watch:
             "the rolling conditions of the wheels become dependent": abs(o.den),
         }
         if self.is_regular:
-            # See `rear_rates`: an end of these variables, not of the motion.
+            # These variables end here, not the motion; see `rear_rates`.
             turn = "roll and steer rate no longer give the turn rate"
             candidates[turn] = abs(turn_divisor(o))
         what = min(candidates, key=candidates.__getitem__)
@@ -251,18 +251,18 @@ class _Watch:
 
 
 def _mantissa(x: flint.arb, bits: int) -> tuple[int, int]:
-    """Midpoint of a ball as n 2^-grid; the ball must be small enough to give `bits` bits."""
+    """Return the midpoint of a ball as n 2^-grid; the ball must determine `bits` bits."""
     if not x.is_exact() and x.rel_accuracy_bits() < bits + 8:
         raise ArithmeticError(f"constant {x} is not known to {bits} bits")
     return midpoint(x)
 
 
 def _dyadic_below(h: float) -> Fraction:
-    """The largest dyadic of few bits that is not above h."""
+    """Return the largest dyadic number of few bits that is not above h."""
     mantissa, exponent = math.frexp(h)
     return Fraction(math.floor(mantissa * 2**_BREAK_BITS)) * Fraction(2) ** (exponent - _BREAK_BITS)
 
 
 def _dyadic_above(t: Fraction) -> Fraction:
-    """The smallest multiple of 2^-20 that is not below t."""
+    """Return the smallest multiple of 2^-20 that is not below t."""
     return Fraction(math.ceil(t * 2**20), 2**20)

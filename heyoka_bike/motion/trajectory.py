@@ -2,8 +2,8 @@
 
 Between two breaks every state variable is a polynomial in s = (t - t0) / (t1 - t0), 0 <= s <= 1,
 with coefficients that are integers times 2^-grid. A trajectory is thus a finite list of exact
-numbers: whatever is said about it later (a value, an error bound) is about those numbers, not about
-the run that produced them. An `Evaluator` has its columns in ball arithmetic.
+numbers: every later statement about it (a value, an error bound) is about those numbers, not about
+the run that produced them. An `Evaluator` computes its columns in ball arithmetic.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Trajectory(Displayed):
     Attributes
     ----------
     bicycle, maneuver
-        What was integrated.
+        The bicycle and the maneuver that were integrated.
     precision : str
         Name of the precision of the run.
     bits : int
@@ -91,7 +91,7 @@ class Trajectory(Displayed):
 
     @property
     def evaluation_bits(self) -> int:
-        """Bits in which it is evaluated: some more than those of the run."""
+        """Working precision of evaluations [bits]: some more than the run has."""
         return self.bits + 64
 
     def equations(self, balls: Balls) -> Equations:
@@ -103,11 +103,11 @@ class Trajectory(Displayed):
         return Piece(self, i, self.breaks[i], self.breaks[i + 1], self.grid, self.pieces[i])
 
     def piece_at(self, t: Fraction) -> int:
-        """Index of the piece that holds `t` (a break belongs to the piece on its right)."""
+        """Return the index of the piece with `t`; a break belongs to the piece on its right."""
         return min(max(bisect_right(self.breaks, t) - 1, 0), len(self.pieces) - 1)
 
     def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
-        """State at `t` [s] as balls at flint's current precision.
+        """Return the state at `t` [s] as balls at flint's current precision.
 
         `piece` must be given when `t` is a ball.
         """
@@ -121,7 +121,7 @@ class Trajectory(Displayed):
     def around(
         self, piece: int, t: Fraction, scale: flint.arb, terms: int
     ) -> list[list[flint.arb]]:
-        """The first Taylor coefficients of the state at `t` [s], by powers of time over `scale`."""
+        """Return the first Taylor coefficients of the state at `t` [s], in time / `scale`."""
         unit, h = (
             flint.arb(2) ** -self.grid,
             exact_ball(self.breaks[piece + 1] - self.breaks[piece]),
@@ -130,7 +130,7 @@ class Trajectory(Displayed):
         return [[c * unit for c in p(line).coeffs()[:terms]] for p in self._piece(piece)]
 
     def _place(self, t: Fraction | flint.arb, piece: int) -> flint.arb:
-        """Return the place of a time in a piece: 0 at its begin, 1 at its end."""
+        """Return the position of a time in a piece: 0 at its beginning, 1 at its end."""
         a, b = self.breaks[piece], self.breaks[piece + 1]
         if isinstance(t, Fraction):
             return exact_ball((t - a) / (b - a))
@@ -142,7 +142,7 @@ class Trajectory(Displayed):
 
 @lru_cache(maxsize=256)
 def _polynomials(rows: tuple[tuple[int, ...], ...], bits: int) -> list[flint.arb_poly]:
-    """Integers as balls: exact as long as they fit in so many bits, else rounded outward."""
+    """Convert integers to balls: exact if they fit in this many bits, else rounded outward."""
     with working_bits(bits):
         return [flint.arb_poly(list(row)) for row in rows]
 
@@ -176,18 +176,18 @@ class Piece:
         return self.t1 - self.t0
 
     def samples(self, a: Samples) -> list[Number]:
-        """The state variables at the points of `a` in the plane of s, in its precision."""
+        """Return the state variables at the complex points s of `a`, in its precision."""
         unit = flint.arb(2) ** -self.grid
         return a.polynomials([[c * unit for c in row] for row in self.rows])
 
     def at(self, points: Sequence[flint.arb]) -> list[Number]:
-        """The state variables at some s, in flint's precision."""
+        """Return the state variables at some s, in flint's precision."""
         unit = flint.arb(2) ** -self.grid
         polynomials = [flint.arb_poly([c * unit for c in row]) for row in self.rows]
         return [array(map(p, points)) for p in polynomials]
 
     def halves(self) -> tuple[Piece, Piece]:
-        """The two halves; the same polynomials exactly, in variables of their own."""
+        """Return the two halves: exactly the same polynomials, each in its own variable."""
         degree = max(len(row) for row in self.rows) - 1
         middle = (self.t0 + self.t1) / 2
         left = [[c << (degree - m) for m, c in enumerate(row)] for row in self.rows]
@@ -202,14 +202,14 @@ class Piece:
 
 
 class Stretch(NamedTuple):
-    """A piece, and how far the exact motion may be from each of its rows."""
+    """A piece, and bounds on the distance of the exact motion from each of its rows."""
 
     piece: Piece
     bounds: tuple[Fraction, ...]
 
 
 def row_times(maneuver: Maneuver) -> Iterator[Fraction]:
-    """Times of the rows [s], exactly."""
+    """Yield the exact times of the rows [s]."""
     return (maneuver.time(i) for i in range(maneuver.rows))
 
 
@@ -232,12 +232,12 @@ class Certificate:
     end: tuple[Fraction, ...]
 
     def along(self, run: Trajectory) -> Iterator[Stretch]:
-        """The pieces of the candidate, each with its bounds."""
+        """Yield the pieces of the candidate with their bounds."""
         return (Stretch(run.piece(i), bounds) for i, bounds in enumerate(self.pieces))
 
     @property
     def claimed(self) -> Certificate:
-        """What certificate.json says of it: bounds over the whole run, as short decimals."""
+        """The claim in certificate.json: bounds over the whole run, as short decimals."""
         worst = [max(column) for column in zip(*self.pieces, strict=True)]
         bounds = tuple(Fraction(decimal_above(x)) for x in worst)
         return Certificate(self.states, (bounds,) * len(self.pieces), self.end)
@@ -270,10 +270,10 @@ class Drift:
 def evaluator(
     trajectory: Trajectory, bits: int | None = None, certificate: Certificate | None = None
 ) -> Evaluator:
-    """Columns of a trajectory in ball arithmetic of `bits`, by default some more than its own.
+    """Return an evaluator of columns in ball arithmetic of `bits` (default: more than the run).
 
-    With a certificate they are enclosures of the exact motion's columns, without one of the
-    candidate's.
+    With a certificate the columns enclose those of the exact motion, without one those of the
+    candidate.
     """
     balls = NonnegativeRoots(bits or trajectory.evaluation_bits)
     return Evaluator(trajectory, balls, trajectory.equations(balls), certificate)
@@ -286,11 +286,11 @@ class Evaluator:
     Attributes
     ----------
     trajectory
-        What is evaluated.
+        The trajectory that is evaluated.
     balls, equations
         The number type, and the equations of the bicycle in it.
     certificate
-        How far the exact motion may be from the trajectory; if given, its columns are enclosed.
+        Bounds on the distance of the exact motion; if given, the columns enclose the exact ones.
     """
 
     trajectory: Trajectory
@@ -299,11 +299,11 @@ class Evaluator:
     certificate: Certificate | None = None
 
     def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
-        """Every column by name at time `t`, see `state`."""
+        """Return every column by name at time `t`, see `state`."""
         return dict(self.equations.columns(self.state(t, piece)))
 
     def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
-        """State at time `t`; that of a ball without a piece holds those of all pieces it meets."""
+        """Return the state at time `t`; for a ball without a piece, the union over its pieces."""
         if piece is None:
             if not isinstance(t, Fraction):
                 return self._across(t)
@@ -316,7 +316,7 @@ class Evaluator:
 
     def _across(self, t: flint.arb) -> list[flint.arb]:
         run, low, high = self.trajectory, -upper_fraction(-t), upper_fraction(t)
-        # Each piece for its own part of the time: its bounds hold there only.
+        # Evaluate each piece on its own part of the time, because its bounds are valid only there.
         parts = [
             self.state(span_ball(max(low, run.breaks[i]), min(high, run.breaks[i + 1])), i)
             for i in range(run.piece_at(low), run.piece_at(high) + 1)
@@ -324,7 +324,7 @@ class Evaluator:
         return [reduce(flint.arb.union, values) for values in zip(*parts, strict=True)]
 
     def drift(self) -> Drift:
-        """Energy and contact drift over the rows of the maneuver."""
+        """Return the drift of energy and contact over the rows of the maneuver."""
         k, a, run = self.equations.k, self.balls, self.trajectory
         values = []
         contact = flint.arb(0)
@@ -348,5 +348,5 @@ class Evaluator:
 
 
 def _arb(value: Fraction) -> flint.arb:
-    """A dyadic as a ball of no radius, or a slightly larger one."""
+    """Convert a dyadic number to a ball, of radius zero if it fits."""
     return exact_ball(value).upper()

@@ -32,7 +32,7 @@ class AtPoints(Balls):
     """Values of functions at some points: a number is an array of real or complex balls."""
 
     def elementary(self, name: str, x: Number) -> Number:
-        """Return the values; a root is that with positive real part, and its radicand has one."""
+        """Apply the function to each value. Square roots need radicands with positive real part."""
         return each(lambda z: getattr(z, name)(), x)
 
     def atan2(self, y: Number, x: Number) -> Number:
@@ -45,11 +45,11 @@ class AtPoints(Balls):
 
 
 class Samples(AtPoints):
-    """Values at roots of unity of functions that are real on the real line, as balls.
+    """Values at the roots of unity of functions that are real on the real line, as balls.
 
-    A number is an array of complex balls. Conjugate points have conjugate values: those of the
-    upper half are enough. Constants may be real or complex balls; products with complex ones are
-    faster.
+    A number is an array of complex balls. Conjugate points have conjugate values, so the points of
+    the upper half circle are enough. Constants may be real or complex balls; products with complex
+    ones are faster.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ class Samples(AtPoints):
     radius : int
         R.
     folded_bits : int
-        The folded terms are below two to the power of minus this, of the remainder of a series of
-        the same length.
+        Negative binary logarithm of the largest folded term, relative to the remainder of a series
+        of the same length.
     """
 
     def __init__(self, bits: int, length: int, radius: int, *, folded_bits: int = 64) -> None:
@@ -77,7 +77,7 @@ class Samples(AtPoints):
                 flint.arb_mat([[x[j * k % count] for j in range(half + 1)] for k in range(count)])
                 for x in (cos, sin)
             )
-            # The ends of the half circle are counted once, all else with its conjugate.
+            # Each end of the half circle counts once, every other point also for its conjugate.
             shares = [flint.arb(1 if j % half == 0 else 2) / count for j in range(half + 1)]
             self._mean = flint.arb_mat(
                 [
@@ -90,23 +90,23 @@ class Samples(AtPoints):
     @classmethod
     @cache
     def of(cls, bits: int, length: int, radius: int) -> Samples:
-        """Samples that are made once, for many functions along many pieces."""
+        """Return cached samples: many functions along many pieces use the same ones."""
         return cls(bits, length, radius)
 
     @property
     def left_out(self) -> flint.arb:
-        """Bound for abs(s) <= 1 on how far the polynomial found is from the function, over M."""
+        """Largest distance of the polynomial from the function for abs(s) <= 1, divided by M."""
         return geometric(self.radius, self.length) + folded(self.radius, self._cos.nrows())
 
     def polynomials(self, rows: Sequence[Sequence[flint.arb]]) -> list[Number]:
-        """The values of polynomials of any degree, given by their coefficients."""
+        """Evaluate polynomials of any degree, given by their coefficients."""
         count = self._cos.nrows()
         folded = flint.arb_mat([[total(row[k::count]) for k in range(count)] for row in rows])
         parts = (folded * self._cos).table(), (folded * self._sin).table()
         return [array(map(flint.acb, re, im)) for re, im in zip(*parts, strict=True)]
 
     def coefficients(self, values: Sequence[Number]) -> list[list[flint.arb]]:
-        """The first Taylor coefficients of functions, each with what is folded onto it."""
+        """Return the first Taylor coefficients of functions, each with the terms folded onto it."""
         count = self._cos.ncols()
         rows = [x if isinstance(x, np.ndarray) else array([flint.acb(x)] * count) for x in values]
         table = flint.arb_mat([[*(z.real for z in x), *(z.imag for z in x)] for x in rows])
@@ -114,7 +114,7 @@ class Samples(AtPoints):
         return found
 
     def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
-        """Taylor coefficients of a matrix, by power; an entry that is the integer 0 stays so."""
+        """Return the Taylor coefficients of a matrix, by power; an entry that is int 0 stays."""
         flat = [x for row in table for x in row]
         places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
         by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)
@@ -128,19 +128,19 @@ class Samples(AtPoints):
 
 
 def geometric(radius: int, length: int) -> flint.arb:
-    """Sum of R^-m for m >= length: of the terms that a polynomial does not have."""
+    """Return the sum of R^-m for m >= length: the terms that a polynomial of that length lacks."""
     ratio = flint.arb(1) / radius
     return ratio**length / (1 - ratio)
 
 
 def folded(radius: int, count: int) -> flint.arb:
-    """Sum of R^-(k + m count) for k >= 0 and m >= 1: of what is folded onto all terms."""
+    """Return the sum of R^-(k + m count) for k >= 0, m >= 1: everything folded onto the terms."""
     ratio = flint.arb(1) / radius
     return ratio**count / (1 - ratio**count) / (1 - ratio)
 
 
 def each(function: Callable[[Number], Number], x: Number) -> Number:
-    """A function of every number of an array, or of one number."""
+    """Apply a function to every number of an array, or to one number."""
     return array(map(function, x)) if isinstance(x, np.ndarray) else function(x)
 
 
@@ -165,7 +165,7 @@ class Rim(Balls):
     clear : ndarray of bool
         The arcs on which all signs are clear so far.
     reason : str
-        Why the first of the others was refused.
+        Why the first arc that is not clear was refused.
     """
 
     def __init__(self, bits: int) -> None:
@@ -173,17 +173,17 @@ class Rim(Balls):
         self._signs: list[int] = []
 
     def start(self, arcs: int) -> None:
-        """Begin the evaluation on so many arcs."""
+        """Begin the evaluation on this many arcs."""
         self.clear, self.reason = np.ones(arcs, dtype=bool), ""
         self._position = 0
 
     def watch(self, x: Number) -> None:
-        """Record the sign of real parts.
+        """Record the sign of the real parts.
 
         Raises
         ------
         NotAnalyticError
-            There are clear arcs with either sign.
+            The sign is positive on one clear arc and negative on another.
         """
         signs = np.array([1 if z.real > 0 else -1 if z.real < 0 else 0 for z in _all(x)])
         self._require(signs != 0, "a divisor may vanish")
@@ -233,7 +233,7 @@ def _all(x: Number) -> Iterable[flint.acb]:
 
 
 def _is_positive(x: Number) -> Any:
-    """Tell, for each number, whether its real part is positive."""
+    """Return, for each number, whether its real part is positive."""
     return np.array([z.real > 0 for z in _all(x)])
 
 

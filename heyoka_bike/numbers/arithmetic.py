@@ -1,7 +1,7 @@
 """The number types in which the model is evaluated.
 
-The equations in `model` and `outputs` are written once. They use ``+ - * /`` on their numbers and
-take everything else from an `Arithmetic`: constants made from exact numbers, and the elementary
+The equations in `model` and `outputs` are written once. They use ``+ - * /`` on their numbers, and
+an `Arithmetic` supplies everything else: constants made from exact numbers, and the elementary
 functions. Python integers are the only literals in the equations; every number type here takes
 them exactly.
 """
@@ -25,15 +25,15 @@ Number = Any
 class Arithmetic:
     """The operations of the equations besides ``+ - * /``.
 
-    Most number types take all functions of one number in the same way: `elementary` says how.
+    Most number types evaluate all functions of one variable in the same way, by `elementary`.
     """
 
     def number(self, value: Exact | Fraction | int) -> Number:
-        """The exact value in this number type."""
+        """Convert an exact value to this number type."""
         raise NotImplementedError
 
     def elementary(self, name: str, x: Number) -> Number:
-        """The function ``sin``, ``cos`` or ``sqrt``, by its name."""
+        """Apply the function ``sin``, ``cos`` or ``sqrt``, chosen by name."""
         raise NotImplementedError
 
     def sin(self, x: Number) -> Number:
@@ -46,7 +46,7 @@ class Arithmetic:
         return self.elementary("sqrt", x)
 
     def atan2(self, y: Number, x: Number) -> Number:
-        """Angle of a point."""
+        """Return the angle of the point (x, y)."""
         raise NotImplementedError
 
     def sum(self, terms: Iterable[Number]) -> Number:
@@ -57,9 +57,9 @@ class Arithmetic:
 class Balls(Arithmetic):
     """Ball arithmetic (Arb, through python-flint) with a working precision in bits.
 
-    flint keeps its precision in a global context, to be set around whole formulas by
-    ``with balls.precision():``. Outside of it every method raises, lest a formula be evaluated at
-    another precision unnoticed.
+    flint keeps its precision in a global context. Set it around whole formulas with
+    ``with balls.precision():``. Outside that block every method raises, so that no formula is
+    evaluated at another precision unnoticed.
     """
 
     def __init__(self, bits: int) -> None:
@@ -133,7 +133,7 @@ class Arrays(Arithmetic):
 
 
 class Differentiated:
-    """A number that carries derivatives beside its value, see `dual`."""
+    """A number that carries derivatives in addition to its value, see `dual`."""
 
     __slots__ = ()
     value: Number
@@ -145,7 +145,7 @@ def value_of(x: Number) -> Number:
 
 
 def exact_ball(value: Fraction) -> flint.arb:
-    """The rational as a ball at flint's current precision; exact where it fits."""
+    """Return the rational as a ball at flint's current precision; exact if it fits."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
@@ -155,29 +155,29 @@ def span_ball(low: Fraction, high: Fraction) -> flint.arb:
 
 
 def midpoint(x: flint.arb) -> tuple[int, int]:
-    """The middle of a ball, exactly: n and grid with the value n 2^-grid."""
+    """Return the midpoint of a ball exactly, as (n, grid) with the value n 2^-grid."""
     man, exp = x.mid().man_exp()
     return int(man), -int(exp)
 
 
 def to_grid(x: flint.arb, grid: int) -> int:
-    """The middle of a ball as an integer times 2^-grid, rounded."""
+    """Round the midpoint of a ball to an integer times 2^-grid; return the integer."""
     n, own = midpoint(x)
     drop = own - grid
     return (n + (1 << (drop - 1))) >> drop if drop > 0 else n << -drop
 
 
 def upper_fraction(x: flint.arb) -> Fraction:
-    """An upper bound of a ball, exactly."""
+    """Return an upper bound of a ball as a fraction."""
     return dyadic(x.upper())
 
 
 def dyadic(x: flint.arb) -> Fraction:
-    """A ball of no radius as a fraction."""
+    """Return a ball of radius zero as a fraction."""
     man, exp = map(int, x.man_exp())
     return Fraction(man << max(exp, 0), 1 << max(-exp, 0))
 
 
 def sign_of(x: flint.arb) -> int:
-    """1 or -1 if a ball has only such numbers, else 0."""
+    """Return 1 if all numbers of a ball are positive, -1 if all are negative, else 0."""
     return int(bool(x > 0)) - int(bool(x < 0))

@@ -1,4 +1,4 @@
-"""Interpolation at Chebyshev nodes in ball arithmetic, and what it leaves out.
+"""Interpolation at Chebyshev nodes in ball arithmetic, and bounds on its error.
 
 References
 ----------
@@ -21,7 +21,7 @@ class Nodes:
     ----------
     x : list of arb
     transform : arb_mat
-        From values there to coefficients of T_0, T_1, ..., c_0 not halved.
+        Matrix that takes values at the nodes to coefficients of T_0, T_1, ... (c_0 not halved).
     """
 
     def __init__(self, count: int) -> None:
@@ -36,15 +36,15 @@ class Nodes:
 
     @property
     def lebesgue(self) -> flint.arb:
-        """Largest ratio of a polynomial of lower degree in between to its values at the nodes."""
+        """Lebesgue constant: largest ratio of a polynomial to its values at the nodes."""
         count = len(self.x)
         return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
 
     def left_out(self, radius: int) -> flint.arb:
         """Error of interpolating a function analytic for abs(x) <= radius, over its bound there.
 
-        At the zeros of T_n what is beyond T_(n - 1) takes the values of lower ones or their
-        opposites, or zero: each of these coefficients counts twice.
+        At the zeros of T_n each polynomial beyond T_(n - 1) takes the values of a lower one, its
+        opposite or zero. So each coefficient left out counts twice.
         """
         rho = ellipse(radius)
         return (4 * rho ** (1 - len(self.x)) / (rho - 1)).upper()
@@ -60,7 +60,7 @@ def _angles(count: int) -> list[flint.fmpq]:
 
 
 def in_between(degree: int, count: int) -> flint.arb:
-    """Largest ratio of a polynomial in between to its values at `count` nodes, count > degree."""
+    """How far a polynomial may exceed its values at `count` > degree nodes, as a ratio."""
     return (1 / flint.arb.cos_pi_fmpq(flint.fmpq(degree, 2 * count))).upper()
 
 

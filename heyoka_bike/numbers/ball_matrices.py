@@ -36,7 +36,7 @@ def abs_times(m: flint.arb_mat, radii: BallVector) -> BallVector:
 
 
 def norm(m: flint.arb_mat, weights: BallVector) -> flint.arb:
-    """Matrix norm that goes with the weighted maximum norm max abs(x_i) / w_i."""
+    """Matrix norm induced by the weighted maximum norm max abs(x_i) / w_i."""
     return largest(x / w for x, w in zip(abs_times(m, weights), weights, strict=True))
 
 
@@ -48,7 +48,7 @@ def weighted(x: BallVector, weights: BallVector) -> flint.arb:
 def perron(coefficients: Polynomial) -> BallVector:
     """Positive weights that make the norms small: nearly the Perron vector of sum abs(m).
 
-    Any positive weights are valid; these are only good.
+    Any positive weights give valid bounds; these give small ones.
     """
     n = coefficients[0].nrows()
     size = np.zeros((n, n))
@@ -97,7 +97,7 @@ def fundamental(
 
     def defect(p: Polynomial, of_low_orders: flint.arb_mat) -> flint.arb:
         sizes = [norm(m, weights) for m in p]
-        # Terms of the products of order len(a) - 1 and more, which Y' and V' do not have.
+        # Orders len(a) - 1 and above of the products: Y' and V' have no such terms.
         beyond = total(x * total(sizes[len(a) - 1 - j :]) for j, x in enumerate(sizes_a))
         return (norm(of_low_orders, weights) + beyond + rest * total(sizes)).upper()
 
@@ -132,8 +132,8 @@ def turned(
 ) -> tuple[flint.arb_mat, BallVector]:
     """A frame and radii that hold ``end box(radii) + box(added)`` (Lohner's QR method).
 
-    The frame is the orthogonal factor of the columns in order of length, as floats made exact; any
-    invertible matrix would be valid.
+    The frame is the orthogonal factor of the columns sorted by length. It is computed in floats,
+    which are then taken as exact. Any invertible matrix would be valid.
     """
     n = end.nrows()
     scale = largest(radii)

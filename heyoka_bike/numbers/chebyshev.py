@@ -1,11 +1,11 @@
 """Evaluation of piecewise Chebyshev polynomials, in binary64 or double-double (NumPy only).
 
-A double-double number is the exact sum hi + lo of two binary64 ones, about 32 digits. `clenshaw`
-is the recurrence, for few times. For very many times the columns of a piece are C T(x): their
-coefficients times the Chebyshev polynomials of all times. `plain_sums` is that product in binary64.
-`double_sums` gives hi + lo: T is computed once for all columns in double-double arithmetic, C and T
-are cut into slices of 21 bits, and the products of the leading slices are exact, whatever the order
-in which a library sums them.
+A double-double number is the exact sum hi + lo of two binary64 numbers, about 32 digits. `clenshaw`
+is the recurrence, used for few times. For many times the columns of a piece are the matrix product
+C T(x): their coefficients times the Chebyshev polynomials at all times. `plain_sums` is that
+product in binary64. `double_sums` gives hi + lo: T is computed once for all columns in
+double-double arithmetic, C and T are cut into slices of 21 bits, and the products of the leading
+slices are exact, whatever the order in which a library sums them.
 
 References
 ----------
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, Double, add, divide, fast_two_sum, split, two_sum
 
-# Values at a time, so that what a step needs stays in the processor's cache.
+# Number of values evaluated together: the data of one step stays in the processor's cache.
 _POINTS_AT_ONCE = 8192
 
 
@@ -100,7 +100,7 @@ def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
     return b1, b1_lo
 
 
-# Times together: their polynomials stay in the processor's cache.
+# Number of times evaluated together: their polynomials stay in the processor's cache.
 _TIMES_AT_ONCE = 4096
 _SLICE = 21
 

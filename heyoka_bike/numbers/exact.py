@@ -1,10 +1,11 @@
 """Exact numbers: a rational plus a rational multiple of pi.
 
-Every constant of the problem is held in this form, from the TOML file to the moment a precision is
-chosen, so that no binary approximation is made on the way.
+Every constant of the problem has this form, from the TOML file until a precision is chosen, so that
+no binary approximation is made on the way.
 
-Python's parser would turn decimals of an expression into floats, and it accepts, or chokes on, much
-that is not a number: it gets names in place of the numbers, and little else passes.
+Python's parser would turn the decimals of an expression into floats, and it accepts (or crashes on)
+much that is not a number. So each number is replaced with a name before the expression is parsed,
+and only a few kinds of expressions are accepted.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from math import pi
 
 from heyoka_bike.errors import InputError, quoted
 
-# A number, or pi, that no letter, digit or point follows.
+# A number or pi, not followed by a letter, a digit or a point.
 _PATTERN_OF_NUMBER = re.compile(
     r"(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|pi)(?![0-9A-Za-z_.])"
 )
@@ -30,12 +31,12 @@ _OPERATIONS_OF_EXACT: Mapping[type, Callable[..., Exact]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
     ast.Div: operator.truediv, ast.UAdd: operator.pos, ast.USub: operator.neg,
 }  # fmt: skip
-# Python may be told to convert no integers of more than 640 digits.
+# Python can be configured to refuse integers of more than 640 digits.
 _MAX_LENGTH = 600
 _MAX_INTEGER = 10**640
 _MAX_BRACKETS = 50
 _MAX_EXPONENT = 400
-# Where binary64 is normal.
+# Inside the range in which binary64 has full precision.
 _SMALLEST, _LARGEST_MAGNITUDE = Fraction(1, 10**300), Fraction(10**300)
 _EXPECTED_NUMBER = 'expected a decimal number or an expression such as "pi/10"'
 
@@ -44,7 +45,7 @@ _EXPECTED_NUMBER = 'expected a decimal number or an expression such as "pi/10"'
 class Exact:
     """The number ``rational + pi_multiple * pi``.
 
-    Integers are taken as fractions; anything else, a float above all, is refused with `TypeError`.
+    Integers become fractions; any other type raises `TypeError`, above all a float.
 
     Attributes
     ----------
@@ -84,7 +85,7 @@ class Exact:
 
     @classmethod
     def read(cls, name: str, text: str) -> Exact:
-        """`parse` what a user gives, with an `InputError` that says what it is.
+        """`parse` an input of a user; errors name the input.
 
         Raises
         ------
@@ -165,7 +166,7 @@ class Exact:
         return self.rational
 
     def __float__(self) -> float:
-        """Nearest-ish binary64, for display only, never for the model."""
+        """Return a binary64 near the value, for display only, never for the model."""
         return float(self.rational) + float(self.pi_multiple) * pi
 
     def __repr__(self) -> str:
@@ -183,7 +184,7 @@ ZERO = Exact(Fraction(0))
 
 
 def shortest_decimal(x: Fraction, digits: int) -> str:
-    """The shortest decimal that is exactly x; with `digits` digits if there is none."""
+    """Return the shortest decimal equal to x, or x rounded to `digits` digits if there is none."""
     denominator = x.denominator
     for p in (2, 5):
         while denominator % p == 0:
@@ -200,14 +201,14 @@ def positive_numbers(name: str, text: str) -> tuple[float, ...]:
     Parameters
     ----------
     name
-        What they are, for errors.
+        Name of the input, for errors.
     text
-        Each as of `Exact.parse`.
+        Numbers in the syntax of `Exact.parse`.
 
     Raises
     ------
     InputError
-        One of them is no such number.
+        An entry is not a positive number.
     """
     found = []
     for part in text.split(","):
@@ -219,9 +220,10 @@ def positive_numbers(name: str, text: str) -> tuple[float, ...]:
 
 
 def _value(text: str) -> Exact:
-    """The value of an expression; a `ValueError` says why it is none.
+    """Return the value of an expression, or raise a `ValueError` that gives the reason.
 
-    Python parses it once its numbers are names. These are then given their exact values.
+    The numbers are replaced with names, Python parses the expression, and the names get their exact
+    values.
     """
     if len(text) > _MAX_LENGTH:
         raise ValueError(f"expected at most {_MAX_LENGTH} characters")
@@ -247,7 +249,7 @@ def _value(text: str) -> Exact:
     formula = _PATTERN_OF_NUMBER.sub(named, text.strip(" \t"))
     if not _WITHOUT_NUMBERS.fullmatch(formula):
         raise ValueError(_EXPECTED_NUMBER)
-    # A long row of signs is one sign.
+    # Merge a long run of signs into one sign.
     formula = _SIGNS.sub(lambda signs: "-" if signs[0].count("-") % 2 else "+", formula)
     try:
         return evaluated(ast.parse(formula, mode="eval").body)
@@ -258,7 +260,7 @@ def _value(text: str) -> Exact:
 
 def _decimal(literal: str) -> Fraction:
     _, _, exponent = literal.lower().partition("e")
-    # Compared as text first: the exponent itself can be long.
+    # Compare the exponent as text first, because it can be very long.
     digits = exponent.lstrip("+-").lstrip("0")
     if len(digits) > len(str(_MAX_EXPONENT)) or int(digits or 0) > _MAX_EXPONENT:
         raise ValueError(f"expected an exponent between -{_MAX_EXPONENT} and {_MAX_EXPONENT}")
@@ -266,7 +268,7 @@ def _decimal(literal: str) -> Fraction:
 
 
 def _around_pi(bits: int) -> tuple[Fraction, Fraction]:
-    """Two fractions with pi between them, about 2^-bits apart, by Machin's formula."""
+    """Return two fractions that enclose pi, about 2^-bits apart, by Machin's formula."""
     one = 1 << (bits + 16)
 
     def arctan_of_inverse(n: int) -> int:
@@ -277,6 +279,6 @@ def _around_pi(bits: int) -> tuple[Fraction, Fraction]:
             k += 2
         return total
 
-    # Each of the fewer than `bits` divisions loses less than one unit, and is counted 20 times.
+    # Fewer than `bits` divisions lose less than one unit each, and the formula multiplies it by 20.
     near, slack = 4 * (4 * arctan_of_inverse(5) - arctan_of_inverse(239)), 40 * (bits + 16)
     return Fraction(near - slack, one), Fraction(near + slack, one)

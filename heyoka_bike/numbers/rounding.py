@@ -1,7 +1,7 @@
-"""Correct rounding: from an enclosure to the one binary64 or decimal it decides.
+"""Correct rounding: the one binary64 or decimal that an enclosure determines.
 
-A rounding is decided where both ends of the enclosure round to the same number. Where they do not,
-the candidate is zero if the enclosure holds zero, and else what its middle rounds to.
+A rounding is determined if both ends of the enclosure round to the same number. If they do not, the
+candidate is zero if the enclosure contains zero, else the midpoint rounded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Value = flint.arb | Fraction
 
 @dataclass(frozen=True, slots=True)
 class Enclosure:
-    """An interval; both ends of a number that is known exactly are that number."""
+    """An interval; for an exactly known number both ends are equal."""
 
     low: Fraction
     high: Fraction
@@ -40,12 +40,12 @@ class Enclosure:
         return self.low <= 0 <= self.high
 
     def binary64(self) -> float | None:
-        """The binary64 nearest to every number of the enclosure; None if there is not just one."""
+        """Return the binary64 nearest to all numbers of the enclosure; None if they differ."""
         low, high = float(self.low), float(self.high)
         return low + 0.0 if low == high else None
 
     def nearest(self) -> tuple[float, bool]:
-        """The binary64 that is decided, or else the candidate; and whether it is decided."""
+        """Return the binary64 (the candidate if undecided), and whether it is decided."""
         found = self.binary64()
         if found is not None:
             return found, True
@@ -67,7 +67,7 @@ class Enclosure:
 
 
 def nearest_pair(x: Enclosure) -> tuple[float, float, bool]:
-    """hi, and lo of the rest: those that are decided, or else candidates; whether both are."""
+    """Return hi, lo (the rest), and whether both are decided; undecided ones are candidates."""
     hi, is_decided = x.nearest()
     lo, is_rest_decided = x.minus(hi).nearest()
     return hi, lo, is_decided and is_rest_decided
@@ -105,16 +105,16 @@ def decimal_digits(x: Enclosure, digits: int, name: str) -> str:
 
 
 def decided_digits(x: Enclosure, digits: int) -> tuple[str, bool]:
-    """The number with `digits` significant digits, or with as many as are known, and whether so.
+    """Return the number with `digits` significant digits and True, or with fewer digits and False.
 
-    With fewer digits it is off by at most one unit of the last one: ``0e-62`` is zero to within
+    With fewer digits the error is at most one unit of the last digit: ``0e-62`` is zero to within
     1e-62.
     """
     text = x.decimal(digits)
     if text is not None:
         return text, True
     middle, width = (x.low + x.high) / 2, x.high - x.low
-    # Half a unit for the middle's rounding, and half a width for what is not known.
+    # Half a unit for the rounding of the midpoint, and half a width for the enclosure.
     last = _exponent_above(width)
     if middle:
         last = max(last, _exponent_above(abs(middle)) - digits + 1)
@@ -152,7 +152,7 @@ def upward_ball(x: flint.arb) -> float:
 
 
 def few_bits(bound: float) -> float:
-    """A bound rounded up to 8 bits: at most 1/128 more, and such bounds compress well."""
+    """Round a bound up to 8 bits: at most 1/128 larger, and such bounds compress well."""
     mantissa, exponent = frexp(bound)
     return ldexp(ceil(ldexp(mantissa, 8)), exponent - 8)
 

@@ -1,8 +1,8 @@
-"""Formulas as source: written by evaluating them with numbers that record statements.
+"""Formulas as source code, made by evaluating them with numbers that record statements.
 
-What is written is a list of assignments to names, one operation each, as C and JavaScript alike
-read them; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. The same operation on the same
-operands is written once; operations on two literals are carried out here, in binary64; products
+The source is a list of assignments to names, one operation each, in a syntax that C and JavaScript
+share; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. The same operation on the same
+operands is written once; operations on two literals are carried out at once, in binary64; products
 with 0 and 1 and sums with 0 vanish, as they do in heyoka's expressions.
 
 A `Language`, in which such formulas are written as functions, is a table of texts. A function takes
@@ -70,7 +70,7 @@ class StraightLine(Arithmetic):
     Parameters
     ----------
     literal_end
-        What a language writes after a number, its kind.
+        Suffix of a literal that gives its kind, in languages that need one.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class StraightLine(Arithmetic):
         return self._assign(f"atan2({y.text}, {x.text})")
 
     def sum(self, terms: Iterable[Operand]) -> Recorded:
-        """Added in pairs, which shortens the chain of operations that wait for each other."""
+        """Add in pairs: this shortens the chain of operations that wait for each other."""
         found = [x if isinstance(x, Recorded) else self.literal(float(x)) for x in terms]
         while len(found) > 1:
             pairs = [found[i] + found[i + 1] for i in range(0, len(found) - 1, 2)]
@@ -109,7 +109,7 @@ class StraightLine(Arithmetic):
         return found[0]
 
     def operation(self, sign: str, x: Recorded, y: Operand) -> Recorded:
-        """One of ``+ - * /``, recorded unless it can be done here."""
+        """Record one of ``+ - * /``, or carry it out if both operands are literals."""
         if not isinstance(y, Recorded):
             y = self.literal(float(y))
         if x.value is not None and y.value is not None:
@@ -136,7 +136,7 @@ class StraightLine(Arithmetic):
         if sign == "*" and x.value == 1:
             return y
         if x.is_negative or y.is_negative:
-            # Signs are moved out, so that a product and its negative are one.
+            # Move signs out, so that a product and its negative share one statement.
             plain = self._product(sign, self._magnitude(x), self._magnitude(y))
             return plain if x.is_negative == y.is_negative else self.negative(plain)
         if sign == "*" and x.value is None and y.text < x.text:
@@ -147,7 +147,7 @@ class StraightLine(Arithmetic):
         return self.negative(x) if x.is_negative else x
 
     def negative(self, x: Recorded) -> Recorded:
-        """A change of sign costs nothing: it is not assigned to a name."""
+        """Change the sign without a statement: the sign becomes part of the operand."""
         if x.value is not None:
             return self.literal(-x.value)
         return Recorded(self, x.text[1:] if x.text.startswith("-") else f"-{x.text}")
@@ -161,7 +161,7 @@ class StraightLine(Arithmetic):
 
 
 def needed(statements: Mapping[str, str], results: Sequence[str]) -> dict[str, str]:
-    """The statements that the results depend on, in order."""
+    """Return the statements that the results depend on, in order."""
     wanted = set(_PATTERN_OF_NAME.findall(" ".join(results)))
     for name, text in reversed(list(statements.items())):
         if name in wanted:

@@ -1,4 +1,4 @@
-"""Units as people write them, ``kg mm^2`` or ``deg/s``, and their exact size in SI units."""
+"""Units as people write them (``kg mm^2``, ``deg/s``) and their exact size in SI units."""
 
 import re
 from collections.abc import Mapping
@@ -67,7 +67,7 @@ _SUPERSCRIPTS = str.maketrans("\u00b2\u00b3\u207b\u00b9", "23-1")
 def size(unit: str) -> _Size | None:
     """The size of a unit and its dimension; None if it is not understood.
 
-    An angle has no dimension, and rad is 1.
+    Angles are dimensionless, and rad is 1.
     """
     text, at = unit.strip().translate(_SUPERSCRIPTS), 0
     factor, pi, powers = _SIZE_OF_ONE

@@ -1,4 +1,4 @@
-"""Vectors of three numbers of any type, turns of their axes, and quaternions."""
+"""Vectors of three numbers of any type, rotations of their axes, and quaternions."""
 
 from heyoka_bike.numbers.arithmetic import Number
 
@@ -32,9 +32,9 @@ def cross(u: Vector, v: Vector) -> Vector:
 
 
 def from_turned(axis: str, sine: Number, cosine: Number, v: Vector) -> Vector:
-    """A vector given in axes that are turned about one of them, in those before the turn.
+    """Transform a vector from axes rotated about one axis to the axes before the rotation.
 
-    With the opposite sine it is the other way round.
+    The opposite sine gives the inverse transformation.
     """
     x, y, z = v
     if axis == "x":
@@ -45,7 +45,7 @@ def from_turned(axis: str, sine: Number, cosine: Number, v: Vector) -> Vector:
 
 
 def product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Product of quaternions: the turn q followed by p, both about axes that stay."""
+    """Product of quaternions: the rotation q followed by p, both about fixed axes."""
     (a, *_), (b, *_) = p, q
     u, v = p[1:], q[1:]
     scalar = a * b - (u[0] * v[0] + u[1] * v[1] + u[2] * v[2])

@@ -1,7 +1,7 @@
-"""flint's working precision, which is one for the whole process: a thread at a time has it.
+"""flint's working precision, which the whole process shares: one thread at a time owns it.
 
-Another thread that changed it amid a computation would leave it with too few digits, and nothing
-would say so.
+If another thread changed it during a computation, the result would have too few digits, and no
+error would show it.
 """
 
 from __future__ import annotations
@@ -17,6 +17,6 @@ _OF_ONE_THREAD = RLock()
 
 @contextmanager
 def working_bits(bits: int) -> Iterator[None]:
-    """Flint works with so many bits, for this thread alone, and then as before."""
+    """Set flint to this many bits for this thread alone, then restore the old precision."""
     with _OF_ONE_THREAD, flint.ctx.workprec(bits):
         yield

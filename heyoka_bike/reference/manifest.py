@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.bicycle.parameters import describe_limits, read_maneuvers
-from heyoka_bike.errors import DatasetError, printable
+from heyoka_bike.errors import DatasetError, NotCertifiedError, printable
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.hdf5 import DAMAGE
 from heyoka_bike.reference.layout import AFTER_FILES, as_json
@@ -362,6 +362,10 @@ def reading(path: Path, what: str) -> Iterator[None]:
     """
     try:
         yield
+    except NotCertifiedError:
+        raise
+    except DatasetError as e:
+        raise DatasetError(f"{path}: {e}") from None
     except DAMAGE as e:
         raise DatasetError(f"{path}: is not {what} ({printable(str(e))[:200]})") from None
 

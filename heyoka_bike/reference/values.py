@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heyoka_bike.display import Displayed, Held, shown_by
+from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, double_sums, locate, plain_sums
 from heyoka_bike.numbers.double import Array, Double
@@ -71,7 +71,9 @@ class Values(Displayed, Held[str, Array]):
         MissingPackageError
             pandas is not installed.
         """
-        return shown_by("formats.csv").of_columns(self.time, self.hi)
+        from heyoka_bike.showing.formats import csv
+
+        return csv.of_columns(self.time, self.hi)
 
     def scale(self, name: str) -> float:
         """Largest absolute value of a column."""

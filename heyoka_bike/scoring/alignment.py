@@ -7,18 +7,19 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from math import log
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, FREE_ZERO, LATERAL
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, FREE_ZERO
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, fast_two_sum, median, two_sum
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.evidence import (
     Evidence,
+    ManeuverGuessed,
     ManeuverRecognised,
     MeantByValues,
     NoReference,
@@ -37,6 +38,7 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
+from heyoka_bike.scoring.recognition import Recognised, recognised
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
@@ -48,15 +50,12 @@ ROWS_COMPARED = 251
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
 
-# What a maneuver begins with; its energies follow.
-_GIVEN_AT_START = (*LATERAL, "forward_speed")
 # A column farther from the reference than half its scale says nothing about what it is.
 HALF = 0.5
-FASTEST_MODE = 0.05
-"""Time in which the fastest mode of the benchmark decays by e [s]."""
 # Beyond this a product of two values overflows on the way; no program means it. Values below its
 # inverse, whose products vanish, are zero.
 _LARGEST_VALUE = 1e150
+_AnyRows = TypeVar("_AnyRows", bound=Rows)
 # Units in which times are so many times as large as in seconds.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 # Seconds in the units in which times are that much smaller.
@@ -158,11 +157,9 @@ def align(results: Results, reference: Reference) -> Alignment:
     seen = list(results.seen)
     parts: list[Part] = []
     lost: list[Part] = []
-    for rows in results.maneuvers:
-        number = rows.maneuver
-        if number is None:
-            number = _recognise(results, rows, reference)
-            seen.append(ManeuverRecognised(number))
+    numbers = _numbers(results, reference)
+    for rows, (number, told) in zip(results.maneuvers, numbers, strict=True):
+        seen += told
         if number not in reference:
             raise InputError(
                 f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
@@ -339,7 +336,7 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     return replace(results, maneuvers=maneuvers, seen=tuple(seen))
 
 
-def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:
+def _renamed(rows: _AnyRows, names: Mapping[str, str | None]) -> _AnyRows:
     """Rows whose columns have other keys; those without one are left out."""
 
     def of(columns: Mapping[str, Any]) -> dict[str, Any]:
@@ -377,47 +374,65 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     return part, ()
 
 
-def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
-    """Number of the maneuver that the values are nearest to."""
+def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Evidence, ...]]]:
+    """The number of the maneuver of each block of rows, and how it was recognised if not named.
+
+    Blocks that may be of several maneuvers are of those that no other block is of.
+    """
+    found = {
+        i: _recognised(results, rows, reference)
+        for i, rows in enumerate(results.maneuvers)
+        if rows.maneuver is None
+    }
+    numbers = {
+        i: rows.maneuver for i, rows in enumerate(results.maneuvers) if rows.maneuver is not None
+    }
+    numbers |= {i: x.maneuver for i, x in found.items() if not x.rivals}
+    guessed: dict[int, Evidence] = {}
+    # The surest first: those with the fewest rivals.
+    for i in sorted(found.keys() - numbers.keys(), key=lambda i: len(found[i].rivals)):
+        possible = [found[i].maneuver, *found[i].rivals]
+        free = [n for n in possible if n not in numbers.values()] or possible
+        numbers[i] = free[0]
+        others = tuple(free[1:])
+        option = "maneuver=N" if results.format == "array" else "--maneuver N"
+        if others:
+            guessed[i] = ManeuverGuessed(free[0], others, option)
+    seen = {i: guessed.get(i, ManeuverRecognised(numbers[i])) for i in found}
+    return [(numbers[i], (seen[i],) if i in seen else ()) for i in range(len(results.maneuvers))]
+
+
+def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognised:
+    """The maneuver that rows are of, by their values.
+
+    Raises
+    ------
+    NothingScoredError
+        The rows are far from every maneuver.
+    """
     parts = {number: _within(rows, number, reference[number])[0] for number in reference}
     # A few rows that happen to lie within the run say nothing about the others.
     telling = {n: part for n, part in parts.items() if 2 * len(part.time) > len(rows.time)}
-    distance = {n: _distance(telling[n]) if n in telling else 1.0 for n in parts}
-    nearest, *others = sorted(distance, key=distance.__getitem__)
-    if distance[nearest] >= _FAR_FROM_MANEUVER:
+    found = recognised(telling)
+    if found is None or found.apart[found.maneuver] >= _FAR_FROM_MANEUVER:
         orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
-        if orders:
-            moved = {
-                n: {order[key]: x for key, x in parts[n].values.items() if key in order}
-                for n, order in orders.items()
-            }
-            return min(moved, key=lambda n: _distance(replace(parts[n], values=moved[n])))
-    # The same factor that tells definitions apart.
-    if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
-        # A motion that is wrong later begins as it should.
-        started = [number for number, part in telling.items() if _begins_as_given(part)]
-        if len(started) == 1:
-            return started[0]
-        option = "maneuver=N" if results.format == "array" else "--maneuver N"
-        hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
-        larger = _of_larger_unit(parts[nearest]) if len(parts[nearest].time) else ()
-        hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
-        raise NothingScoredError(
-            f"{results.path}: found columns that fit no maneuver clearly (relative distances "
-            + ", ".join(f"{n}: {d:.2g}" for n, d in sorted(distance.items()))
-            + f"), expected those of one; say which with {option}{hint}"
-        )
-    return nearest
-
-
-def _begins_as_given(part: Part) -> bool:
-    """True if the first row is the given start, in any units and signs, and not only zeros."""
-    first = part.only(_GIVEN_AT_START).at(spread(len(part.time), 1))
-    if not _not_zero_at_start(first):
-        return False
-    given = first.reference.approximate(first.time, list(first.values))
-    away = [_away(first, key, values, given[key]) for key, values in first.values.items()]
-    return all(x is not None and x <= TOLERANCE for x in away)
+        moved = {n: _renamed(parts[n], order) for n, order in orders.items()}
+        # A clock may have run before the motion.
+        began = {n: replace(part, time=part.time - part.time[0]) for n, part in telling.items()}
+        others = (x for x in (found, recognised(moved), recognised(began)) if x is not None)
+        found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
+    if found is not None and found.apart[found.maneuver] < HALF:
+        return found
+    option = "maneuver=N" if results.format == "array" else "--maneuver N"
+    hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
+    larger = () if found is None else _of_larger_unit(parts[found.maneuver])
+    hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
+    apart = {n: 1.0 if found is None else found.apart.get(n, 1.0) for n in parts}
+    raise NothingScoredError(
+        f"{results.path}: found columns that fit no maneuver clearly (relative distances "
+        + ", ".join(f"{n}: {x:.2g}" for n, x in sorted(apart.items()))
+        + f"), expected those of one; say which with {option}{hint}"
+    )
 
 
 def _not_zero_at_start(part: Part) -> list[str]:
@@ -444,14 +459,13 @@ def _of_another(
             option = "columns=" if results.format == "array" else "--columns "
             told = f"{option}time,{','.join(names)}"
         return (OtherOrder(tuple(order.values()), told),)
-    own = _distance(part)
-    if own < _FAR_FROM_MANEUVER:
+    if _distance(part) < TOLERANCE:
         return ()
-    distance = _distances(rows, reference, reference)
-    nearest = min(distance, key=distance.__getitem__)
-    if nearest == part.number or distance[nearest] > min(own / 2, _FAR_FROM_MANEUVER):
+    found = recognised({n: _within(rows, n, reference[n])[0] for n in reference})
+    if found is None or found.rivals or found.maneuver == part.number:
         return ()
-    return (OtherManeuver(part.number, nearest, distance[nearest], own),)
+    own = found.apart.get(part.number, 1.0)
+    return (OtherManeuver(part.number, found.maneuver, found.apart[found.maneuver], own),)
 
 
 def _another_order(part: Part) -> dict[str, str]:
@@ -508,7 +522,7 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
     """Distance of values from a column, in its scale; None if there is nothing to compare."""
     good = np.isfinite(values) & np.isfinite(expected)
     # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
-    rows = part.reference.rows[key]
+    rows = part.reference[key]
     scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
     if not good.any() or not scale:
         return None

@@ -22,6 +22,10 @@ that was found before: the derivative of the angle beside it, the pitch and yaw 
 attitude. What the odds against it are below 20 to 1 is left open: nothing is claimed without
 evidence.
 
+A wrong motion may be nearest to any definition. So errors that are smaller than that of the motion
+count as large as that. It is the part of its variation by which the middle one of the other columns
+is off; or twice that of the column itself in its nearest definition, from a tenth of its variation.
+
 *None of these* is a hypothesis, too: once in a hundred files a column is of a definition that is
 not known here. It would be as far from those known as they are from each other. So the odds against
 it fall by errors that are larger than those of the columns of one meaning, and rise where these and
@@ -57,7 +61,7 @@ from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
-from heyoka_bike.scoring.ratios import CLEARLY, MOST_ROWS, ODDS_CLAIMED
+from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.units import UNITS, factor, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
@@ -159,10 +163,12 @@ def understand_samples(samples: Sequence[Sample]) -> Understandings:
     """Return the understanding of each column against the motion that the samples expect."""
     found: dict[str, Understanding] = {}
     starts = _ways_at_start(samples)
+    off_by = [{key: x for key in s.values if (x := s.off_by(key)) is not None} for s in samples]
     for key in COMPARED:
-        having = [s for s in samples if key in s.values]
+        having = [i for i, s in enumerate(samples) if key in s.values]
         if having:
-            found[key] = _choose(key, having, found, starts)
+            errors = [_error_of_motion(key, samples[i], off_by[i]) for i in having]
+            found[key] = _choose(key, [samples[i] for i in having], errors, found, starts)
     # The kinetic energy has no zero to choose, so its unit is the surest where headings tell none.
     energies = [key for key in _ENERGY_KEYS if key in found]
     if energies:
@@ -225,10 +231,18 @@ class Sample:
             u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
         )
 
-    def log_likelihoods(self, key: str, candidates: Sequence[Understanding]) -> Array:
+    def log_likelihoods(
+        self, key: str, candidates: Sequence[Understanding], error_of_motion: float = 0.0
+    ) -> Array:
         """Natural logarithms, but for a constant that is the same for all candidates.
 
         All at once: there are some hundred candidates, whose errors are a few hundred numbers each.
+
+        Parameters
+        ----------
+        key, candidates
+        error_of_motion
+            Error that the motion itself may have in this column [SI]: a smaller one is chance.
         """
         factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
@@ -243,7 +257,7 @@ class Sample:
             against = np.clip(
                 np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _LOG_ODDS_AGAINST_ODD_ROW
             )
-        typical = np.maximum(_typical_sizes(errors), smallest)
+        typical = np.maximum(_typical_sizes(errors), np.maximum(smallest, error_of_motion))
         return np.asarray(-_INDEPENDENT_VALUES * np.log(typical) - against)
 
     def of_a_constant(self, key: str, u: Understanding) -> float:
@@ -257,8 +271,30 @@ class Sample:
             return self.scale[key]
         if key in _ENERGY_KEYS:
             return self.varies
+        return self.varies_by(key)
+
+    def varies_by(self, key: str) -> float:
+        """Return the root mean square of what a column varies by [SI]."""
         expected = self.expected[self.definitions[key][0].name]
         return rms(expected - median(expected))
+
+    def off_by(self, key: str) -> float | None:
+        """Return the error of a column as it is nearest, in parts of what it varies by.
+
+        None of columns that tell nothing: the mechanical energy is constant whatever the motion is.
+        """
+        if key not in BENCHMARK_COLUMNS or key == "mechanical_energy":
+            return None
+        varies = self.varies_by(key)
+        if not varies:
+            return None
+        factors = [sign * factor(unit)[0] for unit, sign in _ways(key, (self,))]
+        expected = np.array([self.expected[c.name] for c in self.definitions[key]])
+        errors = np.multiply.outer(factors, self.values[key])[:, None] - expected
+        errors = errors.reshape(-1, errors.shape[-1])
+        if key in ZEROED:
+            errors = errors - median(errors)[:, None]
+        return float(np.min(_typical_sizes(np.abs(errors)))) / varies
 
     def typical(self, key: str, u: Understanding) -> float:
         """Root mean square of the errors but the largest, not below what the digits can tell."""
@@ -342,14 +378,32 @@ def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -
     return _named_unit(key, samples) or COMPARED[key][0].unit, sign
 
 
+def _error_of_motion(key: str, sample: Sample, off_by: Mapping[str, float]) -> float:
+    """Return an error that the motion of a sample may have in a column [SI].
+
+    The other columns show it, of which one may be bad. A column that is far from its nearest
+    definition shows it, too.
+    """
+    others = [x for k, x in off_by.items() if k != key] or [0.0]
+    own = off_by.get(key, 0.0)
+    part = max(float(median(others)), AS_GOOD * own if CLEARLY * own > 1.0 else 0.0)
+    return part * sample.varies_by(key)
+
+
 def _choose(
-    key: str, samples: Sequence[Sample], found: Understandings, starts: Mapping[str, _Way]
+    key: str,
+    samples: Sequence[Sample],
+    errors_of_motion: Sequence[float],
+    found: Understandings,
+    starts: Mapping[str, _Way],
 ) -> Understanding:
     """Unit and sign, then the definition under them.
 
     Parameters
     ----------
     key, samples
+    errors_of_motion
+        In each sample, see `_error_of_motion`.
     found
         How other columns are taken.
     starts
@@ -377,14 +431,20 @@ def _choose(
         way = max((as_told, *possible), key=lambda i: table[i].max())
     if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
         way = as_told
-    chosen = int(np.argmax(table[way]))
+    # A wrong motion may be nearest to any definition: what is nearer than its error is chance.
+    of_way = [Understanding(c, *ways[way]) for c in columns]
+    by_definition = before + np.sum(
+        [s.log_likelihoods(key, of_way, e) for s, e in zip(samples, errors_of_motion, strict=True)],
+        axis=0,
+    )
+    chosen = int(np.argmax(by_definition))
     taken = _with_free_zero(key, Understanding(columns[chosen], *ways[way]), samples)
     constant = sum(s.of_a_constant(key, taken) for s in samples)
     if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
         # One number, such as the speed of the linear equations, is nearest to whichever definition
         # varies the least, and means none of them.
         return replace(taken, column=columns[0])
-    less = table[way][chosen] - table[way]
+    less = by_definition[chosen] - by_definition
     # What is claimed is shown by the values alone.
     shown = less - np.maximum(before[chosen] - before, 0.0)
     others = [i for i in range(len(columns)) if i != chosen]

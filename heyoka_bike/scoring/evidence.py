@@ -120,6 +120,13 @@ class LastRowIncomplete(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class CommonFactor(Evidence):
+    """A line above the rows holds their common factor, 10 to this power; it was applied."""
+
+    power: int
+
+
+@dataclass(frozen=True, slots=True)
 class LinesNotRead(Evidence):
     """Lines of a text look like rows of numbers and were not read.
 
@@ -284,6 +291,25 @@ class ManeuverRecognised(Evidence):
 
 
 @dataclass(frozen=True, slots=True)
+class ManeuverGuessed(Evidence):
+    """The values of a file that does not name its maneuver may be of several.
+
+    Attributes
+    ----------
+    maneuver
+        The nearest, with which the file is compared.
+    may_be
+        The others, the nearest first.
+    option
+        The option that names the maneuver.
+    """
+
+    maneuver: int
+    may_be: tuple[int, ...]
+    option: str
+
+
+@dataclass(frozen=True, slots=True)
 class NoReference(Evidence):
     """Columns that the reference does not have.
 
@@ -343,7 +369,7 @@ class OtherManeuver(Evidence):
     ----------
     maneuver, nearest
     distance, own_distance
-        From the nearest maneuver and from their own, in scales of the columns.
+        Typical difference from the nearest maneuver and from their own, in parts of the columns.
     """
 
     maneuver: int

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heyoka_bike.display import shown_by
 from heyoka_bike.scoring.evidence import LostColumn, SignContradiction
 from heyoka_bike.scoring.verdict import DoesNotCount
 
@@ -158,4 +157,6 @@ class Requirement:
     @property
     def message(self) -> str:
         """The outcome in one sentence."""
-        return str(shown_by("sayings").outcome(self.outcome))
+        from heyoka_bike.showing import sayings
+
+        return sayings.outcome(self.outcome)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from heyoka_bike.display import Held, shown_by
+from heyoka_bike.display import Held
 from heyoka_bike.scoring import verdict
 from heyoka_bike.scoring.evidence import Evidence, LostColumn, StoppedEarly
 from heyoka_bike.scoring.explanation import Explanation
@@ -79,8 +79,9 @@ class Report(Scored, Held[int, ManeuverScore]):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was seen, in words, with the numbers behind it."""
-        found: tuple[Finding, ...] = shown_by("sayings").findings(self.seen)
-        return found
+        from heyoka_bike.showing import sayings
+
+        return sayings.findings(self.seen)
 
     @property
     def said(self) -> tuple[Finding, ...]:

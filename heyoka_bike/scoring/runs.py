@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from heyoka_bike.display import shown_by
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.findings import Finding
@@ -108,8 +107,9 @@ class Series(Scored):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What is said of the series; that of a run is in its report."""
-        found: tuple[Finding, ...] = shown_by("sayings").findings(self.seen)
-        return found
+        from heyoka_bike.showing import sayings
+
+        return sayings.findings(self.seen)
 
     @property
     def passed(self) -> bool:

@@ -2,16 +2,19 @@
 
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from heyoka_bike.display import Displayed, shown_by
+from heyoka_bike.display import Displayed
 
 if TYPE_CHECKING:
     import pandas
 
 
 class Scored(Displayed):
-    """A report or a series, in every format that the command ``score`` writes."""
+    """A report or a series, in every format that the command ``score`` writes.
+
+    What shows it takes these two classes, of which this one is the base.
+    """
 
     __slots__ = ()
     _view = "report"
@@ -19,7 +22,9 @@ class Scored(Displayed):
     @property
     def verdict(self) -> str:
         """One line that says what the results are worth."""
-        return str(shown_by("wording").verdict(self))
+        from heyoka_bike.showing import wording
+
+        return wording.verdict(cast(Any, self))
 
     def save(self, path: str | PathLike[str], format: str | None = None) -> Path:
         """Write it to a file, whole or not at all; folders on the way are made.
@@ -41,21 +46,27 @@ class Scored(Displayed):
         InputError
             No such format, a file that cannot be written, or one of the results themselves.
         """
-        found: Path = shown_by("formats.output").save(self, path, format)
-        return found
+        from heyoka_bike.showing.formats import output
+
+        return output.save(cast(Any, self), path, format)
 
     def to_html(self) -> str:
         """A page that needs nothing else, as ``save("report.html")`` writes it."""
-        return str(shown_by("formats.output").render(self, "html"))
+        from heyoka_bike.showing.formats import output
+
+        return output.render(cast(Any, self), "html")
 
     def to_json(self) -> str:
         """All of it as JSON, by the schema that is shipped."""
-        return str(shown_by("formats.output").render(self, "json"))
+        from heyoka_bike.showing.formats import output
+
+        return output.render(cast(Any, self), "json")
 
     def to_dict(self) -> dict[str, Any]:
         """The score as lists and dictionaries."""
-        found: dict[str, Any] = shown_by("formats.json").document(self)
-        return found
+        from heyoka_bike.showing.formats import json
+
+        return json.document(cast(Any, self))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each maneuver and column (and run), with the fields of the CSV.
@@ -65,7 +76,11 @@ class Scored(Displayed):
         MissingPackageError
             pandas is not installed.
         """
-        return shown_by("formats.csv").frame(self)
+        from heyoka_bike.showing.formats import csv
+
+        return csv.frame(cast(Any, self))
 
     def __str__(self) -> str:
-        return str(shown_by("formats.output").render(self, "table"))
+        from heyoka_bike.showing.formats import output
+
+        return output.render(cast(Any, self), "table")

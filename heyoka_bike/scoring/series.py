@@ -83,8 +83,8 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
     Raises
     ------
     InputError
-        With file, line and column: unreadable, an unknown entry, or a value that is not a positive
-        decimal.
+        Unreadable, an unknown entry, or a value that is not a positive decimal. The error names the
+        file and the key.
     """
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, {"run"}, ())

@@ -95,7 +95,8 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     elif apart is not None and apart <= explained:
         # Parts that are written more coarsely than the limit do not tell.
         apart = 0.0 if 100 * rounding <= limit * scale else None
-    true_error = (total and total.max_abs_error) or 0.0
+    # The digits written may hide the true energy, but do not show that this is another one.
+    true_error = (total and total.unexplained) or 0.0
     if total and "potential_energy" not in columns:
         # Any constant has another zero, if its parts do not show which.
         true_error += abs(total.as_understood.offset)
@@ -147,7 +148,7 @@ def performance(
         How far the energy is from potential plus kinetic energy, beyond rounding; None if one of
         these is not there, or written so coarsely that this says nothing about the limit.
     true_error
-        How far it is from the exact one.
+        How far it is from the exact one, beyond the rounding of its digits.
     start
         The first value of the energy, in exact ones (1, not percent).
     """

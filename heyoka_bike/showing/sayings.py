@@ -150,6 +150,15 @@ def _(e: seen.LastRowIncomplete) -> Finding:
 
 
 @_finding.register
+def _(e: seen.CommonFactor) -> Finding:
+    said = (
+        f"All numbers were multiplied by 1e{e.power}, the common factor that MATLAB displays above "
+        "them; writematrix writes all digits"
+    )
+    return info("common_factor", said, factor=10.0**e.power)
+
+
+@_finding.register
 def _(e: seen.LinesNotRead) -> Finding:
     lines = ", ".join(f"line {number}: {quoted(text)}" for number, text in e.first)
     more = e.count - len(e.first)
@@ -165,7 +174,7 @@ def _(e: seen.LinesNotRead) -> Finding:
 @_finding.register
 def _(e: seen.NotFinite) -> Finding:
     where = f"first in {e.counted_by} {e.line}, column {e.column}"
-    said = f"{e.count} values are not finite and not used ({where})."
+    said = f"{counted(e.count, 'value is', 'values are')} not finite and not used ({where})."
     return warning("not_finite", said, count=e.count, line=e.line, column=e.column)
 
 
@@ -189,7 +198,10 @@ def _(e: seen.UnknownUnit) -> Finding:
 
 @_finding.register
 def _(e: seen.Transposed) -> Finding:
-    said = f"The table has {e.rows} rows and {e.columns} columns; its rows are taken as columns."
+    said = (
+        f"The table has {counted(e.rows, 'row')} and {counted(e.columns, 'column')}; its rows are "
+        "taken as columns."
+    )
     return info("transposed", said, shape=[e.rows, e.columns])
 
 
@@ -238,9 +250,11 @@ def _(e: seen.TimesUnsorted) -> Finding:
 @_finding.register
 def _(e: seen.TimesRepeated) -> Finding:
     if e.are_identical:
-        said = f"{e.count} rows repeat another row, with the same time and the same values"
+        repeat = counted(e.count, "row repeats", "rows repeat")
+        said = f"{repeat} another row, with the same time and the same values"
         return info("times_repeated", said, count=e.count, identical=True)
-    said = f"{e.count} rows repeat the time of another row: the time column has too few digits"
+    repeat = counted(e.count, "row repeats", "rows repeat")
+    said = f"{repeat} the time of another row: the time column has too few digits"
     return warning("times_repeated", said, count=e.count, identical=False)
 
 
@@ -255,6 +269,16 @@ def _names(names: Sequence[str]) -> list[str]:
 def _(e: seen.ManeuverRecognised) -> Finding:
     said = f"the columns are those of maneuver {e.maneuver}, recognised by their values"
     return info("maneuver_recognised", said, maneuver=e.maneuver)
+
+
+@_finding.register
+def _(e: seen.ManeuverGuessed) -> Finding:
+    others = " or ".join(map(str, e.may_be))
+    said = (
+        f"the file does not name its maneuver. It is compared with maneuver {e.maneuver}, which is "
+        f"a guess: it may also be maneuver {others}. To choose: {e.option}"
+    )
+    return warning("maneuver_guessed", said, maneuver=e.maneuver, may_be=list(e.may_be))
 
 
 @_finding.register
@@ -318,7 +342,11 @@ def _(e: seen.RowsOutside) -> Finding:
 
 @_finding.register
 def _(e: seen.TooLarge) -> Finding:
-    said = f"maneuver {e.maneuver}: {e.values} values of {e.key} are beyond 1e150 and left out"
+    are = "is" if e.values == 1 else "are"
+    said = (
+        f"maneuver {e.maneuver}: {counted(e.values, 'value')} of {e.key} {are} beyond 1e150 and "
+        "left out"
+    )
     return warning("too_large", said, maneuver=e.maneuver, column=e.key, values=e.values)
 
 
@@ -960,7 +988,8 @@ def outcome(found: Outcome) -> str:
             return f"maneuver {', '.join(numbers)}, {', '.join(keys)}: never filled in"
         case ValuesMissing():
             where = f"maneuver {found.maneuver}, {found.key}"
-            return f"{where}: {found.missing} of {found.values} values are not finite"
+            are = "is" if found.missing == 1 else "are"
+            return f"{where}: {found.missing} of {counted(found.values, 'value')} {are} not finite"
         case SignContradicted():
             return f"maneuver {found.maneuver}, {contradiction_words(found.contradiction)}"
         case InPart():

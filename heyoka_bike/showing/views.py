@@ -156,7 +156,7 @@ def table(found: Values, most: int, about: str = "Values") -> TableBlock:
     if is_cut:
         rows.insert(half, ["..."] * len(columns))
     if len(found) > len(shown):
-        said.append(f"{len(found) - len(shown)} more columns")
+        said.append(counted(len(found) - len(shown), "more column"))
     names = ["time [s]", *map(_heading, shown)]
     return TableBlock(names, rows, about, "numbers", note=", ".join(said))
 
@@ -173,4 +173,4 @@ def _heading(name: str) -> str:
 
 
 def _in_a_word(found: Values) -> str:
-    return f"<values of {len(found)} columns>"
+    return f"<values of {counted(len(found), 'column')}>"

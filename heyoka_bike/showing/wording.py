@@ -220,9 +220,16 @@ def time_beside(t: float, end: float) -> str:
     return f"{t:.6g}" if t == end or f"{t:.6g}" != f"{end:.6g}" else f"{t:.15g}"
 
 
-def counted(count: int, what: str) -> str:
-    """A number of things: ``1 row``, ``2 rows``."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
+def counted(count: int, one: str, several: str = "") -> str:
+    """A number of things: ``1 row``, ``2 rows``, or with a verb, ``1 value is``, ``2 values are``.
+
+    Parameters
+    ----------
+    count
+    one, several
+        The words after 1, and after any other number; by default the same with an s.
+    """
+    return f"{count} {one if count == 1 else several or one + 's'}"
 
 
 def by_severity(findings: Sequence[Finding]) -> list[Finding]:
@@ -258,7 +265,10 @@ def caveats(report: Report) -> list[str]:
     signs, covered, left_out = "", "", [x.name for x in report.not_compared]
     least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
     if least is not None and least.coverage < 1:
-        covered = f"covers {percent(least.coverage)} of maneuver {least.maneuver}"
+        parts = {percent(m.coverage) for m in report.maneuvers}
+        is_of_all = len(parts) == 1 and len(report.maneuvers) > 1
+        which = "each maneuver" if is_of_all else f"maneuver {least.maneuver}"
+        covered = f"covers {percent(least.coverage)} of {which}"
     for x in report.seen:
         if isinstance(x, SensesOpposed):
             signs = "roll and steer have opposite senses, see the warning"

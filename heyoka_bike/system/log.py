@@ -70,3 +70,8 @@ class _Printed(logging.Handler):
         where = record.name.removeprefix(f"{_LOGGER_NAME}.")
         said = f"{record.relativeCreated / 1000:8.2f} s  {where}: {record.getMessage()}"
         print(said, file=sys.stderr, flush=True)
+
+
+def complain(line: str) -> None:
+    """Print one line on standard error."""
+    print(f"heyoka-bike: {' '.join(line.split())}", file=sys.stderr)

@@ -19,7 +19,6 @@ from threading import Lock
 from typing import Any, TypeVar
 
 from heyoka_bike.errors import InputError, WorkerLostError
-from heyoka_bike.registry import addition
 from heyoka_bike.system.jobs import Job, Outcome, ProcessExecutor, ProgressFuture, reporting
 
 T = TypeVar("T")
@@ -78,7 +77,9 @@ def using(
         raise InputError(f"--workers: found {workers}, expected 1 or more")
     connection: AbstractContextManager[Executor | None] = nullcontext(executor)
     if cluster is not None:
-        connection = addition("connected")(cluster)
+        from heyoka_bike.system.cluster import connected
+
+        connection = connected(cluster)
     with connection as found:
         token = _chosen.set(workers if found is None else found)
         try:

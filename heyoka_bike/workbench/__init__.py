@@ -1,4 +1,4 @@
 """Beside the reference and its score: figures, records of speed, maps, a server, longer proofs.
 
-It uses the rest of the package by its modules. The rest knows it by `registry` only.
+It uses the rest of the package below it; commands use it.
 """

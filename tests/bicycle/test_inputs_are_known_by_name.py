@@ -81,12 +81,11 @@ def test_a_tilt_may_be_uncertain_by_parts_of_pi(changed):
         ("[1]", "found a list, expected a number as a decimal string"),
     ],
 )
-def test_a_bad_uncertainty_is_named_with_its_line(changed, entry, found):
-    path, line = changed("c", f'{{ value = "0.08", uncertainty = {entry} }}')
+def test_a_bad_uncertainty_is_named_with_its_key(changed, entry, found):
+    path, _ = changed("c", f'{{ value = "0.08", uncertainty = {entry} }}')
     with pytest.raises(InputError) as e:
         read_bicycle(path)
-    assert f"{path}:{line}:" in str(e.value)
-    assert f"uncertainty of c: {found}" in str(e.value)
+    assert str(e.value).startswith(f"{path}: parameters.c.uncertainty: {found}")
 
 
 def test_a_changed_parameter_has_no_uncertainty_any_more(changed):

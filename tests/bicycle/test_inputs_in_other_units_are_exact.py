@@ -60,7 +60,7 @@ def test_a_maneuver_may_be_in_km_h_and_degrees(tmp_path):
     ("entry", "said"),
     [
         ('value = "18", unit = "mm"', "lam: found unit 'mm', expected 'rad'"),
-        ('value = "pi/10", unit = "deg"', "lam: found 0.314159265358979, expected a number"),
+        ('value = "pi/10", unit = "deg"', "lam.value: found 0.314159265358979, expected"),
         ('value = "91", unit = "deg"', "found 1.58824961931484 rad, expected less than pi/2"),
     ],
 )  # fmt: skip

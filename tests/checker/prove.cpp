@@ -52,6 +52,12 @@ static void check(const std::string& folder, bool any, double until) {
               << (until < 1e300 ? ", pieces and rows that begin before that time only" : "") << std::endl;
 }
 
+// HDF5 closes what is open when a program ends, and may crash there on a file that is refused.
+static int ended(const std::string& message, int code) {
+    std::cout.flush(), std::cerr << message << std::flush;
+    std::_Exit(code);
+}
+
 int main(int argc, char** argv) {
     std::fesetround(FE_UPWARD);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -65,14 +71,15 @@ int main(int argc, char** argv) {
         else if (!std::strcmp(argv[i], "--until") && i + 1 < argc) until = std::atof(argv[++i]), is_usage |= !(until > 0);
         else if (folder || argv[i][0] == '-') is_usage = true;
         else folder = argv[i];
-    if (is_usage || !folder) return std::cerr << "usage: check FOLDER [--any-inputs] [--until SECONDS]\n", 1;
+    if (is_usage || !folder) return ended("usage: check FOLDER [--any-inputs] [--until SECONDS]\n", 1);
     try {
         check(folder, any, until);
+        return ended("", 0);
     } catch (const Refusal& e) {
-        return std::cerr << "refused: " << e.what() << "\n", 3;
+        return ended(std::string("refused: ") + e.what() + "\n", 3);
     } catch (const std::bad_alloc&) {
-        return std::cerr << folder << ": needs more memory than a set does\n", 1;
+        return ended(std::string(folder) + ": needs more memory than a set does\n", 1);
     } catch (const std::exception& e) {
-        return std::cerr << folder << ": " << e.what() << "\n", 1;
+        return ended(std::string(folder) + ": " + e.what() + "\n", 1);
     }
 }

@@ -7,7 +7,7 @@ import pytest
 
 from heyoka_bike import cli
 from heyoka_bike.cli import DESCRIPTION, WELCOME, main, parser
-from heyoka_bike.registry import COMMANDS, GROUPS
+from heyoka_bike.commands.registry import COMMANDS, GROUPS
 
 NAMED = re.compile(r"^ *(heyoka-bike (?!--).*?)(?:  .*)?$", re.MULTILINE)
 

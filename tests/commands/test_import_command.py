@@ -255,7 +255,7 @@ def test_values_of_no_size_and_negative_deviations_are_refused(value, told, tmp_
 def test_a_shape_without_a_size_is_refused(size, bicycle, tmp_path, capsys):
     text = render("mjcf", bicycle, ()).decode()
     path = tmp_path / "bicycle.xml"
-    path.write_text(re.sub(r' size="[^"]*"', f' size="{size}"', text, count=1))
+    path.write_text(re.sub(r' size="[^"]*"', f' size="{size}"', text))
     code, out, err = run(path, capsys=capsys)
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert f"size of <geom>: found {size!r}, expected a number" in err

@@ -15,7 +15,7 @@ from urllib.request import urlopen
 import pytest
 
 from generators.submissions import copied
-from heyoka_bike.registry import COMMANDS as REGISTERED
+from heyoka_bike.commands.registry import COMMANDS as REGISTERED
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]

@@ -277,14 +277,14 @@ def test_a_failed_write_leaves_the_old_file(capsys, tmp_path, monkeypatch):
         ("", "expected one or more [[run]]"),
         ("[run]\nfile = 'a'\n", "expected [[run]]"),
         ("[[run]]\nstep = '0.1'\n", "expected one"),
-        ("[[run]]\nfile = 'a'\nsteps = '0.1'\n", ":3:9: found unknown entry"),
-        ("[[run]]\nfile = 'a'\nstep = -1\n", ":3:8: step: found"),
-        ("[[run]]\nfile = 'a'\ncpu = 'long'\n", ":3:7: cpu: found"),
-        ("[[run]]\nfile = 'a'\ncpu = true\n", ":3:7: cpu: found"),
-        ("[[run]]\nfile = 7\n", ":2:8: file: found"),
+        ("[[run]]\nfile = 'a'\nsteps = '0.1'\n", ": run 1: found unknown entry"),
+        ("[[run]]\nfile = 'a'\nstep = -1\n", ": run 1, step: found"),
+        ("[[run]]\nfile = 'a'\ncpu = 'long'\n", ": run 1, cpu: found"),
+        ("[[run]]\nfile = 'a'\ncpu = true\n", ": run 1, cpu: found"),
+        ("[[run]]\nfile = 7\n", ": run 1, file: found"),
     ],
 )
-def test_a_bad_list_of_runs_names_line_and_column(capsys, tmp_path, text, says):
+def test_a_bad_list_of_runs_names_the_key(capsys, tmp_path, text, says):
     listing = tmp_path / "runs.toml"
     listing.write_text(text)
     code, out, err = run(str(listing), capsys=capsys)

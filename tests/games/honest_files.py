@@ -5,12 +5,12 @@ angle and rate alike, as integrators make it. How large it is then is found from
 they are written, read with the choices that were drawn.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from games.files import EIGHT, MOTION, correct, decimal_times, names, references, scale, truth
-from games.truth import ZEROED, _digits, errors, units
+from games.truth import FREE, ZEROED, _digits, errors, units
 
 MANEUVERS = (1, 2, 3)
 END = 10.0
@@ -23,6 +23,8 @@ class Honest:
     """An honest file: its parts, and for each key the reading that was drawn: name and factor.
 
     `own` is a column of a definition that is not among those known, whose reading is the nearest.
+    `starts` are the values from which columns start that have no zero, `wrapped` the angles that
+    are written within one turn.
     """
 
     parts: list
@@ -32,6 +34,8 @@ class Honest:
     digits: int
     spacing: str
     own: str = ""
+    starts: dict = field(default_factory=dict)
+    wrapped: tuple = ()
 
 
 def signs(random, keys):
@@ -175,7 +179,39 @@ def honest_file(seed, number):
         for part in parts:
             part.pick(np.arange(count))
     reading = {k: (chosen[k], factors[k]) for k in keys}
-    return random, Honest(parts, reading, zero, size, digits, spacing, own)
+    starts, wrapped = _freely(
+        np.random.default_rng([seed, number, 7]), parts, reading, size, digits
+    )
+    return random, Honest(parts, reading, zero, size, digits, spacing, own, starts, wrapped)
+
+
+WHEELS = ("rear_wheel_angle", "front_wheel_angle")
+_TURN = 2 * np.longdouble("3.14159265358979323846264338327950288")
+
+
+def _freely(random, parts, reading, size, digits):
+    """Columns without a zero from another start, and angles within one turn."""
+    starts, wrapped = {}, []
+    for key in (k for k in reading if k in FREE):
+        name, factor = reading[key]
+        largest = max(scale(p.maneuver, name) for p in parts)
+        start = float(random.choice([-1, 1])) * 10.0 ** random.uniform(-1, 1.5)
+        # A start is far from zero if it is so beside the errors and the digits.
+        if random.random() < 0.4 and abs(start) > largest * max(1e3 * size, 10.0 ** (3 - digits)):
+            starts[key] = start
+        is_wrapped = key in WHEELS and random.random() < 0.4 and size < 1e-4
+        wrapped += [key] if is_wrapped else []
+        low = _TURN * random.choice([0.0, -0.5])
+        for p in parts:
+            wide = (p.hi[key].astype(np.longdouble) + p.lo[key]) / factor + starts.get(key, 0.0)
+            if is_wrapped:
+                wide = wide - _TURN * np.floor((wide - low) / _TURN)
+            if key in starts or is_wrapped:
+                wide = wide * factor
+                hi = wide.astype(float)
+                p.lo[key] = (wide - hi).astype(float) * (p.lo[key] != 0)
+                p.hi[key] = hi
+    return starts, tuple(wrapped)
 
 
 def _zero(random):
@@ -301,8 +337,10 @@ def known(honest, said):
                 continue
             name, factor = honest.readings[k]
             is_zeroed = bool(honest.zero) and k in ZEROED
-            zero = honest.zero if is_zeroed else 0.0
+            zero = honest.zero if is_zeroed else honest.starts.get(k, 0.0)
             e = errors(p.hi[k], p.lo[k], exact[p.maneuver][name], factor, zero)
+            if k in honest.wrapped:
+                e -= (_TURN * np.rint(e / _TURN)).astype(float)
             half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
             if p.lo[k].any():
                 # Zeros at the end of long numbers are not written: their digits are known to one.
@@ -320,7 +358,13 @@ def known(honest, said):
                 half_of_v = _half_a_digit(p.hi[v], honest.digits, p.is_rounded) / abs(factor)
                 first = errors(p.hi[v], p.lo[v], exact[p.maneuver][v], factor, zero)[0]
                 e += np.copysign(max(half_of_v, abs(first)), e)
+            if k in honest.starts or k in honest.wrapped:
+                # The start is known no better than the first row of any maneuver.
+                e += np.copysign(max(half, 1e-18), e)
             size, s = float(np.max(abs(e))), scale(p.maneuver, name)
+            if k in honest.wrapped:
+                # Turns are added in binary64.
+                size = max(size, 2 * np.spacing(s))
             if abs(factor) != 1:
                 # Conversions here are good to 19 digits.
                 size = max(size, 10**-18.5 * s)

@@ -1,7 +1,8 @@
 """How wrong a file is, in the reading of its columns that is kindest to it.
 
-A reading is a definition, a sign and a unit of a column, one for all maneuvers; energies have any
-zero. What no reading fulfils, the file does not fulfil. No estimate and no threshold is in here.
+A reading is a definition, a sign and a unit of a column, one for all maneuvers. Energies have any
+zero, and so have heading, places and wheel angles. What no reading fulfils, the file does not
+fulfil. No estimate and no threshold is in here.
 """
 
 from itertools import product
@@ -31,6 +32,11 @@ _FACTORS = {
 }
 SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 ZEROED = ("potential_energy", "mechanical_energy")
+# No equation contains them: a program starts anywhere, and counts turns or does not.
+FREE = ("yaw", "rear_wheel_angle", "front_wheel_angle",
+        *(f"{place}_{axis}" for place in ("rear_contact", "front_contact", "rear_hub", "front_hub",
+                                          "rear_frame_com", "front_frame_com", "com")
+          for axis in "xy"))  # fmt: skip
 TOLERANCE = 1e-3
 
 
@@ -122,7 +128,11 @@ class Truth:
         e = e[np.isfinite(e)]
         if not len(e):
             return np.inf if metric in ("scd", "mescd", "time_to_tolerance") else 0.0
-        if key in ZEROED:
+        if UNITS[key] == "rad":
+            # An angle and whole turns are one attitude.
+            turn = 2 * np.pi
+            e = e - turn * np.rint((e - e[0] * (key in FREE)) / turn)
+        if key in ZEROED or key in FREE:
             middle = np.mean(e) if metric == "rms_error" else (e.max() + e.min()) / 2
             e = e - middle
         if metric == "max_abs_error":

@@ -1,6 +1,7 @@
 """Parts of a game written as the files that programs write, and what these files then say."""
 
 import gzip
+from decimal import Decimal
 
 import h5py
 import numpy as np
@@ -14,6 +15,8 @@ ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")
 # Numbers with words in their rows, in a text of 2 MiB.
 AMONG_WORDS = ("long", "below", "timetable")
 MOST_AMONG_WORDS = 2**21 // 80
+# Exponents such as 1.5*^-3, dates as times, and rows with their names in front.
+KINDS = ("Mathematica", "clock", "upright")
 NEEDS_ALL = ("array", "npy", "cells")
 # As those who simulate vehicles call them; values tell what u, p and theta are.
 VEHICLES = {
@@ -114,8 +117,20 @@ def _text(random, parts, file, form, digits):
         columns[0] = [f"{t} sec" for t in time]
     if form == "semicolons":
         columns = [[t.replace(".", ",") for t in c] for c in columns]
+    # Drawn apart, so that other files stay as they were.
+    apart = random.spawn(1)[0]
+    kind = str(apart.choice(KINDS)) if apart.random() < 0.2 and form != "timetable" else ""
+    if kind == "Mathematica":
+        columns = [[t.replace("e", "*^") for t in c] for c in columns]
+    is_short = len(time) * len(columns) < MOST_AMONG_WORDS and not plain
+    if kind == "clock" and is_short:
+        point = "," if form == "semicolons" else "."
+        whole = [f"{Decimal(t):f}".partition(".") for t in time]
+        columns[0] = [f"2024-01-05T12:00:{s:0>2}{point * bool(x)}{x}" for s, _, x in whole]
     lines = [sep.join(row) for row in zip(*columns, strict=True)]
-    if not plain:
+    if kind == "upright" and is_short:
+        lines = [sep.join(row) for row in zip(heads, *zip(*columns, strict=True), strict=True)]
+    elif not plain:
         mark = "# " if form == "text" and random.random() < 0.3 else ""
         lines.insert(0, mark + sep.join(heads))
     text = ("\r\n" if random.random() < 0.2 else "\n").join(lines) + "\n"

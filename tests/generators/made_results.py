@@ -3,6 +3,7 @@
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 
 
@@ -51,3 +52,8 @@ def column(report, number, key):
 
 def codes(report):
     return [f.code for f in report.findings]
+
+
+def is_right_in_part(report):
+    """Whether every column that is there is right, and none of another name was left out."""
+    return {*report.grades} == {Grade.RIGHT} and not report.not_compared

@@ -45,7 +45,7 @@ def verdicts(package):
         [sys.executable, "-c", code, "--no-cache"], cwd=package.parent, capture_output=True,
         env=os.environ | {"COLUMNS": "200"}, text=True, timeout=300,
     )  # fmt: skip
-    found = dict(re.findall(r"^(.+) (KEPT|BROKEN)$", run.stdout, re.M))
+    found = dict(re.findall(r"^(.+?) (KEPT|BROKEN)(?: \(.*\))?$", run.stdout, re.M))
     assert (run.returncode == 0) == (set(found.values()) == {"KEPT"}), run.stdout + run.stderr
     return found
 

@@ -5,6 +5,7 @@ both alike, so that no comparison of the two finds it where the proof is meant t
 """
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -600,3 +601,78 @@ def test_what_is_said_not_to_be_decided_has_to_be_near(check, published, change,
     code, _, err = check(published, *UNTIL)
     assert code == (0 if reason is None else 3)
     assert re.search(reason or "^$", err)
+
+
+def of_rows(change):
+    """A damage of the rows; `change` gets the group of maneuver 1."""
+
+    def damage(folder):
+        with h5py.File(folder / HDF5, "r+") as f:
+            change(f["maneuver_1"], folder)
+
+    return damage
+
+
+def other_time(name):
+    def change(group, _):
+        group[name][1] = np.nextafter(group[name][1], 1.0)
+
+    return of_rows(change)
+
+
+def kept_elsewhere(group, folder):
+    values = group["roll_angle"][:]
+    del group["roll_angle"]
+    (folder / "raw").write_bytes(values.tobytes())
+    external = [(str(folder / "raw"), 0, values.nbytes)]
+    group.create_dataset("roll_angle", values.shape, "f8", external=external)
+
+
+def virtual(group, folder):
+    values = group["roll_angle"][:]
+    del group["roll_angle"]
+    with h5py.File(folder / "other.h5", "w") as f:
+        f["x"] = values
+    layout = h5py.VirtualLayout(values.shape, "f8")
+    layout[:] = h5py.VirtualSource(str(folder / "other.h5"), "x", shape=values.shape)
+    group.create_virtual_dataset("roll_angle", layout)
+
+
+def linked(group, folder):
+    group["own"] = group["roll_angle"][:]
+    del group["roll_angle"]
+    group["roll_angle"] = h5py.SoftLink("/maneuver_1/own")
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (other_time("time"), "time, row 1: is not that of the row"),
+        (other_time("time_lo"), "time, row 1: is not that of the row"),
+        (of_rows(kept_elsewhere), "roll_angle is kept in another file"),
+        (of_rows(virtual), "roll_angle is kept in another file"),
+        (of_rows(linked), "roll_angle is a link"),
+    ],
+    ids=["time", "time_lo", "external", "virtual", "link"],
+)
+def test_other_times_and_numbers_kept_elsewhere_are_refused(check, published, damage, said):
+    damage(published)
+    code, _, error = check(published, "--until", "0.02")
+    assert (code, said in error) == (3, True), error
+
+
+@pytest.mark.proof
+@pytest.mark.timeout(300, func_only=True)
+def test_options_are_taken_in_any_order_and_pipes_are_not_waited_for(check, published):
+    for options in (["--until", "1e-9", "--any-inputs"], ["--any-inputs", "--until", "1e-9"]):
+        code, out, error = check(published, *options)
+        assert (code, error) == (0, "")
+        assert "that may be others than the benchmark's, pieces and rows that begin before" in out
+    for wrong in (["--until"], ["--until", "0"], ["--any"], ["more"]):
+        assert check(published, *wrong)[0] == 1
+    (published / CANDIDATE).unlink()
+    os.mkfifo(published / CANDIDATE)
+    code, _, error = check(published)
+    assert code == 1
+    assert "is not a regular file" in error

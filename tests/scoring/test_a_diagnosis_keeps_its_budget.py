@@ -18,10 +18,12 @@ from generators.made_results import exact_columns, rows, smooth_error
 from heyoka_bike import InputError, diagnose, score
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import budget as budgets
-from heyoka_bike.scoring.diagnosis import diagnose as diagnosing
+from heyoka_bike.scoring.diagnosis import pursue
 from heyoka_bike.scoring.diagnosis.budget import Budget, BudgetSpentError, Watch
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.evidence import Mirrored
 from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
@@ -185,9 +187,9 @@ def soon(monkeypatch):
 
 @pytest.mark.timeout(120)
 def test_a_step_that_never_ends_is_interrupted(tmp_path, capsys, monkeypatch, soon):
-    first, *_ = diagnosing.STEPS
+    first, *_ = pursue.SOURCES
     steps = (replace(first, look=turn_for_ever),)
-    monkeypatch.setattr(diagnosing._answer, "__defaults__", (steps,))
+    monkeypatch.setattr(pursue, "SOURCES", steps)
     begin = time.process_time()
     assert main(["diagnose", wrong(tmp_path), "--budget", "0.1"]) == 4
     assert time.process_time() - begin < 10.0
@@ -196,15 +198,16 @@ def test_a_step_that_never_ends_is_interrupted(tmp_path, capsys, monkeypatch, so
 
 @pytest.mark.timeout(120)
 def test_what_was_seen_before_it_is_said(tmp_path, monkeypatch, soon):
-    """The rows as they were meant are diagnosed after they were seen, and that is interrupted."""
-    table = np.loadtxt(RIGHT)
-    table[:, 1] *= 1.3
-    np.savetxt(tmp_path / "x.txt", table, "%.17g")
-    seen = codes(diagnose(tmp_path / "x.txt", budget=1e6))[0]
-    monkeypatch.setattr(diagnosing, "is_right", turn_for_ever)
-    monkeypatch.setattr(diagnosing, "worst", lambda report: diagnosing.Remainder(1.0, ""))
-    found = diagnose(tmp_path / "x.txt", budget=0.1)
-    assert codes(found) == [seen, "stopped_early"]
+    """The rows are diagnosed as they were meant, and that is interrupted."""
+
+    def look(report):
+        return Undone((Mirrored((2,)),), tuple(m.part for m in report.maneuvers))
+
+    first, *_ = pursue.SOURCES
+    steps = (replace(first, look=look), replace(first, look=turn_for_ever))
+    monkeypatch.setattr(pursue, "SOURCES", steps)
+    found = diagnose(wrong(tmp_path), budget=0.1)
+    assert codes(found) == ["mirrored", "stopped_early"]
     assert found.is_stopped_early
 
 

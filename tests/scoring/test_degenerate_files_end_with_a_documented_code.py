@@ -1,7 +1,7 @@
 """However little a file is like a run, `score` and `diagnose` end with a documented exit code.
 
-Each call is held to 25 s of processor time and 1 GB. Continuous integration scores 1,600 drawn
-tables, diagnoses 400 others and all files of the corpus, with a small budget: what looks at rows
+Each call is held to 25 s of processor time and 1 GB. Continuous integration scores 1,800 drawn
+tables, diagnoses 200 others and all files of the corpus, with a small budget: what looks at rows
 and times before anything is simulated does not depend on it. The slow tests diagnose with more.
 """
 
@@ -47,17 +47,17 @@ def tables(seed, count, words, folder, each=100):
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(3600)
 def test_2000_degenerate_tables(tmp_path):
-    scored = check(tables("scored", 1600, ("score",), tmp_path), 1600)
-    diagnosed = check(tables("diagnosed", 400, SMALL, tmp_path), 400)
+    scored = check(tables("scored", 1800, ("score",), tmp_path), 1800)
+    diagnosed = check(tables("diagnosed", 200, SMALL, tmp_path), 200)
     # They are neither all refused nor all fine.
     assert min(scored[k] for k in (0, 1, 2)) > 10
-    assert min(diagnosed[k] for k in (0, 1, 2, 4)) > 5
+    assert min(diagnosed[k] for k in (0, 1, 2, 4)) > 1
 
 
 @pytest.mark.proof
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(3600)
 def test_every_file_of_the_corpus_is_diagnosed_in_short(tmp_path):
     count = len(list(files(Runs().index)))
     check([(on_corpus, k, 4, 10, SMALL, str(tmp_path)) for k in range(4)], count)
@@ -132,6 +132,8 @@ def test_one_time_in_every_row(reference, called, capsys):
     codes, said = called(capsys, columns)
     assert {*codes} <= {0, 4}
     assert "21 rows repeat the time of another row" in said
+    # The one row that is left does not show which column is wrong.
+    assert "Only " not in said
 
 
 def test_the_numbers_before_the_last_row_without_any(reference, called, capsys):

@@ -88,6 +88,8 @@ def test_the_common_factor_of_matlab_is_applied(results, table, form, power, dig
     (rows,) = found.maneuvers
     quantum = rows.quantum["roll_angle"].at(rows.values["roll_angle"])
     assert quantum == pytest.approx(10.0 ** (power - len(form % 0) + 2))
+    (said,) = [f for f in found.findings if f.code == "common_factor"]
+    assert f"multiplied by 1e{power}" in said.message
     assert not skipped(found)
 
 

@@ -113,3 +113,62 @@ def test_a_long_text_is_in_memory_once(tmp_path):
         capture_output=True, check=True, timeout=120,
     )  # fmt: skip
     assert float(run.stdout) < MOST_OF_A_ROW
+
+
+def calls_of(path):
+    """Functions that are called for reading a file, whatever comes of it."""
+    count = 0
+
+    def note(*_):
+        nonlocal count
+        count += 1
+
+    sys.setprofile(note)
+    try:
+        read_results(path)
+    except InputError:
+        pass
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+ROW = " ".join(map(str, range(9))) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "end"),
+    [
+        ("time roll steer\n", ""), ("# time roll\n", ROW), ("\n", ""), ("\n", ROW), ("\r", ""),
+        (" \t\n", ROW), ("name ", "\n" + ROW), ("name,", "\n" + ROW), (",", ""), ('"', ""),
+        ("[", ""), ("\t", ROW), ("word\n", ROW),
+    ],
+)  # fmt: skip
+def test_lines_that_are_no_rows_cost_no_more_than_rows(line, end, tmp_path):
+    """Ten calls for a further line, at most: rows of numbers take seven, in blocks."""
+    path, count = tmp_path / "r.txt", 100_000
+    calls = []
+    for n in (count, 2 * count):
+        path.write_text(line * n + end, newline="")
+        calls.append(calls_of(path))
+    assert calls[1] - calls[0] <= 10 * count
+
+
+def test_a_heading_is_found_below_a_long_preface(tmp_path):
+    path = tmp_path / "r.txt"
+    path.write_text("# a word of the log\n" * 20_000 + "time roll\n0 1.5\n1 2.5\n")
+    (rows,) = read_results(path).maneuvers
+    assert rows.time.tolist() == [0, 1]
+    path.write_text("words of a log, no names\n" * 9_000 + "time roll\n0 1.5\n1 2.5\n")
+    assert read_results(path).maneuvers[0].time.tolist() == [0, 1]
+    path.write_text("words of a log, no names\n" * 11_000 + "time roll\n0 1.5\n1 2.5\n")
+    with pytest.raises(InputError, match="no row of numbers in the first 10000 lines"):
+        read_results(path)
+
+
+@pytest.mark.timeout(60)
+def test_blanks_within_a_heading_are_passed_once(tmp_path):
+    """With every blank as a beginning this would take minutes."""
+    path = tmp_path / "r.txt"
+    path.write_text(f"time{' ' * 300_000}roll\n0 1.5\n1 2.5\n")
+    assert read_results(path).maneuvers[0].time.tolist() == [0, 1]

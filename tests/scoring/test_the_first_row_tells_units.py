@@ -5,8 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from heyoka_bike.errors import NothingScoredError
-from heyoka_bike.scoring.evidence import OtherOrder, UnitContradicted
+from heyoka_bike.scoring.evidence import ManeuverGuessed, OtherOrder, UnitContradicted
 from heyoka_bike.scoring.score import score
 
 DEGREES = 180 / pi
@@ -120,13 +119,16 @@ def test_the_maneuver(reference):
     columns = wrong(reference)
     given = {"time": columns["time"], **lateral(columns, DEGREES)}
     assert [*score(given, reference)] == [2]
-    # Two maneuvers begin with the same roll rate.
+    # Two maneuvers begin with the same roll rate: only the speed excludes the other one.
     columns = wrong(reference, 3)
     given = {"time": columns["time"], **lateral(columns)}
-    with pytest.raises(NothingScoredError, match="fit no maneuver clearly"):
-        score(given, reference)
+    guessed = score(given, reference)
+    assert [*guessed] == [3]
+    assert [x.may_be for x in guessed.seen if isinstance(x, ManeuverGuessed)] == [(1,)]
     speed = {"forward_speed": columns["forward_speed"]}
-    assert [*score(given | speed, reference)] == [3]
+    told = score(given | speed, reference)
+    assert [*told] == [3]
+    assert not any(isinstance(x, ManeuverGuessed) for x in told.seen)
 
 
 @pytest.mark.parametrize(("said", "unit"), [("yes", "degree"), ("no", "rad"), ("Yes", "degree")])

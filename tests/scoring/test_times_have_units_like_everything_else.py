@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from generators.made_results import is_right_in_part
 from heyoka_bike import diagnose, score
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.evidence import TimesFromFirst, TimesInLargerUnit, TimeUnitContradicted
@@ -36,7 +37,7 @@ def test_the_unit_of_the_heading_is_that_of_the_times(unit, form, reference, tmp
     path = tmp_path / "r.csv"
     path.write_text("\n".join(lines) + "\n")
     report = score(path, reference)
-    assert report.is_right
+    assert is_right_in_part(report)
     assert [x.maneuver for x in report.maneuvers] == [2]
     assert report.worst.scd > 13
 
@@ -46,7 +47,7 @@ def test_a_heading_that_the_times_contradict_is_a_warning(unit, reference):
     report = score(table(reference, f"time [{unit}]", reference[2].time), reference)
     (found,) = [x for x in report.seen if isinstance(x, TimeUnitContradicted)]
     assert (found.named, found.span) == (unit, pytest.approx(10, rel=1e-12))
-    assert report.is_right
+    assert is_right_in_part(report)
     assert [m.maneuver for m in report.maneuvers] == [2]
     assert "time_unit_contradicted" in [f.code for f in report.findings]
 
@@ -100,7 +101,7 @@ def test_seconds_and_nanoseconds_beside_each_other(seconds, nanoseconds, referen
     path = tmp_path / "r.csv"
     path.write_text("\n".join(lines) + "\n")
     report = score(path, reference)
-    assert report.is_right
+    assert is_right_in_part(report)
     assert report.worst.scd > 13
     assert not [f for f in report.findings if f.code == "columns_left_out"]
 
@@ -176,4 +177,11 @@ def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
     first, *others = [f.code for f in report.diagnosis]
     assert first == "time_in_larger_unit"
     # In seconds the rows are right to the rounding of the times.
-    assert {*others} <= {"no_mistake_found", "rounding"}
+    assert {*others} <= {"no_mistake_found", "limited_by_rounding"}
+
+
+def test_a_diagnosis_begins_with_the_unit_of_times(reference):
+    table = {"time": reference[2].time * 1000, **{k: reference[2][k] for k in KEYS}}
+    report = diagnose(table, reference, maneuver=2)
+    assert [f.code for f in report.diagnosis] == ["time_outside"]
+    assert report.diagnosis[0].message.endswith("are they in milliseconds?")

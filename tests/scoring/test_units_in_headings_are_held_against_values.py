@@ -37,6 +37,11 @@ def findings(report, *codes):
         ("t,roll [rev],v [ft/s],T [Wh]", (1, 0.5 / np.pi, 1 / 0.3048, 1 / 3600),
          ("revolution", "foot s-1", "W h")),
         ("t,roll [rad],v [knots],T [mJ]", (1, 1, 3600 / 1852, 1e3), ("rad", "knot", "mJ")),
+        ("t,roll,v,T [kcal]", (1, 1, 1, 1 / 4184), ("rad", "m s-1", "kcal")),
+        ("t,roll,v,T [cal]", (1, 1, 1, 1 / 4.184), ("rad", "m s-1", "cal")),
+        ("t,roll,v,T (BTU)", (1, 1, 1, 1 / 1055.05585262), ("rad", "m s-1", "BTU")),
+        ("t,roll,v,T [kWh]", (1, 1, 1, 1 / 3.6e6), ("rad", "m s-1", "kW h")),
+        ("t,roll,v,T [eV]", (1, 1, 1, 1 / 1.602176634e-19), ("rad", "m s-1", "eV")),
     ],
 )  # fmt: skip
 def test_units_that_are_named_are_tried(heading, factors, units, reference, tmp_path):

@@ -4,10 +4,12 @@ import gzip
 import zlib
 from io import BytesIO
 
+import h5py
 import numpy as np
 import pytest
 
 from heyoka_bike import read_results
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.commands.options import COLUMNS
 from heyoka_bike.errors import InputError
@@ -88,3 +90,77 @@ def test_so_many_columns_are_refused_before_they_are_looked_at(count, tmp_path):
     path.write_bytes(text.getvalue())
     with pytest.raises(InputError, match=f"found {count} columns, expected at most {MOST_COLUMNS}"):
         read_results(path)
+
+
+def hdf5(path, dtype="f8", shape=(101,), **how):
+    """A file of nine columns, of which the roll angle is made as told."""
+    with h5py.File(path, "w") as f:
+        for i, name in enumerate(("time", *BENCHMARK_COLUMNS)):
+            if name != "roll_angle":
+                f[name] = np.linspace(0, 1, 101) + i
+        return f.create_dataset("roll_angle", shape, dtype, **how).name
+
+
+def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused(tmp_path):
+    """HDF5 itself follows the stream to its end, whatever the size of the chunk."""
+    path = tmp_path / "r.h5"
+    hdf5(path, chunks=(101,), compression="gzip")
+    with h5py.File(path, "r+") as f:
+        f["roll_angle"].id.write_direct_chunk((0,), zlib.compress(bytes(200_000_000), 9))
+    with pytest.raises(InputError, match="/roll_angle: it has a chunk that unpacks to more than"):
+        read_results(path, maneuver=1)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"chunks": (2**28,), "maxshape": (None,)}, {"chunks": (2**26,), "maxshape": (None,)},
+    ],
+    ids=["beyond the largest array", "beyond what may be packed"],
+)  # fmt: skip
+def test_a_chunk_far_longer_than_its_array_is_refused(how, tmp_path):
+    path = tmp_path / "r.h5"
+    hdf5(path, **how)
+    with pytest.raises(InputError, match=r"a chunk of 2147483648 bytes|more than 500000000 bytes"):
+        read_results(path, maneuver=1)
+
+
+def test_arrays_of_a_file_unpack_to_the_limit_together(tmp_path):
+    path = tmp_path / "r.h5"
+    with h5py.File(path, "w") as f:
+        for i, name in enumerate(("time", *BENCHMARK_COLUMNS)):
+            x = np.arange(10_000) * (i == 0) / 1e4
+            f.create_dataset(name, data=x, compression="gzip", shuffle=True)
+    assert len(read_results(path, maneuver=1, max_bytes=10**6).maneuvers[0].time) == 10_000
+    with pytest.raises(InputError, match="found more than 500000 bytes packed"):
+        read_results(path, maneuver=1, max_bytes=500_000)
+
+
+def test_a_text_that_many_references_lead_to_is_counted_each_time(tmp_path):
+    path = tmp_path / "r.mat"
+    with h5py.File(path, "w", userblock_size=512) as f:
+        text = f.create_dataset("#refs#/a", (100_000, 1), "u2")
+        text.attrs["MATLAB_class"] = np.bytes_("char")
+        cells = f.create_dataset("cells", (1, 10_000), h5py.ref_dtype)
+        cells[:] = text.ref
+        f["time"] = np.linspace(0, 1, 20)[None]
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM")
+    with pytest.raises(InputError, match="found more than 500000000 bytes packed"):
+        read_results(path)
+
+
+def test_one_long_text_in_many_rows_is_counted_each_time(tmp_path):
+    """All rows of an array, or of an attribute, may lead to the same bytes of the file."""
+    path = tmp_path / "r.h5"
+    hdf5(path, h5py.string_dtype(), shape=(1000,))
+    with h5py.File(path, "r+") as f:
+        f["roll_angle"][0] = "x" * 100_000
+        offset = f["roll_angle"].id.get_offset()
+    with path.open("r+b") as file:
+        file.seek(offset)
+        one = file.read(16)
+        file.seek(offset)
+        file.write(one * 1000)
+    with pytest.raises(InputError, match="found more than 1000000 bytes packed"):
+        read_results(path, maneuver=1, max_bytes=10**6)

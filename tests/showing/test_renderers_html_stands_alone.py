@@ -105,7 +105,7 @@ def test_the_verdict_is_in_words(parsed):
     assert "is 1.6 % in maneuver 2, which FAILS" in text["rough"]
     assert "✗ Wrong, worst column without a correct digit" in text["rough"]
     assert "≈ Close, as far as it goes, worst" in text["half"]
-    assert "covers 50 % of maneuver 1" in text["half"]
+    assert "covers 50 % of each maneuver" in text["half"]
     assert "✓ Right, no error in any column." in text["perfect"]
     assert "Nothing could be compared." in text["nothing"]
     assert "Remark" not in text["nothing"]

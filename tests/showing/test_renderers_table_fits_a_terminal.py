@@ -93,7 +93,7 @@ def test_the_verdict_by_true_error_comes_first():
     assert "1 of 3 requirements FAILED" in text
     assert "is 1.6 % in maneuver 2, which FAILS" in text
     assert "close, as far as it goes, worst" in " ".join(text_of("half").split())
-    assert "covers 50 % of maneuver 1" in " ".join(text_of("half").split())
+    assert "covers 50 % of each maneuver" in " ".join(text_of("half").split())
     assert "right, no error in any column" in text_of("perfect")
     assert "nothing could be compared" in text_of("nothing")
 

@@ -10,10 +10,10 @@ import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit, InputError, VersionsDifferError, WorkerLostError
+from heyoka_bike.system.cluster import check_versions
 from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.machine import versions
 from heyoka_bike.system.parallel import carry_out, side_by_side, using
-from heyoka_bike.workbench.cluster import check_versions
 from support import jobs
 from support.clusters import HEARS, TESTS, started, wait_for
 

@@ -3,6 +3,7 @@
 import gzip
 import hashlib
 import json
+import os
 import shutil
 from dataclasses import replace
 
@@ -219,3 +220,23 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     # Without its set the submission is refused, and H1 stands.
     assert main(["leaderboard", str(folder)]) == 3
     assert "problem H4, whose reference is not here" in capsys.readouterr().err
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.skipif(os.name != "posix", reason="pipes have names on POSIX")
+def test_a_pipe_or_a_file_elsewhere_is_refused(folder, capsys):
+    """A pipe without a writer would be waited for, and a link would show the hash of any file."""
+    file = read_submission(folder / SCIPY).files[0].path
+    kept = folder.parent / "elsewhere.gz"
+    file.rename(kept)
+    for make, said in (
+        (lambda: os.mkfifo(file), "it is a pipe, expected a regular file"),
+        (lambda: file.symlink_to(kept), "it is a link to a file outside the folder"),
+        (lambda: file.symlink_to("/dev/zero"), "it is a link to a file outside the folder"),
+    ):
+        make()
+        assert main(["leaderboard", str(folder)]) == 3
+        (line,) = capsys.readouterr().err.splitlines()
+        assert said in line
+        assert file.name in line
+        file.unlink()

@@ -10,7 +10,7 @@ written beside them.
 import json
 import re
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -633,7 +633,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
                 raise NotCertifiedError(
                     f"{name}: not in the manifest, expected what {layout.CERTIFICATE} names"
                 )
-            with hdf5.opened(raw[name]) as f:
+            where = Path(folder) / name
+            with manifest_file.reading(where, "a file of a set"), hdf5.opened(raw[name]) as f:
                 for extra in sorted(_unknown(f, built)):
                     raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
                 stated[name] = _inputs(f, name, built.groups)
@@ -652,7 +653,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise NotCertifiedError(
             f"{folder}: content_sha256 is not that of the numbers in {layout.HDF5}"
         )
-    expected = form.expected(manifest, maneuvers, raw)
+    expected = replace(form.expected(manifest, maneuvers, raw), has_proof=True)
     for name in layouts:
         of_groups = partial(form.of_groups, name=name)
         look = form.of_instants if name == STATES_HDF5 else of_groups

@@ -12,11 +12,11 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
+from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import hidden
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore

@@ -5,11 +5,17 @@ from dataclasses import replace
 from os import PathLike
 from typing import Any
 
-from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis.budget import SECONDS, USUAL, Budget, BudgetSpentError, Watch
+from heyoka_bike.scoring.diagnosis.budget import (
+    SECONDS,
+    USUAL,
+    Budget,
+    BudgetSpentError,
+    Deadline,
+    Watch,
+)
 from heyoka_bike.scoring.diagnosis.found import NothingWrong
 from heyoka_bike.scoring.diagnosis.pursue import Answer, pursue
 from heyoka_bike.scoring.evidence import (
@@ -25,6 +31,9 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
+
+# The first row is given, and one more shows no motion.
+_FEWEST_ROWS = 3
 
 
 @with_usual_errors
@@ -87,12 +96,14 @@ def diagnosed(
     budget: Budget = USUAL,
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
+    from heyoka_bike.showing import causes
+
     deadline = budget.begun()
     watch = Watch(deadline)
     distinct = _at_distinct_times(report, reference)
     try:
         with one_thread_of_linear_algebra(), watch:
-            found = pursue(distinct, reference, progress or (lambda _: None), deadline)
+            found = _pursued(distinct, reference, progress or (lambda _: None), deadline)
     except BudgetSpentError:
         watch.end()
         found = Answer(distinct, (), is_whole=False)
@@ -104,16 +115,27 @@ def diagnosed(
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
         said = (odd, *said)
-    say = shown_by("causes").finding
     explanation = None
     if found.cause is not None and found.curves:
-        explanation = Explanation(say(found.cause).message, found.curves)
+        explanation = Explanation(causes.finding(found.cause).message, found.curves)
     return replace(
         report,
         seen=(*found.report.seen, *stopped),
-        diagnosis=tuple(map(say, (*said, *stopped))),
+        diagnosis=tuple(map(causes.finding, (*said, *stopped))),
         explanation=explanation,
     )
+
+
+def _pursued(
+    report: Report,
+    reference: Reference,
+    progress: Callable[[float], None],
+    deadline: Deadline,
+) -> Answer:
+    """What explains a report; of few rows whose times are wrong no more than that."""
+    if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < _FEWEST_ROWS:
+        return Answer(report, ())
+    return pursue(report, reference, progress, deadline)
 
 
 def _at_distinct_times(report: Report, reference: Reference) -> Report:

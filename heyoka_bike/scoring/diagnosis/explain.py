@@ -13,8 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-import numpy as np
-
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import understand
@@ -91,8 +89,6 @@ def explain(
     another zero or a ratio beside a wrong value. `progress` is called with the part of the work
     that is done, 0 to 1. At the `deadline` what was found until then is compared.
     """
-    # Of rows at one time the first: an event is often written twice.
-    parts = [part.at(np.diff(part.time, prepend=-np.inf) > 0.0) for part in parts]
     parts = [upright(part, understand(parts)) for part in parts]
     if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
         return Diagnosis((), 0)

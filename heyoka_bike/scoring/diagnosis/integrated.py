@@ -20,7 +20,6 @@ import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import SMALL_STEP, Array
-from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.programs.integrators import (
     METHODS,
@@ -36,6 +35,7 @@ from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import CLEARLY
+from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.rows.edits import Columns
 
 CARRIED = 1e-12

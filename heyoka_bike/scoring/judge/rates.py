@@ -11,11 +11,11 @@ import numpy as np
 from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.scoring.alignment import FASTEST_MODE
 from heyoka_bike.scoring.evidence import RateContradiction
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD
+from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 

@@ -9,7 +9,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.display import shown_by
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence import Evidence
 from heyoka_bike.scoring.findings import Finding
@@ -123,8 +122,9 @@ class Results:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """How it was read, in words, with the numbers behind it."""
-        found: tuple[Finding, ...] = shown_by("sayings").findings(self.seen)
-        return found
+        from heyoka_bike.showing import sayings
+
+        return sayings.findings(self.seen)
 
     def __repr__(self) -> str:
         return f"<results of {self.path}: {', '.join(repr(rows) for rows in self.maneuvers)}>"

@@ -17,6 +17,7 @@ from heyoka_bike.showing.charts import chart as draw
 from heyoka_bike.showing.charts.chart import ChartAxis, Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.document.html import prose
 from heyoka_bike.showing.wording import (
+    counted,
     in_unit,
     label,
     number,
@@ -156,7 +157,8 @@ def _one_column(m: ManeuverScore, c: ColumnScore) -> str:
     if c.floor is not None:
         said += f", floor {in_unit(number(c.floor), c.unit)}"
     if c.missing:
-        said += f"; {c.missing} of {c.missing + c.values} values are missing"
+        are = "is" if c.missing == 1 else "are"
+        said += f"; {c.missing} of {counted(c.missing + c.values, 'value')} {are} missing"
     if len(c.trace.time) == 1:
         said += "; one row only"
     return small(name, legend(items) + "".join(parts), prose(said))

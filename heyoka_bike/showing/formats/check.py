@@ -11,6 +11,7 @@ from heyoka_bike.errors import quoted, shortened
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
 from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock
 from heyoka_bike.showing.formats.json import clean
+from heyoka_bike.showing.wording import counted
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
@@ -103,7 +104,7 @@ def _about(check: CheckedTable, failed: CheckedLevel) -> list[Block]:
     right = [c.key for c in failed.columns if not c.wrong]
     items = [Item(_worst(c)) for c in wrong[:_COLUMNS_SHOWN]]
     if len(wrong) > _COLUMNS_SHOWN:
-        items.append(Item(f"and {len(wrong) - _COLUMNS_SHOWN} more columns"))
+        items.append(Item(f"and {counted(len(wrong) - _COLUMNS_SHOWN, 'more column')}"))
     enters = " ".join(failed.level.parameters) or "no parameter"
     said = f"At this level enter first: {enters}; and {failed.level.besides}."
     if right:

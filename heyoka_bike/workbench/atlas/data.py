@@ -20,25 +20,25 @@ FATES: Mapping[str, str] = {
     "falls": "turns its handlebar by a right angle, or comes to where its equations end",
     "weaves": "weaves without repeating itself as long as it was followed, both wheels pressed",
 }
-"""Classes of long-term behaviour by name, in the order of their numbers, with their meaning."""
+"""Classes of long-term behaviour: name and meaning, in the order of their numbers."""
 
 NO_WHEEL, REAR, FRONT = range(3)
 WHEELS = ("none", "rear", "front")
-"""The wheel that leaves the floor first, in the order of the numbers stored."""
+"""The wheel that leaves the floor first; the position is the stored number."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A quantity of the atlas.
+    """A quantity stored in the atlas.
 
     Attributes
     ----------
     long_name, unit
-        In words, and as UDUNITS has it.
+        Name in words, and unit in UDUNITS spelling.
     dtype
-        NumPy's name of how it is kept.
+        NumPy's name of the stored type.
     flags : tuple of str
-        What the values 0, 1, ... mean, for one that is a choice.
+        Meanings of the values 0, 1, ... of a categorical quantity.
     """
 
     long_name: str
@@ -61,7 +61,7 @@ VARIABLES: Mapping[str, Variable] = {
         "largest factor by which a small error of the start is magnified within 10 s", "1"
     ),
 }
-"""The quantities by name; NaN where there is none."""
+"""The quantities by name; NaN stands for a missing value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +71,9 @@ class GridAxis:
     Attributes
     ----------
     name
-        Of `START`, or a parameter's symbol.
+        A name of `START`, or the symbol of a parameter.
     values : ndarray
-        Increasing, in the unit; each point is at exactly this binary64 number.
+        Increasing values in the unit of the axis; each point is exactly this binary64 number.
     """
 
     name: str
@@ -81,7 +81,7 @@ class GridAxis:
 
     @property
     def unit(self) -> str:
-        """As in a file of maneuvers or of a bicycle."""
+        """Unit as in a file of maneuvers or of a bicycle."""
         return self._parameter.unit
 
     @property
@@ -91,7 +91,7 @@ class GridAxis:
 
     @property
     def title(self) -> str:
-        """What it is in a map: ``initial speed``, or the description of a parameter."""
+        """Title in a map: ``initial speed``, or the description of a parameter."""
         return f"initial {self.name.replace('_', ' ')}" if self.name in START else self.long_name
 
     @property
@@ -101,14 +101,15 @@ class GridAxis:
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """Where falling begins or ends along the second axis, to neighbouring binary64 numbers.
+    """The boundary between motions that fall and motions that do not, along the second axis.
 
     Attributes
     ----------
     at : ndarray, shape (changes,)
-        Places on the first axis, not only those of the grid.
+        Values on the first axis, which need not be points of the grid.
     stays, falls : ndarray, shape (changes,)
-        Neighbours on the second axis, of which the one does not fall and the other falls.
+        Neighbouring binary64 numbers on the second axis: the motion at `stays` does not fall, the
+        motion at `falls` does.
     """
 
     at: Array = field(default_factory=lambda: np.empty(0))
@@ -123,16 +124,16 @@ class Atlas:
     Attributes
     ----------
     bicycle : Bicycle
-        A parameter that is an axis has the value of the axis instead.
+        The bicycle; a parameter that is an axis takes its values from the axis.
     axes : tuple of GridAxis
-        Two of them.
+        The two axes.
     start : mapping
-        What the start is where no axis says it [SI], by the names of `START`.
+        Initial values that are not on an axis [SI], by the names of `START`.
     variables : mapping
-        By the names of `VARIABLES`, arrays of shape (points of the first axis, of the second).
+        Arrays of shape (points of the first axis, points of the second), named as in `VARIABLES`.
     edge : Edge
     provenance : mapping
-        How it was made: versions, code, limits, as text.
+        Versions, code and limits used to make the atlas, as text.
     """
 
     bicycle: Bicycle
@@ -144,5 +145,5 @@ class Atlas:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Points along the two axes."""
+        """Number of points along the two axes."""
         return len(self.axes[0].values), len(self.axes[1].values)

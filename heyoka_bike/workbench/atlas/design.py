@@ -19,13 +19,13 @@ from heyoka_bike.workbench.atlas.fates import LONGEST
 from heyoka_bike.workbench.atlas.runs import PLANS
 
 ACCURACY, EDGE_ACCURACY = 1e-10, "roundoff"
-"""Of the motions of the grid, and of those at the edge; see `PLANS`."""
+"""Accuracy of the motions of the grid, and of those at the basin boundary; see `PLANS`."""
 
 Chunk = tuple[int, int]
-"""Its number along both axes."""
+"""Position of a chunk along both axes."""
 
 _MOST_POINTS = 10**9
-_CHUNKS = 100  # about as many, until they are as large as they may be
+_CHUNKS = 100  # approximate number of chunks, unless they would become too large
 _SIDES_OF_CHUNK = (4, 128)
 
 
@@ -37,11 +37,11 @@ class Design:
     ----------
     bicycle : Bicycle
     axes : tuple of GridAxis
-        Two of them.
+        The two axes.
     start : mapping
-        What the start is where no axis says it [SI], by the names of `START`.
+        Initial values that are not on an axis [SI], by the names of `START`.
     longest
-        How long a motion is followed [s].
+        A motion is followed for at most this time [s].
     """
 
     bicycle: Bicycle
@@ -51,22 +51,22 @@ class Design:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Points along the two axes."""
+        """Number of points along the two axes."""
         return len(self.axes[0].values), len(self.axes[1].values)
 
     @property
     def side(self) -> int:
-        """Points of a chunk along either axis; it follows from the shape."""
+        """Points of a chunk along each axis; the shape of the grid determines it."""
         least, most = _SIDES_OF_CHUNK
         return min(max(ceil(sqrt(self.shape[0] * self.shape[1] / _CHUNKS)), least), most)
 
     def chunks(self) -> Iterator[Chunk]:
-        """All of them, in the order in which they are computed."""
+        """Yield all chunks, in the order in which they are computed."""
         rows, columns = (ceil(n / self.side) for n in self.shape)
         return ((i, j) for i in range(rows) for j in range(columns))
 
     def slices(self, chunk: Chunk) -> tuple[slice, slice]:
-        """The part of the grid that is in a chunk."""
+        """Return the part of the grid that a chunk covers."""
         side = self.side
         first, second = (
             slice(i * side, min((i + 1) * side, n)) for i, n in zip(chunk, self.shape, strict=True)
@@ -74,12 +74,12 @@ class Design:
         return first, second
 
     def points(self, first: Array, second: Array) -> tuple[list[Bicycle], Array, Any]:
-        """Bicycles, starts in the order of `START`, and which bicycle each start is for.
+        """Return bicycles, starts in the order of `START`, and the bicycle of each start.
 
         Parameters
         ----------
         first, second : ndarray, shape (points,)
-            On the two axes.
+            Values on the two axes.
         """
         starts = np.tile([self.start[name] for name in START], (len(first), 1))
         changes: dict[str, Array] = {}
@@ -99,11 +99,12 @@ class Design:
             )
             for row in table
         ]
-        # One bicycle's constants are compiled in; here all are read, in every chunk.
+        # The constants of a single bicycle would be compiled in. Adding a second one makes the code
+        # read them, the same in every chunk.
         return [*bicycles, self.bicycle], starts, which.reshape(-1)
 
     def provenance(self) -> dict[str, str]:
-        """All that the numbers depend on, as text."""
+        """Return everything that the numbers depend on, as text."""
         from heyoka_bike.motion import heyoka_adapter
 
         inputs = {
@@ -123,12 +124,12 @@ class Design:
 
 
 def axis(text: str, name: str) -> GridAxis:
-    """The axis ``FROM:TO:N`` of a name of `START`, or of a parameter.
+    """Read the axis ``FROM:TO:N`` for a name of `START` or a parameter.
 
     Raises
     ------
     InputError
-        Not such a text, or values that the model does not allow.
+        The text has another form, or the model does not allow the values.
     """
     option = "--" + name.replace("_", "-") if name in START else f"--axis {name}"
     parts = text.split(":")
@@ -148,12 +149,12 @@ def design(
     bicycle: Bicycle, axes: Sequence[GridAxis], start: Mapping[str, float] | None = None,
     longest: float = LONGEST,
 ) -> Design:  # fmt: skip
-    """A design that is checked; what is not said of the start is zero.
+    """Return a checked design; initial values that are not given are zero.
 
     Raises
     ------
     InputError
-        Not two axes that differ, or values that the model does not allow.
+        The axes are not two different ones, or the model does not allow the values.
     """
     names = [a.name for a in axes]
     if len(names) != 2 or names[0] == names[1]:
@@ -163,7 +164,7 @@ def design(
     made = Design(bicycle, (first, second), whole, longest)
     if made.shape[0] * made.shape[1] > _MOST_POINTS:
         raise InputError(f"found more than {_MOST_POINTS:.0e} points, expected fewer")
-    # The ends of the axes are refused before anything is computed.
+    # Check the ends of the axes before anything is computed.
     corners = [(x, y) for x in (0, -1) for y in (0, -1)]
     made.points(
         np.array([first.values[i] for i, _ in corners]),

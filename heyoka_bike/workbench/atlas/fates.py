@@ -1,26 +1,26 @@
 """Long-term behaviour of many motions, decided from samples in binary64.
 
-A motion is followed window by window until one of these is so, or for `LONGEST`.
+A motion is followed window by window until one of these happens, or for `LONGEST`.
 
-- *It falls*: the handlebar is turned by a right angle either way, or the step size vanishes, as it
-  does at a singularity. The first is found as a zero of the Taylor polynomials.
-- *It converges to steady motion.* Energy is constant, so the speed of straight running is known
-  from the start, and the eigenvalues of the equations linearised there. If all real parts are
-  negative, and roll, steer and their rates stay so small over a window that terms of third order
-  are below a hundredth of the decay, it has.
-- *It approaches a limit cycle*: over 20 s the lean changes sign, and its greatest magnitudes
-  repeat every first, second ... or eighth time, to a thousandth.
+- *It falls*: the handlebar turns by a right angle to either side, or the step size vanishes, as it
+  does at a singularity. The right angle is found as a zero of the Taylor polynomials.
+- *It converges to steady motion.* The energy is constant, so the start determines the speed of
+  straight running and the eigenvalues of the equations linearised there. The motion converges if
+  all real parts are negative, and if roll, steer and their rates stay so small over a window that
+  terms of third order are below a hundredth of the decay.
+- *It approaches a limit cycle*: over 20 s the lean changes sign, and its maxima repeat after one,
+  two, ... or eight of them, to a thousandth.
 
-A wheel leaves the floor where its normal force passes zero, found from samples, 32 times as many
-where these or the parabolas through three of them say that there is something to be found.
+A wheel leaves the floor where its normal force passes zero. This is found from samples, which are
+32 times denser where the samples, or parabolas through three of them, indicate a zero.
 
-The condition number is how much a motion magnifies a small error of its initial state. Its
-derivative by the start obeys a linear equation, whose coefficients are known at the samples.
-Magnus' method of fourth order takes steps over two samples each: what multiplies the derivative is
-the exponential of a mean of the coefficients, so that fast decay does no harm.
+The condition number is the factor by which a motion magnifies a small error of its initial state.
+The derivative with respect to the initial state obeys a linear equation, whose coefficients are
+known at the samples. Magnus' method of fourth order takes steps over two samples each. It
+multiplies the derivative by the exponential of a mean of the coefficients, so fast decay does no
+harm.
 
-None of this is proved. Where motions are chaotic, and next to the basin boundary, rounding
-decides.
+None of this is proved. Rounding decides where motions are chaotic, and next to the basin boundary.
 """
 
 from collections.abc import Mapping
@@ -57,7 +57,7 @@ from heyoka_bike.workbench.fast.vector_code import STATE
 
 
 def tops(values: Array) -> tuple[Array, Array]:
-    """Of the parabolas through three samples with the largest amid: tops, and their places.
+    """Return maxima and their places, by parabolas around the samples that are local maxima.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def tops(values: Array) -> tuple[Array, Array]:
     Returns
     -------
     ndarray, shape (motions, samples - 2), twice
-        Minus infinity where there is no top; places count samples from the middle one.
+        Minus infinity where there is no maximum; places count samples from the middle one.
     """
     a, b, c = values[:, :-2], values[:, 1:-1], values[:, 2:]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -77,19 +77,19 @@ def tops(values: Array) -> tuple[Array, Array]:
 
 
 def largest(values: Array) -> Array:
-    """Along each row, between samples too."""
+    """Return the largest value of each row, between samples too."""
     found: Array = np.fmax(np.fmax.reduce(values, axis=1), tops(values)[0].max(axis=1))
     return found
 
 
 def first_negative(values: Array) -> Array:
-    """Where each row first passes below zero, in samples; NaN if it does not."""
+    """Return where each row first passes below zero, in samples; NaN if it does not."""
     with np.errstate(invalid="ignore", divide="ignore"):
         is_below = values < 0
         i = np.argmax(is_below, axis=1)
         rows = np.arange(len(values))
         here, ahead = values[rows, i], values[rows, np.maximum(i - 1, 0)]
-        # Before the first sample there is none: it is below from there.
+        # No sample precedes the first one, so a row that starts below zero passes there.
         back = np.where(np.isfinite(ahead) & (ahead > 0), here / (here - ahead), 0.0)
         crossed = np.where(is_below.any(axis=1), i - back, np.nan)
         depth, place = tops(-values)
@@ -101,22 +101,22 @@ def first_negative(values: Array) -> Array:
 
 
 SECONDS = 10
-"""The time over which the magnification is taken [s]."""
+"""The magnification is the largest over this time [s]."""
 
 EARLY = 2
-"""Samples in place of one within these seconds: magnification comes in bursts."""
+"""Oversampling within these seconds, because magnification comes in bursts."""
 
 _SECONDS_OF_STEP = 2 * SPACING / EARLY
-_TERMS_OF_EXPONENTIAL = 12  # of the exponential series
-_SHIFT_OF_PITCH = 1e-5  # the pitch is even about straight running: its slope is good to 1e-10
-_AROUND = 2  # samples either side of the largest
+_TERMS_OF_EXPONENTIAL = 12  # of its series
+_SHIFT_OF_PITCH = 1e-5  # the pitch is even about straight running: slopes are good to 1e-10
+_AROUND = 2  # samples on either side of the largest one
 
 
 def conditions(runs: Runs, samples: Array, which: Array) -> Array:
-    """The largest spectral norm of the derivative by the start, up to the end of the samples.
+    """Return the largest spectral norm of the derivative with respect to the initial state.
 
-    Of roll, steer, their rates [rad, rad/s] and speed [m/s] by their initial values, at every other
-    sample; good to a few parts in a hundred at the worst, where it comes in bursts.
+    The derivative is that of roll, steer, their rates [rad, rad/s] and speed [m/s], at every other
+    sample. The norm is accurate to a few percent in the worst case, where it comes in bursts.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def conditions(runs: Runs, samples: Array, which: Array) -> Array:
     samples : ndarray, shape (motions, odd number of samples, 6)
         NaN after the end of a motion.
     which : ndarray, shape (motions,)
-        Their bicycles.
+        Indices of their bicycles.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
 
 
 def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
-    """The state by the start in the order of `START`, shape (motions, 6, 5)."""
+    """Return derivatives of the state by the start (see `START`), shape (motions, 6, 5)."""
     found = np.zeros((len(states), STATE, len(START)))
     for column, row in enumerate(LATERAL):
         found[:, row, column] = 1.0
@@ -167,17 +167,18 @@ def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
 
 
 def _seen(flow: Array, length: Array) -> Array:
-    """Rows in the order of `START`, shape (motions, 5, 5)."""
+    """Return the rows of the flow in the order of `START`, shape (motions, 5, 5)."""
     found: Array = flow[:, (*LATERAL, SPIN)].copy()
     found[:, -1] *= length[:, None]
     return found
 
 
 def _largest_norm(matrices: Array) -> Array:
-    """Over the times of each motion, shape (motions, times, 5, 5); those with NaN do not count.
+    """Return the largest spectral norm over the times of each motion; NaN entries do not count.
 
-    The spectral norm is at most Frobenius', and nearly so where one direction grows before others:
-    it is found around the largest of these, and a parabola laid through what is found.
+    `matrices` has the shape (motions, times, 5, 5). The Frobenius norm is an upper bound, and close
+    if one direction dominates. So the spectral norm is computed near the largest Frobenius norm,
+    and a parabola through these values gives the maximum.
     """
     sizes = np.square(matrices).sum(axis=(2, 3))
     sizes[~np.isfinite(sizes)] = 0.0
@@ -189,24 +190,24 @@ def _largest_norm(matrices: Array) -> Array:
 
 
 LONGEST = 200.0
-"""The longest time for which a motion is followed [s]."""
+"""A motion is followed for at most this time [s]."""
 
 SETTLED = 0.01
-"""Roll and steer angle [rad] below which a motion that converges to steady running has settled."""
+"""A converging motion has settled once roll and steer stay below this angle [rad]."""
 
 _SECONDS_OF_WINDOW = WINDOW * SPACING
-_FLAT = 0.03  # against the square root of the decay, see `_is_straight`
+_FLAT = 0.03  # relative to the square root of the decay, see `_is_straight`
 _WINDOWS_OF_WEAVE = 4  # windows over which a weave must repeat itself
 _REPEATS = 1e-3
-_MOST_PEAKS = 8  # in a period
-_FINER = 32  # samples in place of one, where a wheel lifts
+_MOST_PEAKS = 8  # maxima of the lean in a period
+_FINER = 32  # oversampling where a wheel lifts
 
 
 def _straight(runs: Runs, states: Array, which: Array) -> tuple[Array, Array]:
-    """The speed [m/s] of straight running with the energy of each motion, and its growth [1/s].
+    """Return speed [m/s] and growth [1/s] of straight running with the energy of each motion.
 
-    NaN where the energy does not suffice. The growth is the largest real part of the eigenvalues at
-    that speed, negative if it is stable.
+    Both are NaN if the energy does not suffice. The growth is the largest real part of the
+    eigenvalues at that speed, negative if it is stable.
     """
     equations = runs.equations(which)
     upright = np.zeros_like(states)
@@ -227,17 +228,17 @@ def _straight(runs: Runs, states: Array, which: Array) -> tuple[Array, Array]:
 def fates(
     runs: Runs, starts: Array, which: Array, longest: float = LONGEST, *, is_brief: bool = False
 ) -> Mapping[str, Array]:
-    """The quantities of `VARIABLES` for each start.
+    """Compute the quantities of `VARIABLES` for each start.
 
     Parameters
     ----------
     runs : Runs
     starts : ndarray, shape (motions, 5)
-        In the order of `START`, SI units.
+        Initial values in the order of `START`, SI units.
     which : ndarray, shape (motions,)
-        Their bicycles.
+        Indices of their bicycles.
     longest
-        [s], a multiple of five.
+        Limit on the time [s], a multiple of five.
     is_brief
         Leave out the condition.
 
@@ -249,7 +250,7 @@ def fates(
 
 
 class _Course:
-    """Motions on their way."""
+    """Motions in progress."""
 
     def __init__(self, runs: Runs, starts: Array, which: Array) -> None:
         self.runs, self.which = runs, which
@@ -284,7 +285,7 @@ class _Course:
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
-            # The sample before the next window, at the spacing there.
+            # Index of the sample before the next window, at the spacing of that window.
             then = EARLY if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
@@ -296,7 +297,7 @@ class _Course:
         return self.found
 
     def _measure(self, samples: Array, begin: float, spacing: float) -> None:
-        """Take what is largest, the first lift, and the last time of no small angles."""
+        """Update maxima, the first lift, and the last time at which angles are not small."""
         left, found = self.left, self.found
         seen = np.concatenate([self.before[left], samples], axis=1)
         for name, variable in (("largest_lean", ROLL), ("largest_steer", STEER)):
@@ -314,7 +315,7 @@ class _Course:
         self.states[left] = samples[:, -1]
 
     def _lift(self, seen: Array, begin: float, spacing: float) -> None:
-        """The first time that a wheel has no normal force, looked for again between samples."""
+        """Find the first time at which a normal force vanishes, also between samples."""
         found = self.found
         floor = self.runs.forces(seen, self.which[self.left])
         some = np.flatnonzero(np.isnan(found["lift_time"][self.left]))
@@ -338,7 +339,7 @@ class _Course:
             times = begin + spacing * (first + after / _FINER)
             found["lift_time"][motions[is_so]] = times[is_so]
             found["lift_wheel"][motions[is_so]] = wheel[is_so]
-            # Where a parabola was wrong, what comes later is looked at.
+            # If a parabola was wrong, look at later samples.
             for i, j in zip(some[~is_so], first[~is_so], strict=True):
                 floor[i, : j + 3] = np.inf
             some = some[~is_so]
@@ -365,7 +366,7 @@ class _Course:
         self.left = left[is_open]
 
     def _is_straight(self, samples: Array) -> NDArray[np.bool_]:
-        """True if straight running is stable, and so near that the motion converges to it.
+        """True if straight running is stable, and close enough that the motion converges to it.
 
         An amplitude a obeys about da/dt = growth a + c a^3, where c is some 6 per s for the
         benchmark's weave: up to a = 0.03 sqrt(-growth) the second term is a hundredth of the first.
@@ -378,7 +379,7 @@ class _Course:
         return found
 
     def _give_up(self, longest: float) -> None:
-        """Those that have come to nothing, and those that have lifted a wheel on their way."""
+        """End the motions whose fate stays open, and note lifted wheels."""
         found = self.found
         for motion in self.left:
             found["fate_time"][motion] = longest
@@ -401,18 +402,18 @@ class _Course:
 
 
 def repeats(lean: Array) -> slice | None:
-    """Samples of whole periods of a weave that repeats itself; None if it does not.
+    """Return the samples of whole periods of a weave that repeats itself; None if it does not.
 
     Parameters
     ----------
     lean : ndarray, shape (samples,)
-        Of a motion [rad].
+        Lean of a motion [rad].
     """
     if not lean.min() < 0 < lean.max():
         return None
     places, peaks = _peaks(lean)
     for every in range(1, _MOST_PEAKS + 1):
-        # Both ways, left and right: an even number of them is a period, or several.
+        # Maxima alternate between left and right, so a period has an even number of them.
         period = every if every % 2 == 0 else 2 * every
         if len(peaks) <= max(2 * every, period):
             break
@@ -423,14 +424,17 @@ def repeats(lean: Array) -> slice | None:
 
 
 def _peaks(lean: Array) -> tuple[Any, Array]:
-    """Places of the greatest leans either way, and how far it leans there."""
+    """Return places and magnitudes of the maxima of the lean, to either side."""
     value, _ = tops(np.abs(lean)[None])
     places = np.flatnonzero(np.isfinite(value[0]))
     return places + 1, value[0, places]
 
 
 def _first_lift(floor: Array) -> tuple[Array, Array]:
-    """Of normal forces, shape (motions, samples, 2): first place below zero, and whose it is."""
+    """Return where the first normal force passes below zero, and which wheel it is.
+
+    `floor` has the shape (motions, samples, 2).
+    """
     rear, front = first_negative(floor[:, :, 0]), first_negative(floor[:, :, 1])
     is_front = np.isnan(rear) | (front < rear)
     return np.where(is_front, front, rear), np.where(is_front, FRONT, REAR)

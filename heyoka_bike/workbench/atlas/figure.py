@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 _SIZE_OF_MAP = (WIDTH, 4.9)  # [inch]
 _DIGITS_OF_AXES = 15
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
-# Tints of Okabe and Ito's blue, sky, orange and vermillion; they differ in lightness too.
+# Tints of Okabe and Ito's blue, sky, orange and vermillion, which also differ in lightness.
 _COLOURS = {
     UNDECIDED: "#ffffff", UPRIGHT: "#7fb8d9", CYCLE: "#f7d98b", LIFTS: "#1f5f8b",
     WEAVES: "#df8a4f",
 }  # fmt: skip
 _GREYS = (0.55, 0.94)
-"""From a fall at once to one after so long as was waited for."""
+"""Greys from an immediate fall to a fall at the end of the time limit."""
 _SOONEST = 0.1  # [s]
 _SHIFTS = {LIFTS: (-0.16, 0.13), WEAVES: (-0.115, -0.03), UNDECIDED: (0.14, 0.02)}
-"""Distance of labels from narrow regions, in widths and heights of the map."""
+"""Offset of labels from narrow regions, in widths and heights of the map."""
 _NAME_WIDTH = 0.12  # of a maneuver's name, in widths of the map
-_LEAST_PART_NAMED = 0.002  # part of the map that a region has to have for a name
+_LEAST_PART_NAMED = 0.002  # smallest part of the map for which a region gets a name
 _STYLE_OF_EDGE: dict[str, Any] = {
     "linestyle": "none",
     "marker": ".",
@@ -52,7 +52,7 @@ class EnergyCurve:
     Attributes
     ----------
     name
-        Of that speed.
+        Name of that speed.
     limit
         That speed [m/s].
     speed, roll_rate : ndarray
@@ -66,15 +66,16 @@ class EnergyCurve:
 
 
 def atlas_figure(folder: str | Path) -> Figure:
-    """The map of an atlas in a folder."""
+    """Draw the map of the atlas in a folder."""
     return draw(load_atlas(folder))
 
 
 def draw(atlas: Atlas) -> Figure:
-    """The first axis to the right, the second up; falls are the darker, the sooner.
+    """Draw the map, with the first axis to the right and the second up; early falls are dark.
 
-    Over speed and roll rate: the range that is stable by the linear equations, dashed, and the
-    starts that have the energy of straight running at its ends. Of the benchmark its maneuvers.
+    A map over speed and roll rate also shows the range in which the linear equations are stable
+    (dashed), and the starts with the energy of straight running at its ends. A map of the benchmark
+    bicycle shows the maneuvers.
 
     Raises
     ------
@@ -105,14 +106,14 @@ def draw(atlas: Atlas) -> Figure:
 
 
 def limits(atlas: Atlas) -> list[EnergyCurve]:
-    """For each end of a stable range the starts with the energy of running straight there."""
+    """Return the starts with the energy of straight running at each end of a stable range."""
     equations = Equations.binary64(atlas.bicycle)
     k = equations.k
     still, rolling, turning = (
         equations.energies([0.0, 0.0, 0.0, rate, 0.0, speed / k.length])
         for rate, speed in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))
     )
-    # Upright and straight the kinetic energy is a sum of squares.
+    # Upright and straight, the kinetic energy is a sum of squares.
     ratio = (turning.kinetic - still.kinetic) / (rolling.kinetic - still.kinetic)
     rates = np.linspace(0.0, atlas.axes[1].values[-1], 400)
     found = []
@@ -155,7 +156,7 @@ def _draw_map(figure: Figure, ax: Axes, atlas: Atlas) -> None:
 def _name_region(
     ax: Axes, x: Array, y: Array, is_here: Any, name: str, shift: tuple[float, float] | None
 ) -> None:
-    """The name at the middle of a region, or beside it."""
+    """Write the name in the middle of a region, or next to it."""
     if is_here.mean() < _LEAST_PART_NAMED:
         return
     places = np.argwhere(is_here)
@@ -171,7 +172,7 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
     edge, x, y = atlas.edge, atlas.axes[0].values, atlas.axes[1].values
     if not len(edge.at):
         return
-    # The neighbours are one as far as a picture goes.
+    # Neighbouring binary64 numbers are one point in a picture.
     ax.plot(edge.at, edge.stays, zorder=3, **_STYLE_OF_EDGE)
     highest = edge.stays >= np.quantile(edge.stays, 0.5)
     i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]
@@ -180,12 +181,12 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
 
 
 def _point_at(ax: Axes, text: str, place: tuple[float, float], at: tuple[float, float]) -> None:
-    """Some text, with a line to the place that it names."""
+    """Write a text with a line to the place that it names."""
     ax.annotate(text, place, at, ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE)
 
 
 def _write_above(ax: Axes, text: str, x: float) -> None:
-    """Some text above the map."""
+    """Write a text above the map."""
     ax.annotate(
         text, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
         textcoords="offset points", ha="center", va="bottom", **_NOTE,
@@ -212,7 +213,7 @@ def _draw_limit(ax: Axes, curve: EnergyCurve) -> None:
 
 
 def _draw_maneuver(ax: Axes, number: int, maneuver: Maneuver, barriers: Sequence[float]) -> None:
-    """A circle, its name on the side where no line is in the way."""
+    """Draw a maneuver as a circle, with its name on the side where no line is in the way."""
     x, y = float(maneuver.speed), float(maneuver.roll_rate)
     low, high = ax.get_xlim()
     is_narrow = any(0 < barrier - x < _NAME_WIDTH * (high - low) for barrier in barriers)
@@ -227,6 +228,6 @@ def _draw_maneuver(ax: Axes, number: int, maneuver: Maneuver, barriers: Sequence
 
 
 def maneuvers(atlas: Atlas) -> tuple[Maneuver, ...]:
-    """Those of the benchmark, for its bicycle."""
+    """Return the maneuvers of the benchmark, if the atlas is of its bicycle."""
     published, found = benchmark()
     return found if atlas.bicycle.values == published.values else ()

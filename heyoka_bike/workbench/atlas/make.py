@@ -1,4 +1,4 @@
-"""Making an atlas: what is missing is computed, chunk by chunk, and from all of them the edge."""
+"""Make an atlas: compute missing chunks, then the basin boundary from all chunks."""
 
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
@@ -24,7 +24,7 @@ _SECONDS_LOOKED_AHEAD = Fraction(10)  # [s]
 
 
 def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
-    """The quantities of `VARIABLES` at the points of a chunk, each of its shape."""
+    """Compute the quantities of `VARIABLES` at the points of a chunk."""
     first, second = (
         axis.values[part] for axis, part in zip(design.axes, design.slices(which), strict=True)
     )
@@ -35,9 +35,9 @@ def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
 
 
 def changes(axis: Array, row: Array) -> tuple[Array, Array]:
-    """Neighbours of a row of fates of which the first stays and the second falls, as values.
+    """Return the neighbours in a row of fates of which one stays and the other falls, as values.
 
-    Where one of the two is undecided there is no saying whether there is a change.
+    If one of the two is undecided, nothing is known about a change.
     """
     is_known = (row[:-1] != UNDECIDED) & (row[1:] != UNDECIDED)
     falls = row == FALLS
@@ -49,23 +49,23 @@ def changes(axis: Array, row: Array) -> tuple[Array, Array]:
 def edge(
     design: Design, at: Array, stays: Array, falls: Array, report: Any = None
 ) -> tuple[Array, Array, Array]:
-    """Changes bisected to neighbouring binary64 numbers.
+    """Bisect changes to neighbouring binary64 numbers.
 
-    One that meets an undecided motion on the way is left out.
+    A change is left out if the bisection meets an undecided motion.
 
     Parameters
     ----------
     at : ndarray, shape (changes,)
-        On the first axis.
+        Values on the first axis.
     stays, falls : ndarray, shape (changes,)
-        On the second, as from `changes`.
+        Values on the second axis, from `changes`.
 
     Returns
     -------
     at, stays, falls : ndarray
     """
     at, stays, falls = at.copy(), stays.copy(), falls.copy()
-    # Motions of the grid were computed less accurately: what is said of the ends is asked again.
+    # Motions of the grid were computed less accurately, so check the ends again.
     ends = [_fates(design, at, x) for x in (stays, falls)]
     is_kept = (ends[0] != FALLS) & (ends[0] != UNDECIDED) & (ends[1] == FALLS)
     while True:
@@ -81,9 +81,9 @@ def edge(
 
 
 def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuver, float | None]:
-    """Bicycle and start of an exact point, and when a wheel lifts first in binary64, if one does.
+    """Return bicycle and start of an exact point, and when a wheel first lifts in binary64.
 
-    The maneuver lasts for as long as is looked at where none does.
+    Without a lift the maneuver has the duration of the search.
     """
     at = {**{name: Exact(Fraction(x)) for name, x in design.start.items()}, **point}
     start: dict[str, Any] = {name: at.pop(name) for name in START}
@@ -103,25 +103,25 @@ def _fates(design: Design, first: Array, second: Array) -> Array:
     return fates(runs, starts, which, design.longest, is_brief=True)["fate"]
 
 
-_EDGE_SHARE = 0.3  # of the work, about
-_CHANGES_OF_JOB = 8  # changes that are bisected by a job
+_EDGE_SHARE = 0.3  # approximate share of the work
+_CHANGES_OF_JOB = 8  # number of changes that one job bisects
 
 
 def make_atlas(
     design: Design, folder: str | Path, *, force: bool = False,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Atlas:  # fmt: skip
-    """Compute an atlas into a folder, or what is missing of it.
+    """Compute an atlas into a folder, or its missing parts.
 
     Parameters
     ----------
     design : Design
     folder
-        Of the Zarr store; one that was interrupted goes on where it was.
+        Folder of the Zarr store; an interrupted atlas is continued.
     force
-        Replace another atlas that is there.
+        Replace another atlas in the folder.
     progress
-        Called with the part of the work that is done, 0 to 1.
+        Called with the fraction of the work that is done, 0 to 1.
 
     Returns
     -------
@@ -130,12 +130,12 @@ def make_atlas(
     Raises
     ------
     InputError
-        The folder holds something else, or cannot be written.
+        The folder contains something else, or cannot be written.
     MissingPackageError
         heyoka or zarr is not installed.
     """
     store = AtlasStore(Path(folder), design, force=force)
-    # An edge that is there followed from the chunks as they were, and will be again.
+    # A stored boundary came from the same chunks, so it stays valid.
     has_edge = store.has_edge
     missing = {Job(chunk, (design, which)): which for which in store.missing()}
     total = sum(1 for _ in design.chunks())
@@ -158,7 +158,7 @@ def make_atlas(
 
 
 def _edge_jobs(design: Design, store: AtlasStore) -> Iterator[tuple[Design, Array, Array, Array]]:
-    """Arguments of `edge` for the changes of all rows, some together."""
+    """Yield arguments of `edge` for the changes of all rows, several together."""
     first, second = (axis.values for axis in design.axes)
     for begin in range(0, len(first), design.side):
         rows = range(begin, min(begin + design.side, len(first)))

@@ -1,15 +1,15 @@
-"""Many motions side by side: sampled, with the forces of the floor and the slopes of the rates.
+"""Many motions side by side: samples, forces of the floor, and derivatives of the rates.
 
-The equations are in their regular form, which passes where the mechanical trail is zero: motions at
-the basin boundary do. Each motion has its own steps, so that what it gets does not depend on those
-that share its vector.
+The equations are in their regular form, which is valid where the mechanical trail passes zero, as
+it does at the basin boundary. Each motion has its own steps, so its result does not depend on the
+motions that share its vector.
 
-heyoka's step law takes the order from a tolerance, and the step from the two last coefficients x
-of the state: it is about e^-2 times the smaller of ``(norm / |x|)^(1 / order)``, where ``norm`` is
-the largest variable of the state. To choose both freely, the state is given a constant more, the
-norm: the error of a step is about e^(-2 order) of it. Another variable counts the time.
+heyoka derives the order from a tolerance, and the step from the last two coefficients x of the
+state: about e^-2 times the smaller of ``(norm / |x|)^(1 / order)``, where ``norm`` is the largest
+variable of the state. To choose both freely, the state gets an additional constant, the norm: the
+error of a step is about e^(-2 order) times the norm. Another variable counts the time.
 
-The code is unrolled, and multiplications and additions are contracted (``fast_math``): each is then
+The code is unrolled, and multiplications and additions are fused (``fast_math``), so each pair is
 rounded once. No sum of the equations depends on the order of its terms.
 """
 
@@ -46,18 +46,18 @@ LATERAL = (ROLL, STEER, ROLL_RATE, STEER_RATE)
 SPACING = 1 / 32
 """Time between two samples [s], a binary64 number."""
 WINDOW = 160
-"""Samples that are taken at a time."""
+"""Number of samples in a window."""
 
 ACROSS = np.pi / 2
-"""Steer angle at which the front wheel is across [rad]: from there on it has fallen."""
+"""Steer angle at which the front wheel is crosswise [rad]; the bicycle counts as fallen."""
 
 LEAST_TURN = 0.1
-"""Where the equations are taken to end: what they divide by, in rear wheel radii, see
-`turn_divisor`. A step is as long as the way to a singularity, which a coarse one could pass."""
+"""The equations end at this divisor [rear wheel radii], see `turn_divisor`. Steps are as
+long as the distance to a singularity, which a coarse step could jump over."""
 
 _MOST_STEPS = 20_000  # in a window
-# Places in the state of the compiled step of the time, over a power of two that keeps the clock
-# exact and small against the norm in long runs, and of the norm.
+# Positions of the time and the norm in the state of the compiled step. The time is divided by a
+# power of two, which keeps it exact, and small compared with the norm in long runs.
 _CLOCK, _NORM, _TICK = STATE, STATE + 1, 1024.0
 
 
@@ -70,13 +70,13 @@ class Plan:
 
 
 PLANS: Mapping[str | float, Plan] = {1e-10: Plan(15, 28.0), "roundoff": Plan(19, 16.0)}
-"""For the largest error of roll and steer angle [rad], their rates [rad/s] and the speed [m/s] over
-10 s the fastest plan found that keeps it in the three maneuvers and 20 other starts."""
+"""Fastest plan found for each largest error of roll and steer angle [rad], their rates [rad/s] and
+the speed [m/s] over 10 s, in the three maneuvers and 20 other starts."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Code:
-    """heyoka's: steps of a vector, normal forces, slopes of the rates."""
+    """Code compiled by heyoka: steps of a vector, normal forces, derivatives of the rates."""
 
     step: TaylorBatch
     forces: Compiled
@@ -89,7 +89,7 @@ class Runs:
     Parameters
     ----------
     bicycles : sequence of Bicycle
-        The constants of a single one are compiled in; of several they are read as they are needed.
+        The constants of a single bicycle are compiled in; those of several are read at run time.
     plan : Plan
         Order and norm of the Taylor steps.
 
@@ -111,25 +111,25 @@ class Runs:
         self._code = _code(compiled_in, plan.order, _Template(self._one))
 
     def equations(self, which: Array) -> Equations:
-        """Those of the bicycles of some motions, in arrays."""
+        """Return the equations of the bicycles of some motions, in arrays."""
         if self._is_single:
             return self._one
         numbers = iter(self._numbers[:, which])
         return self._one.convert(lambda _: next(numbers), Arrays())
 
     def states(self, starts: Array, which: Array) -> Array:
-        """States at the start, shape (motions, 6), of starts in the order of `START`."""
+        """Return initial states, shape (motions, 6), for starts in the order of `START`."""
         roll, steer, roll_rate, steer_rate, speed = starts.T
         k = self.equations(which).k
         pitch = pitch_on_the_floor(k, roll, np.zeros(len(roll)), steer)
         return np.column_stack([roll, pitch, steer, roll_rate, steer_rate, speed / k.length])
 
     def forces(self, states: Array, which: Array) -> Array:
-        """Normal forces on the rear and the front wheel [N], shape (motions, samples, 2)."""
+        """Return normal forces on the rear and front wheel [N], shape (motions, samples, 2)."""
         return self._evaluated(self._code.forces, states, which)
 
     def slopes(self, states: Array, which: Array) -> Array:
-        """Derivatives of the rates by the state, shape (motions, samples, 6, 6)."""
+        """Return derivatives of the rates by the state, shape (motions, samples, 6, 6)."""
         found = self._evaluated(self._code.slopes, states, which)
         return found.reshape(*states.shape[:2], STATE, STATE)
 
@@ -137,26 +137,27 @@ class Runs:
         self, states: Array, which: Array, order: Array, *,
         spacing: float = SPACING, count: int = WINDOW,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
-        """One window of each motion, or less: until the handlebar is turned by a right angle.
+        """Integrate one window of each motion, or less if the handlebar turns by a right angle.
 
         Parameters
         ----------
         states : ndarray, shape (motions, 6)
         which : ndarray, shape (motions,)
-            Their bicycles.
+            Indices of their bicycles.
         order : ndarray, shape (motions,)
-            Motions of neighbouring numbers share a vector; best those of about as many steps.
+            Sort key: neighbours share a vector, which is fastest if they take similar numbers of
+            steps.
         spacing, count
-            Time between samples [s], and how many there are after the first.
+            Time between samples [s], and number of samples after the first.
 
         Returns
         -------
         samples : ndarray, shape (motions, count + 1, 6)
             NaN after the end of a motion.
         ends : ndarray, shape (motions,)
-            Time [s] at which the handlebar is across, or the equations end; NaN if neither.
+            Time [s] at which the handlebar is crosswise or the equations end; NaN if neither.
         steps : ndarray, shape (motions,)
-            How many were taken.
+            Number of steps.
         """
         samples = np.full((len(states), count + 1, STATE), np.nan)
         ends = np.full(len(states), np.nan)
@@ -168,7 +169,7 @@ class Runs:
             while len(left):
                 found = self._propagate(states[left], which[left], at)
                 grid, times = found.samples[:, :STATE], found.times
-                # One that ends interrupts the others: they go again without it.
+                # A motion that ends interrupts the others, which are run again without it.
                 # A lane may reach its end in the very step that ends another.
                 is_there = times[: len(left)] == at[-1, 0]
                 is_done = is_there & np.isfinite(grid[-1, 0, : len(left)])
@@ -183,9 +184,9 @@ class Runs:
         return samples, ends, steps
 
     def _propagate(self, states: Array, which: Array, at: Array) -> Lanes:
-        """One window of a vector of motions."""
+        """Integrate one window of a vector of motions."""
         step = self._code.step
-        # Lanes that are free follow the first.
+        # Unused lanes copy the first.
         free = self._code.step.lanes - len(states)
         states = np.concatenate([states, np.repeat(states[:1], free, axis=0)])
         which = np.concatenate([which, np.repeat(which[:1], free)])
@@ -204,14 +205,14 @@ class Runs:
 
 @dataclass(frozen=True, slots=True)
 class _Template:
-    """Equations of any bicycle, into which constants are put: all are alike."""
+    """Equations with placeholders for the constants of any bicycle."""
 
     equations: Equations = field(compare=False)
 
 
 @lru_cache(4)
 def _code(constants: tuple[float | None, ...], order: int, template: _Template) -> _Code:
-    """Compiled code, of constants that are compiled in, or None for those read later."""
+    """Compile code for given constants; None marks a constant that is read at run time."""
     symbols = iter([parameter(i) if x is None else constant(x) for i, x in enumerate(constants)])
     equations = template.equations.convert(lambda _: next(symbols), Expressions())
     state = variables(equations.states)[:STATE]

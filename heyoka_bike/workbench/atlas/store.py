@@ -1,9 +1,9 @@
-"""An atlas on the disk: a Zarr store, filled chunk by chunk, which xarray opens.
+"""An atlas on disk: a Zarr store, filled chunk by chunk, which xarray opens.
 
-Format 2 of Zarr with consolidated metadata, which most readers know. Nothing in it depends on when,
-where or in how many runs it was made. ``checksum`` has a number for each chunk of the grid: of the
-values of all variables in it, 0 if it is not there yet. The grid itself has one among the
-attributes, and so has the edge, which comes last. What is damaged counts as missing.
+The store has format 2 of Zarr with consolidated metadata, which most readers know. Nothing in it
+depends on when, where or in how many runs it was made. ``checksum`` contains a checksum of all
+variables for each chunk of the grid, or 0 if the chunk is missing. The attributes contain those of
+the grid and of the basin boundary, which is written last. Damaged parts count as missing.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class AtlasStore:
     folder
     design : Design
     force
-        Replace what is in the folder, if that is another atlas.
+        Replace another atlas in the folder.
 
     Raises
     ------
     InputError
-        The folder holds something else, or cannot be written.
+        The folder contains something else, or cannot be written.
     MissingPackageError
         zarr is not installed.
     """
@@ -55,12 +55,12 @@ class AtlasStore:
             self._group = _make(folder, design, provenance)
 
     def missing(self) -> list[Chunk]:
-        """Chunks that are not there yet, or damaged."""
+        """Return the chunks that are missing or damaged."""
         slices, group = self.design.slices, self._group
         return [which for which in self.design.chunks() if not _chunk(group, which, slices(which))]
 
     def put(self, chunk: Chunk, values: Mapping[str, Array]) -> None:
-        """Keep a chunk; its checksum is written when all else is on the disk."""
+        """Write a chunk, and its checksum once everything else is on disk."""
         part = self.design.slices(chunk)
         for name in VARIABLES:
             self._group[name][part] = values[name]
@@ -68,16 +68,16 @@ class AtlasStore:
 
     @property
     def has_edge(self) -> bool:
-        """True if the basin boundary, which is written last, is there and undamaged."""
+        """True if the store contains an undamaged basin boundary, which is written last."""
         return _is_signed(self._group, "edge")
 
     def row(self, i: int) -> Array:
-        """The fates along the second axis."""
+        """Return the fates of row i, along the second axis."""
         found: Array = self._group["fate"][i]
         return found
 
     def put_edge(self, edge: Edge) -> None:
-        """Keep the edge; then the atlas is whole."""
+        """Write the basin boundary, which completes the atlas."""
         for name, values in zip(_EDGE_ARRAYS, (edge.at, edge.stays, edge.falls), strict=True):
             array = self._group[name]
             array.resize(values.shape)
@@ -113,7 +113,7 @@ class AtlasStore:
 
 
 def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
-    """An empty store."""
+    """Create an empty store."""
     zarr = _zarr()
     bicycle = {
         "name": design.bicycle.name,
@@ -164,7 +164,7 @@ def _array(
 ) -> Any:  # fmt: skip
     return group.create_array(
         name, shape=shape, chunks=chunks or shape, dtype=dtype,
-        # A filling of integers would be read as missing, and as floating-point numbers.
+        # xarray would read an integer fill value as missing, and turn integers into floats.
         fill_value=float("nan") if dtype == "float64" else None,
         attributes={"_ARRAY_DIMENSIONS": list(dimensions), **attributes},
     )  # fmt: skip
@@ -176,17 +176,17 @@ def load_atlas(folder: str | Path) -> Atlas:
     Parameters
     ----------
     folder
-        Of the Zarr store.
+        Folder of the Zarr store.
 
     Returns
     -------
     Atlas
-        Of one that is not whole yet the points that are missing are undecided.
+        Missing points of an unfinished atlas are undecided.
 
     Raises
     ------
     DatasetError
-        No atlas is there, or one that is damaged.
+        The folder contains no atlas, or a damaged one.
     MissingPackageError
         zarr is not installed.
     """
@@ -215,12 +215,12 @@ def load_atlas(folder: str | Path) -> Atlas:
 
 
 def _undamaged(group: Any, shape: tuple[int, int], side: int) -> dict[str, Array]:
-    """The variables; nothing of chunks that are missing.
+    """Return the variables, with missing values in missing chunks.
 
     Raises
     ------
     ValueError
-        A chunk of an atlas that was whole is damaged.
+        A chunk of a finished atlas is damaged.
     """
     found = {
         name: np.full(shape, UNDECIDED if v.dtype == "int8" else np.nan, dtype=v.dtype)
@@ -237,13 +237,13 @@ def _undamaged(group: Any, shape: tuple[int, int], side: int) -> dict[str, Array
 
 
 def _chunk(group: Any, which: Chunk, part: tuple[slice, slice]) -> dict[str, Array] | None:
-    """The variables in a chunk; None if it is not there, or damaged."""
+    """Return the variables of a chunk; None if it is missing or damaged."""
     values, kept = _read(group, VARIABLES, part), _read(group, [_CHECKSUM], which)
     return values if values and kept and kept[_CHECKSUM] == _checksum(values) else None
 
 
 def _sign(group: Any, what: str) -> None:
-    """Keep the checksum of the grid, or of the edge."""
+    """Store the checksum of the grid or of the basin boundary."""
     group.attrs["checksums"] = {**group.attrs["checksums"], what: _signature(group, what)}
 
 
@@ -261,7 +261,7 @@ def _signature(group: Any, what: str) -> str | None:
 
 
 def _read(group: Any, names: Iterable[str], part: Any = ...) -> dict[str, Array] | None:
-    """Values of arrays; None if they cannot be read, which codecs tell each in a way of its own."""
+    """Read arrays; return None if that fails, for which each codec has its own exception."""
     try:
         return {name: group[name][part] for name in names}
     except Exception:
@@ -269,17 +269,17 @@ def _read(group: Any, names: Iterable[str], part: Any = ...) -> dict[str, Array]
 
 
 def _checksum(values: Mapping[str, Array], *texts: str) -> int:
-    """64 bits of names, shapes, types and values, of which other values hardly have the same."""
+    """Return a checksum of 64 bits over names, shapes, types and values."""
     found = hashlib.sha256(json.dumps(texts).encode())
     for name in sorted(values):
         x = np.ascontiguousarray(values[name])
         found.update(f"{name} {x.shape} {x.dtype.str} ".encode() + x.tobytes())
-    # Never 0, which is said of what is missing.
+    # Never 0, which marks a missing chunk.
     return int.from_bytes(found.digest()[:8], "little") | 1
 
 
 def udunits(unit: str) -> str:
-    """A unit of the inputs as UDUNITS has it."""
+    """Convert a unit of the inputs to UDUNITS spelling."""
     return {"m/s": "m s-1", "rad/s": "rad s-1", "kg m^2": "kg m2", "N/kg": "N kg-1"}.get(unit, unit)
 
 

@@ -1,15 +1,15 @@
 """Weave and capsize speed of every bicycle in a box of parameters, proved.
 
-Measured parameters have uncertainties. Here each may be anything within so many standard deviations
-of its value, independently of the others, and everything said holds for every bicycle of that box.
-A standard deviation is no limit: the truth may be outside.
+Measured parameters have uncertainties. Here each parameter may lie anywhere within a number of
+standard deviations of its value, independently of the others, and every statement holds for all
+bicycles of that box. A standard deviation is no limit: the true value may be outside.
 
 With x = v^2 the characteristic polynomial of the linear bicycle is
 
     a s^4 + v b s^3 + (c0 + c1 x) s^2 + v (d0 + d1 x) s + e0 + e1 x,
 
 so a bicycle is stable where b, d, e and Hurwitz' determinant b c d - a d^2 - b^2 e are positive (c
-is then positive too). All is decided by signs of polynomials over the whole box (`box_range`):
+is then positive too). Signs of polynomials over the whole box decide everything (`box_range`):
 
 - capsize: if e0 and e1 differ in sign, e changes sign once. A speed is above that of all bicycles
   if the sign of e there is that of e1 for all of them, and below if it is that of e0.
@@ -17,7 +17,8 @@ is then positive too). All is decided by signs of polynomials over the whole box
   determinant is negative; if its leading coefficient is positive, it changes sign once beyond. A
   speed is above that if d and the determinant are positive, and below if the latter is negative.
 
-A bound is found from a bicycle whose speed is extreme, and moved outward until the sign is proved.
+A bound starts at the critical speed of an extreme bicycle and moves outward until the sign is
+proved.
 """
 
 from __future__ import annotations
@@ -39,19 +40,21 @@ from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.showing.document import Block, Paragraph, TableBlock
 from heyoka_bike.workbench.boxes.box_range import Affines, Function, Side, corner, sign_over, slopes
 
-# Beyond the digits asked for: some hundred operations lose a digit or two, powers of v the more.
+# Guard bits beyond the digits requested: some hundred operations lose a digit or two, powers of v
+# more.
 _BITS_OF_RANGES = 64
 _BITS_PER_DIGIT = Fraction(7, 2)
 
 # v^2 above any capsize speed of interest [m^2/s^2].
 _HIGH = 10**6
-# Each step goes to the corner that the last one points at; two or three reach it.
+# Each step goes to the corner that the previous one indicates; two or three steps reach the
+# extreme.
 _MAX_STEPS = 10
-# Powers of two by which v^2 is moved outward where roundoff is not enough for the proof.
+# Powers of two by which v^2 moves outward if a margin for roundoff does not suffice for the proof.
 _MARGINS = (-20, -16, -12, -10, -8, -7, -6, -5, -4, -3, -2, -1)
 
 Interval = tuple[Fraction, Fraction | None]
-"""Speeds [m/s]; without end if the second is None."""
+"""Speeds [m/s]; unbounded above if the second is None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +64,11 @@ class CriticalSpeed:
     Attributes
     ----------
     low, high
-        Proved: every bicycle of the box has exactly one between them.
+        Proved bounds: every bicycle of the box has exactly one such speed between them.
     least, most
-        Bicycles of the box have speeds as far apart as these.
+        Speeds attained by bicycles of the box.
     deviation
-        Standard deviation to first order, the parameters taken as independent.
+        Standard deviation to first order, for independent parameters.
     """
 
     low: Fraction
@@ -84,16 +87,16 @@ class BoxStability:
     sigmas
         Half widths of the box in standard deviations.
     digits
-        Of the decimals in which it is told.
+        Number of digits of the decimals in a report.
     parameters
-        How many parameters have an uncertainty.
+        Number of parameters with an uncertainty.
     weave, capsize
         The critical speed, if every bicycle has one, or none if none has; None if neither is
         proved.
     every
-        Speeds at which every bicycle is proved to be stable; None if none are.
+        Speeds at which every bicycle is proved to be stable; None if there are none.
     some
-        Speeds outside of which none is stable, proved; None if none is stable at any.
+        Speeds outside of which no bicycle is stable (proved); None if none is stable anywhere.
     """
 
     sigmas: Fraction
@@ -105,7 +108,7 @@ class BoxStability:
     some: Interval | None
 
     def as_json(self) -> dict[str, object]:
-        """Every number as a decimal string that says no more than is proved."""
+        """Return every number as a decimal string, rounded to the safe side."""
         return {
             "standard_deviations": str(self.sigmas),
             "parameters": self.parameters,
@@ -118,7 +121,7 @@ class BoxStability:
         }
 
     def blocks(self) -> tuple[Block, ...]:
-        """As a table."""
+        """Return the statements as a table."""
         said = (
             f"Every bicycle whose {self.parameters} uncertain parameters are each within "
             f"{self.sigmas} standard deviation(s):"
@@ -149,16 +152,16 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
     Parameters
     ----------
     bicycle : Bicycle
-        With uncertainties; a parameter without one is taken as exact.
+        A bicycle with uncertainties; a parameter without one is exact.
     sigmas : Fraction
         Half width of the box in standard deviations.
     digits : int
-        To which roundoff may show in the results.
+        Digits to which the results are not affected by roundoff.
 
     Raises
     ------
     InputError
-        The bicycle has no uncertainties, or the box contains what the model cannot use.
+        The bicycle has no uncertainties, or the box contains values that the model cannot use.
     """
     if not any(u.sign for u in bicycle.uncertainties.values()):
         raise InputError(f"found no uncertainties of '{bicycle.name}', expected some in its file")
@@ -189,9 +192,9 @@ class _Condition:
     Attributes
     ----------
     speeds
-        Where it changes sign, as in `BoxStability`.
+        Where the polynomial changes sign, as in `BoxStability`.
     sure, possible
-        Speeds at which it is positive for every bicycle, and outside of which for none.
+        Speeds at which it is positive for every bicycle, and speeds outside of which for none.
     """
 
     speeds: tuple[CriticalSpeed, ...] | None
@@ -205,7 +208,7 @@ _NOT_PROVED = _Condition(None, None, _WHOLE_RANGE)
 
 
 class _Polynomials(NamedTuple):
-    """Coefficients of the characteristic polynomial, those of x = v^2 lowest power first."""
+    """Coefficients of the characteristic polynomial; polynomials in x = v^2, lowest power first."""
 
     a: Number
     b: Number
@@ -225,12 +228,12 @@ class _Polynomials(NamedTuple):
 
     @property
     def capsize(self) -> Number:
-        """Where e vanishes."""
+        """Value of x where e vanishes."""
         return -self.e[0] / self.e[1]
 
     @property
     def weave(self) -> Number:
-        """Where Hurwitz' determinant vanishes last, if it is positive from there."""
+        """Largest zero of Hurwitz' determinant, if it is positive beyond."""
         a, b, c, d, e = self
         p0 = b * c[0] * d[0] - a * d[0] * d[0] - b * b * e[0]
         p1 = b * (c[0] * d[1] + c[1] * d[0]) - 2 * a * d[0] * d[1] - b * b * e[1]
@@ -266,27 +269,27 @@ class _Box:
         return cls(sides, centre, deviations, balls)
 
     def function(self, select: Select) -> Function:
-        """Of the parameters, from one of the polynomials."""
+        """Return a function of the parameters that selects one of the polynomials."""
         return lambda x: select(self.polynomials(x))
 
     def polynomials(self, x: Sequence[Number]) -> _Polynomials:
-        """At a point, or over what the numbers enclose."""
+        """Return the polynomials at a point, or enclosures of them over a box."""
         p = dict(zip(PARAMETERS, x, strict=True))
         g = p["g"]
         a, b, c, d, e = characteristic(*closed_form(p, Duals(Affines(self.balls))))
         return _Polynomials(a, b, (g * c[0], c[1]), (g * d[0], d[1]), (g * g * e[0], g * e[1]))
 
     def sign(self, select: Select) -> int | None:
-        """The sign that a polynomial has for every bicycle, if that is proved."""
+        """Return the sign of a polynomial for every bicycle; None if it is not proved."""
         return sign_over(self.function(select), self.sides, self.balls)
 
     def damping(self) -> _Condition:
-        """True if b is positive."""
+        """The condition that b is positive."""
         sign = self.sign(lambda p: p.b)
         return {1: _IS_POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
 
     def capsize(self) -> _Condition:
-        """Where e is positive."""
+        """The condition that e is positive."""
         first, last = self.sign(lambda p: p.e[0]), self.sign(lambda p: p.e[1])
         if first == 1 and last is None:
             return self._lowest_capsize()
@@ -307,7 +310,7 @@ class _Box:
         return _Condition((speed,), (speed.high, None), (speed.low, None))
 
     def _lowest_capsize(self) -> _Condition:
-        """Where e is positive, if some bicycles have a capsize speed and others may have none."""
+        """The condition that e is positive, if some bicycles may have no capsize speed."""
         least = self._extreme(
             lambda p: p.capsize, lambda p, x: -p.e_at(x), -1, start=flint.arb(_HIGH)
         )
@@ -317,7 +320,7 @@ class _Box:
         return _Condition(None, (Fraction(0), -upper_fraction(-low.sqrt())), _WHOLE_RANGE)
 
     def weave(self) -> _Condition:
-        """Where d and Hurwitz' determinant are positive."""
+        """The condition that d and Hurwitz' determinant are positive."""
         d = self.sign(lambda p: p.d[0]), self.sign(lambda p: p.d[1])
         if d == (-1, -1):
             return _NEGATIVE
@@ -347,10 +350,10 @@ class _Box:
         is_below: Callable[[flint.arb], bool],
         rising: Rising,
     ) -> CriticalSpeed | None:
-        """The range of a critical speed, from its square v^2 for one bicycle.
+        """Return the range of a critical speed, from its square v^2 for one bicycle.
 
-        `is_above` and `is_below` prove that a v^2 is above or below that of all bicycles, `rising`
-        is negative below and positive above that of each.
+        `is_above` and `is_below` prove that a v^2 is above or below the critical one of all
+        bicycles. `rising` is negative below the critical v^2 of a bicycle and positive above it.
         """
         nominal = square(self.polynomials(self.centre))
         most = self._extreme(square, rising, 1, start=nominal)
@@ -372,7 +375,7 @@ class _Box:
         )  # fmt: skip
 
     def _extreme(self, square: Select, rising: Rising, sign: int, *, start: flint.arb) -> flint.arb:
-        """The largest or least v^2 found: that of the bicycle farthest beyond the last one."""
+        """Return the largest or smallest critical v^2 found by going from corner to corner."""
         x = start
         for _ in range(_MAX_STEPS):
             found = square(self.polynomials(self._farthest(x, rising, sign)))
@@ -382,13 +385,13 @@ class _Box:
         return x
 
     def _farthest(self, x: flint.arb, rising: Rising, sign: int) -> tuple[flint.arb, ...]:
-        """The corner whose critical v^2 is beyond x by most."""
+        """Return the corner whose critical v^2 is farthest beyond x."""
         return corner(self.function(lambda p: -sign * rising(p, x)), self.sides, self.balls)
 
     def _outward(
         self, x: flint.arb, sign: int, is_beyond: Callable[[flint.arb], bool]
     ) -> flint.arb | None:
-        """A v^2 a little farther out, beyond that of all bicycles."""
+        """Return a v^2 slightly farther out, proved to be beyond that of all bicycles."""
         roundoff = _BITS_OF_RANGES // 2 - self.balls.bits
         for exponent in (roundoff, *_MARGINS):
             moved = (x * (1 + sign * flint.arb(2) ** exponent)).mid()
@@ -398,7 +401,7 @@ class _Box:
 
 
 def _moved(bicycle: Bicycle, symbol: str, sigmas: Fraction) -> Exact:
-    """A parameter so many standard deviations away, checked."""
+    """Return a parameter this many standard deviations away, checked."""
     x, u = bicycle[symbol], bicycle.uncertainties[symbol]
     moved = Exact(x.rational + sigmas * u.rational, x.pi_multiple + sigmas * u.pi_multiple)
     try:
@@ -409,7 +412,7 @@ def _moved(bicycle: Bicycle, symbol: str, sigmas: Fraction) -> Exact:
 
 
 def _common(intervals: Sequence[Interval | None]) -> Interval | None:
-    """The speeds that are in all of the intervals."""
+    """Return the intersection of the intervals."""
     low, high = _WHOLE_RANGE
     for interval in intervals:
         if interval is None:
@@ -423,32 +426,32 @@ def _lesser(x: Fraction | None, y: Fraction | None) -> Fraction | None:
 
 
 def _sqrt(x: Number) -> Number:
-    """Of a ball or a dual number over balls."""
+    """Square root of a ball or of a dual number over balls."""
     return x.chain(x.value.sqrt(), 1 / (2 * x.value.sqrt())) if isinstance(x, Dual) else x.sqrt()
 
 
-# It is of first order only.
+# More digits make no sense for an estimate of first order.
 _DEVIATION_DIGITS = 3
 
 
 def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> BoxStability:
-    """Weave and capsize speeds if each parameter is within so many standard deviations.
+    """Return weave and capsize speeds if each parameter is within this many standard deviations.
 
     Raises
     ------
     InputError
-        `sigmas` is no positive number, or the bicycle has no uncertainties.
+        `sigmas` is not a positive number, or the bicycle has no uncertainties.
     """
     return stability_box(bicycle, parse_sigmas(sigmas), digits)
 
 
 def parse_sigmas(text: str) -> Fraction:
-    """A positive number of standard deviations.
+    """Read a positive number of standard deviations.
 
     Raises
     ------
     InputError
-        The text is not one.
+        The text is not a positive number.
     """
     try:
         sigmas = Exact.parse(text).fraction()
@@ -463,12 +466,12 @@ def parse_sigmas(text: str) -> Fraction:
 
 
 def below(x: Fraction, digits: int) -> str:
-    """A decimal at or below x."""
+    """Return a decimal at or below x."""
     return str(_divided(x, digits, ROUND_FLOOR))
 
 
 def above(x: Fraction, digits: int) -> str:
-    """A decimal at or above x."""
+    """Return a decimal at or above x."""
     return str(_divided(x, digits, ROUND_CEILING))
 
 
@@ -479,7 +482,7 @@ def _divided(x: Fraction, digits: int, rounding: str) -> Decimal:
 
 
 def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
-    """Decimals that say no more than is proved or was attained."""
+    """Return bounds as decimals: proved ones rounded outward, attained ones inward."""
     return {
         "from": below(v.low, digits),
         "to": above(v.high, digits),
@@ -490,7 +493,7 @@ def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
 
 
 def _ends(interval: Interval | None, digits: int, *, inward: bool) -> dict[str, str | None] | None:
-    """An interval of speeds, rounded inward or outward."""
+    """Return an interval of speeds as decimals, rounded inward or outward."""
     if interval is None:
         return None
     low, high = interval

@@ -1,13 +1,14 @@
 """The range of a function over a box, proved in ball arithmetic.
 
-Over the box the function is evaluated in affine numbers, and its derivatives too. Where one keeps
-its sign, the function is extreme at an end of its variable, and the box becomes a face of itself.
-If all do, the extreme value is that at a corner, exact to roundoff. What is left is bounded by the
-mean value theorem, and halved until that bound meets a value that is attained.
+The function and its derivatives are evaluated over the box in affine numbers. Where a derivative
+keeps its sign, the function is extreme at one end of that variable, so a face replaces the box. If
+all derivatives keep their signs, the extreme value is that at a corner, exact up to roundoff. The
+mean value theorem bounds the function over what remains, which is halved until the bound meets a
+value that is attained.
 
 An affine number is a ball plus multiples of variables that are each anywhere in [-1, 1]. A ball
-forgets where its width comes from, so that x - x is as wide as 2 x. An affine number keeps what is
-of first order in each variable; only the rest, of second order, goes into the ball.
+forgets where its width comes from, so x - x is as wide as 2 x. An affine number keeps the first
+order in each variable; only the rest, of second order, goes into the ball.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ class Affine:
 
     @property
     def spread(self) -> flint.arb:
-        """The largest sum of the terms."""
+        """Largest magnitude of the sum of the terms."""
         return sum((abs(t) for t in self.terms.values()), flint.arb(0))
 
     @property
     def ball(self) -> flint.arb:
-        """All values that it can have."""
+        """Enclosure of all its values, as a ball."""
         return self.rest + _around_zero(self.spread)
 
     def __add__(self, other: Number) -> Affine:
@@ -80,11 +81,11 @@ class Affine:
     __rmul__ = __mul__
 
     def inverse(self) -> Affine:
-        """Its reciprocal; not finite where that may be infinite."""
+        """Return the reciprocal; not finite if the number may be zero."""
         return self.chain(1 / self.rest, -1 / self.rest**2, 1 / self.ball**3)
 
     def chain(self, value: flint.arb, slope: flint.arb, curve: flint.arb) -> Affine:
-        """A function of it: value and slope at `rest`, half the second derivative everywhere."""
+        """Apply a function: value and slope at `rest`, half the second derivative anywhere."""
         beyond = curve * self.spread**2
         return Affine(
             value + beyond.union(flint.arb(0)), {i: slope * t for i, t in self.terms.items()}
@@ -92,13 +93,13 @@ class Affine:
 
 
 class Affines(Arithmetic):
-    """Arithmetic of affine numbers; what has no variables stays a ball."""
+    """Arithmetic of affine numbers; a number without variables stays a ball."""
 
     def __init__(self, balls: Balls) -> None:
         self.balls = balls
 
     def variables(self, balls: Iterable[flint.arb]) -> list[Affine]:
-        """Variables that are each anywhere in one of the balls."""
+        """Return one variable for each ball; it may be anywhere in the ball."""
         return [Affine(x.mid(), {i: x.rad()}) for i, x in enumerate(balls)]
 
     def number(self, value: Exact | Fraction | int) -> flint.arb:
@@ -125,7 +126,7 @@ class Affines(Arithmetic):
 
 
 def enclosure(x: Number) -> flint.arb:
-    """All values of an affine number, a ball or an integer."""
+    """Enclose all values of an affine number, a ball or an integer."""
     return x.ball if isinstance(x, Affine) else flint.arb(x)
 
 
@@ -134,21 +135,22 @@ def _around_zero(radius: flint.arb) -> flint.arb:
 
 
 Side = tuple[flint.arb, flint.arb]
-"""Both ends of a variable; the same twice if it is fixed."""
+"""Both ends of a variable; equal if it is fixed."""
 Function = Callable[[Sequence[Number]], Number]
-"""Takes balls, affine numbers, and dual numbers over either, mixed."""
+"""A function of balls, affine numbers and dual numbers over either, in any mixture."""
 
-# Each costs about 0.1 s with 26 variables. Measured bicycles within a standard deviation need one.
+# A part costs about 0.1 s with 26 variables. Measured bicycles within one standard deviation need
+# one.
 _MAX_PARTS = 12
 
 
 def corner(f: Function, box: Sequence[Side], balls: Balls) -> tuple[flint.arb, ...]:
-    """Where a function is largest, unproved: to first order, if it has no one corner for that."""
+    """Return the corner where a function is probably largest; to first order, without proof."""
     return _examine(f, tuple(box), balls).point
 
 
 def is_negative(f: Function, box: Sequence[Side], balls: Balls) -> bool:
-    """True if a function is proved to be negative in all of a box."""
+    """True if a function is proved to be negative in the whole box."""
     order = count()
     part = _examine(f, tuple(box), balls)
     if part.attained is not None and part.attained >= 0:
@@ -170,7 +172,7 @@ def is_negative(f: Function, box: Sequence[Side], balls: Balls) -> bool:
 
 
 def sign_over(f: Function, box: Sequence[Side], balls: Balls) -> int | None:
-    """The sign that a function has everywhere in a box; None if none is proved."""
+    """Return the sign of a function in the whole box; None if no sign is proved."""
     quick = _over(f, tuple(box), balls, with_slopes=False)[0]
     if quick > 0 or quick < 0:
         return 1 if quick > 0 else -1
@@ -180,17 +182,17 @@ def sign_over(f: Function, box: Sequence[Side], balls: Balls) -> int | None:
 
 
 def slopes(f: Function, point: Sequence[flint.arb], balls: Balls) -> list[flint.arb]:
-    """The derivatives of a function at a point, by each variable."""
+    """Return the derivatives of a function at a point with respect to each variable."""
     found: Dual = f(Duals(balls).variables(point))
-    # A structural zero is an integer.
+    # A structurally zero derivative is an integer.
     return [flint.arb(s) for s in found.slopes]
 
 
 @dataclass(frozen=True, slots=True)
 class _BoxPart:
-    """A part of the box: a bound above the function there, a value that it attains, and where.
+    """A part of the box: an upper bound of the function, an attained value, and where.
 
-    `split` is the side to halve, None if the bound is as good as it can be.
+    `split` is the side to halve; None if halving cannot improve the bound.
     """
 
     sides: tuple[Side, ...]
@@ -201,7 +203,7 @@ class _BoxPart:
 
     @property
     def rank(self) -> tuple[int, Fraction]:
-        """Smaller for what has to be halved first."""
+        """Sort key: the part with the smallest rank is halved first."""
         return (0, Fraction(0)) if self.bound is None else (1, -self.bound)
 
 
@@ -219,7 +221,7 @@ def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _BoxPart:
             (side[ends[i]], side[ends[i]]) if i in ends else side for i, side in enumerate(sides)
         )
     centre = [_middle(side) for side in sides]
-    # From where the function is evaluated to the farther end: a middle may have been rounded.
+    # Distance to the farther end, because a rounded middle is not exactly in the middle.
     reach = {i: (sides[i][1] - centre[i]).max(centre[i] - sides[i][0]) for i in rates}
     shares = {i: abs(s) * reach[i] for i, s in rates.items()}
     bounds = [_upper(value), _upper(f(centre) + sum(shares.values()))]
@@ -236,7 +238,7 @@ def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _BoxPart:
 def _over(
     f: Function, sides: tuple[Side, ...], balls: Balls, *, with_slopes: bool = True
 ) -> tuple[flint.arb, dict[int, flint.arb]]:
-    """Enclosures of the function, and of its derivatives by what is not fixed, over a box."""
+    """Enclose the function and its derivatives with respect to the free variables over a box."""
     free = [i for i, (low, high) in enumerate(sides) if low is not high]
     affines = Affines(balls)
     whole: Sequence[Number] = affines.variables([sides[i][0].union(sides[i][1]) for i in free])

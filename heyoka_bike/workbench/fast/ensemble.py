@@ -1,11 +1,11 @@
-"""Many motions of one bicycle to one time: as many at once as a vector holds.
+"""Many motions of one bicycle up to one time, as many side by side as a vector has places.
 
 The method is Dormand, Prince and Hairer's of order 8 with its two estimates of the error, of orders
 5 and 3, as in dop853.f of E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential
-Equations I, 2nd edition, Springer 1993. A vector is full of motions here, and a step of a motion
-costs twelve eighths of an evaluation of the equations. Each motion has its own steps; those stepped
-together end together, and the ones that are done wait. Motions of about the same speed take about
-as many steps, so that they are put together.
+Equations I, 2nd edition, Springer 1993. A vector holds eight motions, so one step of a motion costs
+twelve eighths of an evaluation of the equations. Each motion has its own step sizes. The motions of
+a vector end together: those that are finished wait. Motions of similar speed take similar numbers
+of steps, so they share a vector.
 """
 
 from __future__ import annotations
@@ -49,26 +49,27 @@ def _weights(row: Sequence[float]) -> StageWeights:
 
 _TABLE = tomllib.loads(Path(__file__).with_name("dop853.toml").read_text(encoding="utf-8"))
 STAGES: tuple[StageWeights, ...] = tuple(map(_weights, _TABLE["stages"]))
-"""Of the slopes of the stages before, those that each state of a stage is made of."""
+"""For each stage, the weights of the slopes of earlier stages in its state."""
 STEP, THIRD, FIFTH = (_weights(_TABLE[name]) for name in ("step", "third", "fifth"))
 
 ENDS = "ends"
 """Name of the function, see `ends_source`."""
 
 _LAST_STAGE = len(STAGES)  # the evaluation at the end of a step
-_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0  # of a change of the step
+_SAFETY, _LEAST_CHANGE_OF_STEP, _MOST_CHANGE_OF_STEP = 0.9, 1 / 3, 6.0  # of the step control
 _SHORTEST_STEP = 2.0**-30  # [s]
-_FIRST_STEP = 0.1  # [s], of the tolerance's root: the first step
-# Of the energy: ten times what is usual at a tolerance, and at the least ones.
+_FIRST_STEP = 0.1  # [s] first step, per root of the tolerance
+# Limits on the energy drift of a motion that is not singular, relative to the tolerance and to the
+# energy: ten times the usual drift.
 _LARGEST_STATE, _ROUNDING = 100.0, 1e-11
 _NAN = float("nan")
 
 
 def ends_source(equations: Equations) -> str:
-    """The module of function ``ends``, for equations with constants in binary64.
+    """Return the module of the function ``ends``, for equations with constants in binary64.
 
-    ``void ends(states, stride, begin, end, duration, tolerance, most, columns)`` carries out the
-    motions ``begin`` to ``end``, whole vectors of them. ``states`` and ``columns`` hold ``stride``
+    ``void ends(states, stride, begin, end, duration, tolerance, most, columns)`` integrates the
+    motions ``begin`` to ``end``, in whole vectors. ``states`` and ``columns`` hold ``stride``
     motions, one variable after the other. A motion that cannot be continued, or takes more than
     ``most`` steps, is NaN.
     """
@@ -90,7 +91,7 @@ def ends_source(equations: Equations) -> str:
         with v.Loop(c) as run:
             run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
             now, is_ended = t[0], t[0] >= until
-            # The step is what the clock goes on by; none where the end is reached.
+            # The step is the exact increment of the clock; zero once the end is reached.
             to = (wish[0] >= until - now).choose(until, now + wish[0])
             h = to - now
             for number, row in enumerate(STAGES, start=1):
@@ -98,7 +99,7 @@ def ends_source(equations: Equations) -> str:
                 call_rates(stage, k[number])
             before, x = y.load(), v.fused(h, _slopes(k, STEP), lost.load())
             after.store(before + x)
-            # The rounding error is added with the next step.
+            # Compensated summation: the next step adds the rounding error of this one.
             rests = x - (after.load() - before)
             fifth, third = (_square(_slopes(k, row) * over) for row in (FIFTH, THIRD))
             both = v.fused(third, 0.01, fifth).at_least(1e-300)
@@ -109,7 +110,7 @@ def ends_source(equations: Equations) -> str:
                 .at_most(_MOST_CHANGE_OF_STEP)
                 .at_least(_LEAST_CHANGE_OF_STEP)
             )
-            # Of what is no number the least change is made.
+            # If the error is NaN, shrink the step as far as allowed.
             scaled = h * (error <= error).choose(change, _LEAST_CHANGE_OF_STEP)
             call_rates(after, k[_LAST_STAGE])
             is_lost = ~is_good & (scaled < _SHORTEST_STEP) & ~is_ended
@@ -118,11 +119,11 @@ def ends_source(equations: Equations) -> str:
             lost.store(v.choose(is_good, rests, lost.load()))
             k[0].store(v.choose(is_good, k[_LAST_STAGE].load(), k[0].load()))
             t[0] = is_lost.choose(until, is_good.choose(to, now))
-            # Motions that wait keep a step that is no zero.
+            # Finished motions keep a nonzero step.
             wish[0] = is_ended.choose(first, scaled)
             steps[0] += 1
         *found, _ = columns_and_trail(equations, v.choose(t[0] >= until, y.load(), _NAN))
-        # A motion that has stepped over a singularity does not keep its energy.
+        # A motion that stepped over a singularity has lost its energy balance.
         allowed = energy * (tolerance * _LARGEST_STATE).at_least(_ROUNDING)
         is_kept = abs(found[ENERGY] - energy) <= allowed
         for place, value in zip(places, v.choose(is_kept, found, _NAN), strict=True):
@@ -133,18 +134,18 @@ def ends_source(equations: Equations) -> str:
 
 
 def _slopes(k: Sequence[v.Memory], row: StageWeights) -> Any:
-    """Those of each variable, weighted."""
+    """Return the weighted sum of slopes for each variable."""
     return v.weighted([k[stage].load() for stage in row], list(row.values()))
 
 
 def _square(errors: v.Registers) -> Any:
-    """Of the length of a vector of errors."""
+    """Return the squared length of a vector of errors."""
     first, *rest = errors
     return reduce(lambda found, x: v.fused(x, x, found), rest, first * first)
 
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""Variables that give initial conditions [rad, rad/s, m/s], each in its default definition."""
+"""Variables of the initial conditions [rad, rad/s, m/s], each in its default definition."""
 
 TOLERANCES: Mapping[str | float, float] = {
     "eq1": 2e-6,
@@ -156,11 +157,11 @@ TOLERANCES: Mapping[str | float, float] = {
     1e-13: 3e-15,
     "roundoff": 3e-15,
 }
-"""For each accuracy of `simulate` the tolerance of a step that keeps it at the ends of 10 s,
-of 20 starts as there; of 4000 one in a hundred is worse, by up to a factor of five."""
+"""Step tolerance for each accuracy of `simulate`, measured at 10 s on the 20 starts used there. Of
+4000 other starts, one in a hundred is less accurate, by up to a factor of five."""
 
 _ARGUMENTS_OF_ENSEMBLE = None, ADDRESS, COUNT, COUNT, COUNT, NUMBER, NUMBER, COUNT, ADDRESS
-# Work is handed out in parts of so many vectors, so that no thread is left with the slow motions.
+# Motions per job of a thread: small enough that no thread gets all the slow motions.
 _MOTIONS_OF_A_PART = 16 * POINTS
 
 
@@ -170,14 +171,14 @@ class Ensemble:
     Parameters
     ----------
     bicycle, accuracy
-        As for `simulate`.
+        See `simulate`.
     threads
-        How many work at the same time.
+        Number of threads that integrate at the same time.
 
     Raises
     ------
     InputError
-        Something given cannot be used.
+        An argument cannot be used.
     MissingPackageError
         llvmlite is not installed.
     """
@@ -196,14 +197,14 @@ class Ensemble:
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
-        """The benchmark's columns of each motion at its end.
+        """Return the benchmark's columns of each motion at its end.
 
         Parameters
         ----------
         starts : ndarray, shape (motions, 5)
-            In the order of `START`; the pitch follows from them.
+            Initial conditions in the order of `START`; the pitch follows from them.
         duration
-            [s]
+            Duration of the motions [s].
 
         Returns
         -------
@@ -213,7 +214,7 @@ class Ensemble:
         states = _states(self._constants, np.asarray(starts, dtype=float))
         order = np.argsort(states[STATE - 1])
         count = len(order)
-        # Whole vectors: the last one is filled up with its first motion.
+        # Fill up the last vector with copies of its first motion.
         filled = np.concatenate([order, np.full(-count % POINTS, order[-1])])
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
@@ -239,7 +240,7 @@ class Ensemble:
 
 
 def _states(k: Constants, starts: Array) -> Array:
-    """States of the few-product form, shape (6, motions)."""
+    """Return states of the few-product form, shape (6, motions)."""
     if starts.ndim != 2 or starts.shape[1] != len(START) or not len(starts):
         raise InputError(f"found starts of shape {starts.shape}, expected (motions, {len(START)})")
     roll, steer, roll_rate, steer_rate, speed = starts.T

@@ -1,4 +1,4 @@
-"""The model as code: rates and columns of eight states at once."""
+"""The model as LLVM code: rates and columns of eight states at once."""
 
 import operator
 from collections.abc import Callable, Iterable, Sequence
@@ -21,7 +21,7 @@ _OPERATORS_OF_CODE = {
 
 
 def rates_code(equations: Equations) -> Code:
-    """Function ``rates(y, f)`` of eight states: their time derivatives."""
+    """Return the code of ``rates(y, f)``: the time derivatives of eight states."""
     code = StraightLine()
     rates = equations.convert(code.literal, code).rates([code.variable(x) for x in _NAMES_OF_STATE])
     c = Code("internal void @rates(ptr, ptr)")
@@ -32,12 +32,12 @@ def rates_code(equations: Equations) -> Code:
 
 
 def call_rates(y: Memory, f: Memory) -> None:
-    """Time derivatives of eight states in memory, each variable a vector."""
+    """Call ``rates`` for eight states in memory, where each variable is a vector."""
     y.code.call("void", "rates", y.address, f.address)
 
 
 def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[Any]:
-    """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
+    """Return the benchmark's columns of a state, then mechanical trail / front wheel radius."""
     code = StraightLine()
     formulas = equations.convert(code.literal, code)
     state = [code.variable(x) for x in _NAMES_OF_STATE]
@@ -49,7 +49,7 @@ def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[
 def _computed(
     code: StraightLine, values: Iterable[Register], results: Sequence[Recorded]
 ) -> list[Any]:
-    """Values of recorded formulas, from those of the state's variables."""
+    """Evaluate recorded formulas at the values of the state variables."""
     found = dict(zip(_NAMES_OF_STATE, values, strict=True))
     pair = cache(turns)
     functions: dict[str, Callable[[Register], Register]] = {"sqrt": Register.sqrt}

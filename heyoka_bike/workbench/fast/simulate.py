@@ -1,11 +1,11 @@
 """The benchmark as fast as possible in binary64, all columns included.
 
-``simulate()`` gives the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. Steps,
-dense output and columns are one compiled function, see `step_code`. `integrate` is what the
-reference is made with, and for accuracies beyond binary64.
+``simulate()`` returns the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. One
+compiled function takes the steps and evaluates dense output and columns, see `step_code`. For
+accuracies beyond binary64 use `integrate`, which also makes the reference.
 
-How accurate a run is was measured on the three maneuvers and on 20 other starts of the benchmark
-bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
+The accuracies were measured on the three maneuvers and on 20 other starts of the benchmark bicycle,
+see ``docs/speed.md``; for other bicycles they are an indication.
 """
 
 from __future__ import annotations
@@ -51,36 +51,36 @@ ACCURACIES: Mapping[str | float, float] = {
     1e-13: 3e-14,
     "roundoff": 3e-15,
 }
-"""For each accuracy the tolerance of a step that keeps it in the three maneuvers and 20 other
-starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of roll and steer angle
-[rad], their rates [rad/s] and the speed [m/s] over 10 s."""
+"""Step tolerance that achieves each accuracy in the three maneuvers and 20 other starts. ``eq1``
+means eq. (1) below 1e-3 percent; a number is the largest error of roll and steer angle [rad], their
+rates [rad/s] and the speed [m/s] over 10 s."""
 
 _BITS_OF_START = 256  # for the initial state
 _Byte, _Report = ctypes.c_char, ctypes.c_double * 5
 _ARGUMENTS_OF_RUN = COUNT, ADDRESS, COUNT, ADDRESS, NUMBER, COUNT, ADDRESS, ADDRESS, ADDRESS
 _LEAST_ROWS, _MOST_ROWS_OF_RUN = 2, 1_000_001
-_RUNS_KEPT = 32  # prepared runs
-# Energy drifts by 0.2 of the tolerance, and by rounding; a step over a singularity throws it off by
-# a good part of it.
+_RUNS_KEPT = 32  # size of the cache of prepared runs
+# The energy drifts by 0.2 times the tolerance, and by rounding. A step over a singularity changes
+# it by a large fraction.
 _LARGEST_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A motion at its rows.
+    """A motion evaluated at its rows.
 
     Attributes
     ----------
     columns : ndarray, shape (8, rows)
-        Those of the benchmark, SI units.
+        The columns of the benchmark, SI units.
     steps
-        How many were taken; negative for a motion that cannot be continued.
+        Number of steps; negative for a motion that cannot be continued.
     time
-        Reached [s].
+        The time reached [s].
     least_trail, largest_trail
-        Of the rows: the mechanical trail over the front wheel's radius.
+        Extremes over the rows of the mechanical trail / front wheel radius.
     least_energy, largest_energy
-        Of the rows: the mechanical energy [J].
+        Extremes over the rows of the mechanical energy [J].
     """
 
     columns: Array
@@ -93,25 +93,25 @@ class Solution:
 
 
 def _motion(run: Any, start: Array, times: Array, tolerance: float) -> Callable[..., Solution]:
-    """A motion from time 0 through ascending times, to be carried out again and again.
+    """Prepare a motion from time 0 through ascending times, to be integrated repeatedly.
 
     Parameters
     ----------
     run
-        Compiled, see `_code`.
+        Compiled function, see `_code`.
     start : ndarray, shape (6,)
     times : ndarray, shape (rows,)
         [s]
     tolerance
-        Of a step: about the error of the state within it.
+        Tolerance of a step: about the error of the state within it.
 
     Returns
     -------
     callable
-        Carries it out; its argument, shape (6, rows), gets the states if it is there.
+        Integrates; the optional argument, shape (6, rows), receives the states.
     """
-    # A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one: those
-    # that stay are taken once, and the one of the result through the buffer it is.
+    # A run takes about ten microseconds, and `ndarray.ctypes` one microsecond for an address. So
+    # fixed addresses are taken once, and the address of the result comes from its buffer.
     given = start.ctypes.data, len(times), times.ctypes.data, tolerance, MOST_STEPS
     return partial(_carry_out, run, (start, times), given)
 
@@ -129,12 +129,12 @@ def _carry_out(
 
 @dataclass(frozen=True, repr=False, slots=True)
 class Simulation:
-    """Rows of one maneuver or several.
+    """Rows of one or several maneuvers.
 
     Attributes
     ----------
     time : ndarray, shape (rows,)
-        [s]
+        Times of the rows [s].
     values : ndarray, shape (maneuvers, 8, rows)
         The columns of `columns.BENCHMARK_COLUMNS`, SI units.
     """
@@ -147,7 +147,7 @@ class Simulation:
         return f"<simulation of {count}: {len(self.time)} rows to {self.time[-1]:g} s>"
 
     def _repr_html_(self) -> str:
-        """For notebooks: the first and last rows of each maneuver; of several they unfold."""
+        """Show the first and last rows of each maneuver in notebooks; several maneuvers unfold."""
         from heyoka_bike.reference.values import Values
         from heyoka_bike.showing.document import Block, Chapter, head
         from heyoka_bike.showing.document.html import piece
@@ -162,14 +162,14 @@ class Simulation:
         return piece(shown)
 
     def __getitem__(self, name: str) -> Array:
-        """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""
+        """Return a column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""
         if name not in BENCHMARK_COLUMNS:
             raise KeyError(unknown_word(name, BENCHMARK_COLUMNS, "column "))
         found: Array = self.values[:, BENCHMARK_COLUMNS.index(name)]
         return found[0] if len(found) == 1 else found
 
     def table(self) -> Array:
-        """As in the benchmark's result file, shape (rows, 1 + 8 maneuvers): the time goes first."""
+        """Return the benchmark's result file, shape (rows, 1 + 8 maneuvers): time first."""
         return np.vstack([self.time, *self.values]).T
 
 
@@ -179,20 +179,20 @@ def simulate(
     accuracy: str | float = 1e-12, rows: int | None = None,
     spacing: Fraction | float | str | None = None,
 ) -> Simulation:  # fmt: skip
-    """The columns of one maneuver or several, fast.
+    """Compute the columns of one or several maneuvers, fast.
 
     Parameters
     ----------
     maneuvers
-        One, several of equal duration, or the number of one of the benchmark's; by default its
-        three.
+        One maneuver, several of equal duration, or the number of one of the benchmark's; by default
+        the benchmark's three.
     bicycle : Bicycle
-        By default the benchmark's.
+        The bicycle; by default the benchmark's.
     accuracy
-        The largest error wanted, 1e-13 or more, ``roundoff``, or ``eq1``, which is fastest and no
-        more than eq. (1) asks for; see `ACCURACIES`.
+        The largest error wanted (at least 1e-13), ``roundoff``, or ``eq1``, which is fastest and
+        just satisfies eq. (1); see `ACCURACIES`.
     rows, spacing
-        Number of rows, or time between them [s]; by default as the maneuvers say.
+        Number of rows, or time between them [s]; by default those of the maneuvers.
 
     Returns
     -------
@@ -227,10 +227,10 @@ def prepare(
     accuracy: str | float = 1e-12, rows: int | None = None,
     spacing: Fraction | float | str | None = None, tolerance: float | None = None,
 ) -> Prepared:  # fmt: skip
-    """A run that is ready to be called, again and again; see `simulate` for the parameters.
+    """Return a prepared run that can be called repeatedly; see `simulate` for the parameters.
 
-    Compiles, and finds the initial states. A tolerance of the steps
-    is taken instead of an accuracy's.
+    This compiles the code and computes the initial states. `tolerance`, if given, replaces the step
+    tolerance of the accuracy.
     """
     chosen = _maneuvers(maneuvers)
     times = _times(chosen, rows, spacing)
@@ -239,14 +239,14 @@ def prepare(
 
 
 class Prepared:
-    """Motions from their start to their end.
+    """Prepared motions, from their start to their end.
 
     Attributes
     ----------
     times : ndarray, shape (rows,)
-        [s]
+        Times of the rows [s].
     steps
-        How many each motion took, in the last call.
+        Number of steps of each motion in the last call.
     """
 
     def __init__(
@@ -265,12 +265,12 @@ class Prepared:
             self._prepare(is_regular=True)
             found = self._solutions()
         self.steps = tuple(x.steps for x in found)
-        # One maneuver needs no copy.
+        # For one maneuver no copy is needed.
         columns = [x.columns for x in found]
         return Simulation(self.times, columns[0][None] if len(found) == 1 else np.array(columns))
 
     def states(self) -> Array:
-        """States at the rows in the variables of the form used, shape (maneuvers, rows, 6)."""
+        """Return states at the rows in the variables of the form, shape (maneuvers, rows, 6)."""
         found = np.empty((len(self._motions), STATE, len(self.times)))
         for motion, states in zip(self._motions, found, strict=True):
             motion(states)
@@ -288,7 +288,7 @@ class Prepared:
         found = []
         for motion, start in zip(self._motions, self._starts, strict=True):
             x, tolerance = motion(), self.tolerance
-            # A motion that does not keep its energy has stepped over a singularity.
+            # A motion whose energy changes has stepped over a singularity.
             while x.largest_energy - x.least_energy > x.largest_energy * max(
                 _LARGEST_DRIFT * tolerance, _ROUNDING
             ):
@@ -296,7 +296,7 @@ class Prepared:
                 if tolerance < _LEAST_TOLERANCE:
                     raise _singular("before", x)
                 x = _motion(self._run, start, self.times, tolerance)()
-            # Leave the few-product form where the mechanical trail is small or changes sign.
+            # Leave the few-product form if the mechanical trail is small or changes sign.
             is_clear = x.least_trail > LEAST_TRAIL or x.largest_trail < -LEAST_TRAIL
             if not self._is_regular and not (x.steps > 0 and is_clear):
                 raise TrailTooSmallError
@@ -312,7 +312,7 @@ def _singular(place: str, x: Solution) -> SingularMotionError:
 
 @lru_cache(_RUNS_KEPT)
 def _code(values: _Parameters, is_regular: bool) -> Any:
-    """Compiled code for motions of one bicycle, see `step_code`; any thread may call it."""
+    """Return compiled code for motions of one bicycle, see `step_code`; any thread may call it."""
     equations = Equations.binary64(Bicycle("bicycle", dict(values)), is_regular=is_regular)
     return function(run_source(equations), RUN, *_ARGUMENTS_OF_RUN)
 
@@ -335,7 +335,7 @@ def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
 def _times(
     maneuvers: Sequence[Maneuver], rows: int | None, spacing: Fraction | float | str | None
 ) -> Array:
-    """Times of the rows, correctly rounded [s]."""
+    """Return the times of the rows, correctly rounded [s]."""
     duration = maneuvers[0].duration
     if any(m.duration != duration for m in maneuvers):
         raise InputError("found maneuvers of different durations, expected equal ones")
@@ -362,12 +362,12 @@ def _times(
 
 
 def choose(accuracy: str | float, measured: Iterable[str | float]) -> str | float:
-    """The accuracy itself, or the loosest number that is no larger.
+    """Return the accuracy itself, or the loosest measured one that is at least as accurate.
 
     Raises
     ------
     InputError
-        There is none.
+        No measured accuracy is small enough.
     """
     known = list(measured)
     if accuracy in known:

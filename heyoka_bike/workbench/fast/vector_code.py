@@ -1,8 +1,8 @@
 """Functions of numbers and vectors in LLVM's language: registers, memory, loops and branches.
 
-LLVM makes machine code of them when it is first needed; no compiler has to be installed.
+LLVM compiles them to machine code at the first use; no compiler has to be installed.
 
-A vector has eight places, half of one four. Operators on registers write instructions; a number
+A vector has eight places, half a vector four. Operators on registers write instructions; a number
 beside a vector is put into all of its places.
 """
 
@@ -22,17 +22,18 @@ from heyoka_bike.errors import GENERATE, required
 from heyoka_bike.numbers.double import Array
 
 STATE = 6
-"""Variables of a state, without the yaw."""
+"""Number of variables of a state, without the yaw."""
 POINTS = 8
-"""Places of a vector: as many numbers as the largest register of the processor holds."""
+"""Places of a vector: the largest register of current processors holds this many numbers."""
 
 ONE, INTEGER, BIT, POINTER, VOID = "double", "i64", "i1", "ptr", "void"
 WHOLE, HALF = f"<{POINTS} x {ONE}>", f"<{POINTS // 2} x {ONE}>"
 INTEGERS, BITS = f"<{POINTS} x {INTEGER}>", f"<{POINTS} x {BIT}>"
 _INTRINSIC_SUFFIXES = {ONE: "f64", WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64"}
 
-# Sine and cosine on -pi/4 to pi/4 as x + x^3 S(x^2) and 1 - x^2/2 + x^4 C(x^2), to half a unit of
-# roundoff: least maxima as in Sun's fdlibm (k_sin.c, k_cos.c), highest power first.
+# Sine and cosine on -pi/4 to pi/4 as x + x^3 S(x^2) and 1 - x^2/2 + x^4 C(x^2), accurate to half a
+# unit of roundoff: the minimax coefficients of Sun's fdlibm (k_sin.c, k_cos.c), highest power
+# first.
 _SINE = (
     1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06,
     -1.98412698298579493134e-04, 8.33333333332248946124e-03, -1.66666666666666324348e-01,
@@ -41,19 +42,20 @@ _COSINE = (
     -1.13596475577881948265e-11, 2.08757232129817482790e-09, -2.75573143513906633035e-07,
     2.48015872894767294178e-05, -1.38888888888741095749e-03, 4.16666666666666019037e-02,
 )  # fmt: skip
-# pi/2 in three parts; the first two have zeros at their end, so that few multiples are exact.
+# pi/2 in three parts; the first two end in zero bits, so that small multiples of them are exact.
 _QUARTER = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 _TO_QUARTERS = 0.63661977236758134308
-# Added and taken away again it leaves the nearest integer, whose bits are the last of the sum.
+# Adding and subtracting this number rounds to the nearest integer; the last bits of the sum are the
+# integer.
 _INTEGER = 6755399441055744.0
 
 Registers = np.ndarray[Any, np.dtype[np.object_]]
-"""Arrays of registers: NumPy's operators act on each."""
+"""An array of registers: NumPy's operators act on each element."""
 
 
 @cache
 def constant(kind: str, value: float | tuple[float, ...]) -> str:
-    """One number, or one for each place, exactly."""
+    """Write one number, or one for each place, exactly."""
     element = kind.split()[-1].rstrip(">")
     if isinstance(value, tuple):
         return f"<{', '.join(f'{element} {constant(element, x)}' for x in value)}>"
@@ -98,9 +100,9 @@ def _kind(value: Operand) -> str:
 
 
 class Register:
-    """A number that a function computes, an integer, a bit, or a vector of them.
+    """A value that a function computes: a number, an integer, a bit, or a vector of them.
 
-    A product and a sum may be joined, and then are rounded once.
+    LLVM may fuse a product and a sum, which are then rounded once.
 
     Parameters
     ----------
@@ -121,7 +123,7 @@ class Register:
     __and__, __or__, __xor__, __lshift__ = map(_binary, ("and", "or", "xor", "shl"))
     __lt__, __le__, __gt__, __ge__ = map(_comparison, ("lt", "le", "gt", "ge"))
     __abs__, sqrt = map(_intrinsic, ("fabs", "sqrt"))
-    # Of what is no number the other operand.
+    # If one operand is NaN, the result is the other.
     at_most, at_least = map(_intrinsic, ("minnum", "maxnum"))
 
     def __neg__(self) -> Register:
@@ -135,24 +137,24 @@ class Register:
         return self.code.assign(BIT, f"icmp eq {POINTER} {self.text}, null")
 
     def choose(self, x: Operand, y: Operand) -> Register:
-        """The first operand where a bit is set, the second elsewhere; of bits one is a vector."""
+        """Return the first operand where the bit is set, else the second."""
         kind, yes, no = self.code.alike(x, y)
         operands = f"{self.kind} {self.text}, {kind} {yes}, {kind} {no}"
         return self.code.assign(kind, f"select {operands}")
 
     def cast(self, name: str, kind: str) -> Register:
-        """``bitcast`` or ``trunc`` to another kind."""
+        """Apply ``bitcast`` or ``trunc`` to another kind."""
         return self.code.assign(kind, f"{name} {self.kind} {self.text} to {kind}")
 
     def spread(self, kind: str = WHOLE) -> Register:
-        """A number in every place of a vector."""
+        """Copy a number to every place of a vector."""
         first = self.code.assign(
             kind, f"insertelement {kind} poison, {self.kind} {self.text}, i32 0"
         )
         return first.places([0] * int(kind[1:].split()[0]))
 
     def places(self, chosen: Iterable[int], other: Register | None = None) -> Register:
-        """A vector of some places of this one, followed by another."""
+        """Return a vector of chosen places of this one, or of this one followed by another."""
         places = [f"i32 {i}" for i in chosen]
         second = "poison" if other is None else other.text
         operands = f"{self.kind} {self.text}, {self.kind} {second}"
@@ -161,13 +163,13 @@ class Register:
         return self.code.assign(kind, f"shufflevector {operands}, {mask}")
 
     def over_places(self, name: str) -> Register:
-        """``fmin`` or ``fmax`` of all places."""
+        """Return ``fmin`` or ``fmax`` over all places."""
         return self.code.call(
             ONE, f"llvm.vector.reduce.{name}.{_INTRINSIC_SUFFIXES[self.kind]}", self
         )
 
     def total(self) -> Register:
-        """Of all places, added in any order."""
+        """Return the sum over all places, added in any order."""
         name = f"llvm.vector.reduce.fadd.{_INTRINSIC_SUFFIXES[self.kind]}"
         return self.code.call(ONE, name, Register(self.code, ONE, "-0.0"), self, flags="reassoc")
 
@@ -177,29 +179,29 @@ Operand = Register | float
 
 
 class Memory:
-    """Values of a kind, one after the other.
+    """Values of one kind, stored one after the other.
 
     Parameters
     ----------
     address
-        Where the first one is.
+        Address of the first value.
     kind
-        Of what is at an index.
+        Kind of the value at an index.
     """
 
     def __init__(self, address: Register, kind: str) -> None:
         self.code, self.address, self.kind = address.code, address, kind
 
     def numbers(self, index: Register | int = 0) -> Memory:
-        """From an index on, number by number."""
+        """Return the memory from an index on, as numbers."""
         return Memory(self.part(index).address, ONE)
 
     def vectors(self, index: Register | int = 0) -> Memory:
-        """From an index on, vector by vector."""
+        """Return the memory from an index on, as vectors."""
         return Memory(self.part(index).address, WHOLE)
 
     def part(self, index: Register | int) -> Memory:
-        """The part that begins at an index."""
+        """Return the part that begins at an index."""
         if isinstance(index, int) and index == 0:
             return self
         place = self.code.text(index, INTEGER)
@@ -223,7 +225,7 @@ class Memory:
 
 
 class Loop:
-    """A loop: what is written in its context is repeated until it is left."""
+    """A loop: the code written in its context is repeated until `leave` ends it."""
 
     def __init__(self, code: Code) -> None:
         self._code, self._body, self._rest = code, code.block(), code.block()
@@ -236,28 +238,28 @@ class Loop:
         self._code.do(f"br label %{self._body}\n{self._rest}:")
 
     def again(self, condition: Register) -> None:
-        """If a condition holds, to the beginning of the body."""
+        """Go to the beginning of the body if a condition holds."""
         self._code.jump(self._body, condition)
 
     def leave(self, condition: Register) -> None:
-        """If a condition holds, to what follows the loop."""
+        """Go to the code after the loop if a condition holds."""
         self._code.jump(self._rest, condition)
 
 
 class Code:
-    """A function while it is written.
+    """A function under construction.
 
     Parameters
     ----------
     head
-        As LLVM declares functions: linkage, kind of the result, name, and kinds of the arguments.
+        LLVM declaration: linkage, kind of the result, name, and kinds of the arguments.
 
     Attributes
     ----------
     arguments
-        Registers; of pointers memory, which no other one points to.
+        Registers, or memory for pointers; no two pointers overlap.
     declarations
-        Of the functions that are called.
+        Declarations of the functions that are called.
     """
 
     def __init__(self, head: str) -> None:
@@ -273,35 +275,35 @@ class Code:
         return "\n".join([self._head, *self._rooms, *self._lines, "}"])
 
     def do(self, text: str) -> None:
-        """Write an instruction that gives nothing."""
+        """Write an instruction without a result."""
         self._lines.append(text)
 
     def assign(self, kind: str, text: str) -> Register:
-        """A register for what an instruction gives."""
+        """Write an instruction and return the register of its result."""
         found = Register(self, kind, self._name())
         self.do(text if kind == VOID else f"{found.text} = {text}")
         return found
 
     def text(self, value: Operand, kind: str) -> str:
-        """A constant, or a register, put into all places of a vector if need be."""
+        """Return the text of a constant or register, copied to all places of a vector if needed."""
         if not isinstance(value, Register):
             return constant(kind, value)
         return value.text if value.kind == kind else value.spread(kind).text
 
     def alike(self, *operands: Operand) -> list[str]:
-        """The kind of operands, a vector's if there is one among them, and their texts."""
+        """Return the common kind of operands (a vector if one is a vector) and their texts."""
         kinds = [x.kind for x in operands if isinstance(x, Register)]
         kind = next((x for x in kinds if x[0] == "<"), kinds[0])
         return [kind, *(self.text(x, kind) for x in operands)]
 
     def vector(self, values: Iterable[float]) -> Register:
-        """A constant."""
+        """Return a constant vector."""
         places = tuple(values)
         kind = f"<{len(places)} x {_kind(places[0])}>"
         return Register(self, kind, constant(kind, places))
 
     def call(self, kind: str, name: str, *arguments: Register, flags: str = "") -> Register:
-        """The result of a call of a function."""
+        """Call a function and return its result."""
         given = ", ".join(f"{x.kind} {x.text}" for x in arguments)
         if name.startswith("llvm."):
             kinds = ", ".join(x.kind for x in arguments)
@@ -309,27 +311,27 @@ class Code:
         return self.assign(kind, f"call {flags} {kind} @{name}({given})")
 
     def memory(self, count: int = STATE, kind: str = WHOLE) -> Memory:
-        """Room for values, until the function ends."""
+        """Allocate memory for values until the function returns."""
         address = Register(self, POINTER, self._name())
         self._rooms.append(f"{address.text} = alloca {kind}, i32 {count}, align 64")
         return Memory(address, kind)
 
     def variable(self, value: Operand) -> Memory:
-        """Room for one value."""
+        """Allocate memory for one value."""
         found = self.memory(1, _kind(value))
         found[0] = value
         return found
 
     @contextmanager
     def unless(self, condition: Register) -> Iterator[None]:
-        """Skip the code that is written in this context if a condition holds."""
+        """Skip the code written in this context if a condition holds."""
         rest = self.block()
         self.jump(rest, condition)
         yield
         self.begin(rest)
 
     def block(self) -> str:
-        """Name of a block that begins later."""
+        """Return the name of a block that begins later."""
         return self._name()[1:]
 
     def begin(self, block: str) -> None:
@@ -337,7 +339,7 @@ class Code:
         self.do(f"br label %{block}\n{block}:")
 
     def jump(self, block: str, condition: Register) -> None:
-        """To a block, if a condition holds."""
+        """Jump to a block if a condition holds."""
         rest = self.block()
         self.do(f"br i1 {condition.text}, label %{block}, label %{rest}\n{rest}:")
 
@@ -346,31 +348,31 @@ class Code:
 
 
 def module(*functions: Code) -> str:
-    """Text of functions, with declarations of those of LLVM's that they call."""
+    """Return the text of functions, with declarations of the LLVM functions that they call."""
     return "\n".join([*map(str, functions), *set().union(*(x.declarations for x in functions)), ""])
 
 
 fused: Callable[..., Any] = np.frompyfunc(_intrinsic("fmuladd"), 3, 1)
-"""Product of the first two plus the third, of registers or arrays of them."""
+"""Product of the first two plus the third; for registers or arrays of them."""
 choose: Callable[..., Any] = np.frompyfunc(Register.choose, 3, 1)
-"""The second where a bit of the first is set, else the third, of registers or arrays of them."""
+"""The second if the bit of the first is set, else the third; for registers or arrays of them."""
 
 
 def eighth_root(x: Register) -> Register:
-    """Of a number, or of each of a vector."""
+    """Return the eighth root of a number, or of each number of a vector."""
     return x.sqrt().sqrt().sqrt()
 
 
 def products(matrix: Array, columns: Memory) -> Registers:
-    """A constant matrix times the vector of each variable."""
+    """Multiply a constant matrix and the vector of each variable."""
     factors = [columns.code.vector(x) for x in matrix.T]
     numbers = [columns.numbers(i).load(POINTS) for i in range(STATE)]
     return np.array([weighted([x.spread() for x in row], factors) for row in numbers])
 
 
 def weighted(values: Sequence[Any], factors: Sequence[Operand]) -> Any:
-    """Sum of products, of registers or arrays of them."""
-    # Two sums, which do not wait for each other.
+    """Return a sum of products, for registers or arrays of them."""
+    # Two partial sums, so that the processor can overlap their operations.
     sums: list[Any] = []
     for x, factor in zip(values, factors, strict=True):
         sums.append(x * factor if len(sums) < 2 else fused(x, factor, sums[-2]))
@@ -378,7 +380,7 @@ def weighted(values: Sequence[Any], factors: Sequence[Operand]) -> Any:
 
 
 def turns(x: Register) -> tuple[Register, Register]:
-    """Sine and cosine of angles up to a million."""
+    """Return sine and cosine of angles up to a million."""
     shifted = fused(x, _TO_QUARTERS, _INTEGER)
     quarters = shifted - _INTEGER
     r = x
@@ -398,20 +400,20 @@ def _polynomial(coefficients: Sequence[float], x: Register) -> Any:
 
 
 def _signed(x: Register, quarters: Register) -> Register:
-    """The sign changed where the second bit of the quarters is set."""
+    """Change the sign where the second bit of the number of quarter turns is set."""
     sign = (quarters << 62) & -(2**63)
     return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", WHOLE)
 
 
-_LEVEL = 3  # of optimisation
+_LEVEL = 3  # of LLVM's optimisation
 ADDRESS, COUNT, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
-"""Kinds of the arguments of a `function`."""
+"""ctypes of the arguments of a `function`."""
 MOST_STEPS = 200_000
-"""Of one run."""
+"""Limit on the steps of one run."""
 
 
 def function(source: str, name: str, *signature: Any) -> Any:
-    """A function of a module in LLVM's language, compiled, for ctypes.
+    """Compile a function of an LLVM module for ctypes.
 
     Raises
     ------
@@ -428,6 +430,6 @@ def function(source: str, name: str, *signature: Any) -> Any:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(source), machine)
     engine.finalize_object()
     found: Any = ctypes.CFUNCTYPE(*signature)(engine.get_function_address(name))
-    # The engine owns the code: it lives as long as what calls it.
+    # The engine owns the code, so it must live as long as the callable.
     found.engine = engine
     return found

@@ -1,7 +1,7 @@
 """The figures that ``heyoka-bike plot`` and `plot` draw, by name: to look at, or as files.
 
-Each is a function of a module of this package. It takes a `Reference` and the numbers of the
-maneuvers to show, and gives a matplotlib figure. The module is imported when it is drawn.
+Each figure is a function in a module of this package. It takes a `Reference` and the numbers of the
+maneuvers to show, and returns a matplotlib figure. The module is imported when the figure is drawn.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 DEFAULT, ALL = "maneuvers", "all"
 ATLAS = "atlas"
-"""The figure that is not of a reference set but of an atlas."""
+"""Name of the figure that shows an atlas, not a dataset."""
 _DEFAULT_FORMATS = ("png", "svg")
 
 
@@ -35,11 +35,11 @@ class Kind:
     Attributes
     ----------
     module
-        Of this package.
+        Module of this package.
     name
-        Of its function there, and of its files.
+        Name of its function there, and of its files.
     about
-        Its content, in a few words.
+        Content of the figure in a few words.
     shows
         ``each``: a figure for each maneuver; ``all``: a figure with all; ``none``: no motion.
     """
@@ -50,7 +50,7 @@ class Kind:
     shows: Literal["each", "all", "none"]
 
     def draw(self, reference: Reference, numbers: Sequence[int]) -> Any:
-        """The matplotlib figure, of these maneuvers.
+        """Draw these maneuvers as a matplotlib figure.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class Kind:
 
 
 Plates = dict[str, Callable[[], Any]]
-"""Figures to draw, by the names of their files without suffix."""
+"""Figures to draw, by their file names without suffix."""
 
 
 FIGURES: Mapping[str, Kind] = {
@@ -77,16 +77,16 @@ FIGURES: Mapping[str, Kind] = {
 def plates(
     reference: Reference, name: str = DEFAULT, maneuver: int | None = None, *, dashes: str = "--"
 ) -> Plates:
-    """Figures to draw for a name of `FIGURES`, or for ``all``, by the names of their files.
+    """Return the figures to draw for a name of `FIGURES` or for ``all``, by file name.
 
     Parameters
     ----------
     reference : Reference
     name
     maneuver
-        Only this one, in figures of motions.
+        Show only this maneuver in figures of motions.
     dashes
-        Dashes before the name of an argument in a message; on the command line two.
+        Dashes before the name of an argument in messages (two on the command line).
 
     Raises
     ------
@@ -119,26 +119,26 @@ def plot(
     maneuver: int | None = None,
     reference: Reference | str | PathLike[str] | None = None,
 ) -> Figure | tuple[Figure, ...] | tuple[Path, ...]:
-    """Draw a figure of a reference set, or write it to files.
+    """Draw a figure of a dataset, or write it to files.
 
     Parameters
     ----------
     figure
-        Name of a figure: ``maneuvers``, ``stability``, ``phase``, ``path``, or ``all``; ``atlas``
-        of an atlas.
+        Name of a figure: ``maneuvers``, ``stability``, ``phase``, ``path`` or ``all``; ``atlas``
+        for an atlas.
     path
-        A file (.png, .svg, .pdf) for one figure, or a folder, which gets PNG and SVG. By default
+        A file (.png, .svg, .pdf) for one figure, or a folder for PNG and SVG files. By default
         nothing is written.
     maneuver
-        Draw this one; by default all.
+        Draw this maneuver; by default all.
     reference
-        From `load_reference`, or the folder of a set, of the figure ``atlas`` that of an atlas; the
-        published set by default.
+        From `load_reference`, or the folder of a dataset (of an atlas for the figure ``atlas``); by
+        default the published dataset.
 
     Returns
     -------
     matplotlib.figure.Figure, or tuple of Figure or Path
-        The figure, several if there is one for each maneuver; the files if they are written.
+        The figure, or several if each maneuver has its own; the files if they are written.
 
     Raises
     ------
@@ -161,14 +161,14 @@ def plot(
         return tuple(written(every))
     figures = []
     for one, _ in every:
-        # A notebook shows it although pyplot does not know it.
+        # Let notebooks show the figure, although it is not registered with pyplot.
         vars(one)["_repr_png_"] = partial(render, one, "png")
         figures.append(one)
     return figures[0] if len(figures) == 1 else tuple(figures)
 
 
 def written(every: Iterator[tuple[Figure, list[Path]]]) -> Iterator[Path]:
-    """Write figures to their files; yields each that is there."""
+    """Write figures to their files and yield each file once it exists."""
     for figure, files in every:
         for file in files:
             save(figure, file)
@@ -179,16 +179,16 @@ def drawn(
     figure: str, maneuver: int | None, reference: Any, output: str | None,
     formats: Sequence[str] | None = None, *, dashes: str = "",
 ) -> Iterator[tuple[Figure, list[Path]]]:  # fmt: skip
-    """Each figure with its files; what does not do is refused before anything is drawn.
+    """Yield each figure with its files; bad arguments are refused before anything is drawn.
 
     Parameters
     ----------
     reference
-        As `load_reference` takes it, or the folder of an atlas.
+        An argument of `load_reference`, or the folder of an atlas.
     output
         A folder, or the file of a single figure; None for no files.
     formats
-        For a folder; None if they are not told.
+        Formats for a folder; None if not given.
     dashes
         See `plates`.
     """
@@ -210,7 +210,7 @@ def drawn(
 def _files(
     output: str | None, names: Sequence[str], formats: Sequence[str] | None, hint: str, dashes: str
 ) -> list[list[Path]]:
-    """Files to write of each figure; `hint` is another way to a single one.
+    """Return the files to write for each figure; `hint` says how to get a single one.
 
     Raises
     ------

@@ -21,16 +21,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FASTEST = 10.0
-"""[m/s]"""
+"""Largest speed in the figure [m/s]."""
 
 _HEIGHT_OF_FIGURE = 5.0  # [inch]
 _DIGITS_OF_SPEEDS = 15
 _DECIMALS = 5
-_POINTS_OF_BRANCH = 100  # of a branch
-# So near to its ends (as a part of its length) a branch begins: where two eigenvalues meet they
-# change like a square root, here by 1e-4 of the width of the figure, and are told apart surely.
+_POINTS_OF_BRANCH = 100
+# A branch starts at this fraction of its length from its ends. Where two eigenvalues meet they
+# change like a square root: at this distance by 1e-4 of the width of the figure, so they are surely
+# distinct.
 _SPEEDS_APART = 1e-8
-_REAL = (-8.5, 8.5)  # [1/s]; the castering mode leaves it, and nothing happens there
+_REAL = (-8.5, 8.5)  # [1/s]; the castering mode leaves this range, and nothing happens beyond
 _SHADE = "#e4efe7"
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
 
@@ -44,8 +45,8 @@ _LOOKS: dict[str, Any] = {
 }
 _WITHOUT_PAIR = ("castering", "capsize", "weave", "weave")
 _WITH_PAIR = ("castering", "capsize", "weave")
-# By how many pairs there are one after another as the speed grows, and then by how many there are:
-# names of the real eigenvalues in ascending order, then of the pairs.
+# Keys: the numbers of complex pairs one after another as the speed grows, then the number of pairs.
+# Values: names of the real eigenvalues in ascending order, then of the pairs.
 _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
     (0, 1): {0: _WITHOUT_PAIR, 1: _WITH_PAIR},
     (1,): {1: _WITH_PAIR},
@@ -53,7 +54,7 @@ _MODES: dict[tuple[int, ...], dict[int, tuple[str, ...]]] = {
 
 
 def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
-    """Real parts [1/s] above, imaginary parts [rad/s] below, of the bicycle of a set.
+    """Draw real parts [1/s] above and imaginary parts [rad/s] below, for the bicycle of a dataset.
 
     Speeds of the maneuvers are marked, and the stable range is shaded between the exact speeds of
     weave and capsize.
@@ -91,7 +92,7 @@ def stability(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
 
 
 def _shade(axes: Sequence[Axes], low: float, high: float) -> None:
-    """A stable range."""
+    """Shade a stable range of speeds."""
     end = min(high, FASTEST)
     if low >= end:
         return
@@ -104,11 +105,11 @@ def _shade(axes: Sequence[Axes], low: float, high: float) -> None:
 
 
 def _mark_critical_speed(ax: Axes, what: str, speed: float, side: int) -> None:
-    """A point on the axis with its name and its speed to the left (-1) or right of it."""
+    """Mark a point on the axis, with its name and speed to the left (-1) or right of it."""
     if speed > FASTEST:
         return
     ax.plot(speed, 0.0, "o", markersize=5, color=BLACK, markerfacecolor="white", zorder=3)
-    # Cut, not rounded: more digits follow.
+    # Truncate instead of rounding, because dots indicate that more digits follow.
     digits = floor(speed * 10**_DECIMALS) / 10**_DECIMALS
     ax.annotate(
         f"{what}\n{digits:.{_DECIMALS}f}\N{HORIZONTAL ELLIPSIS} m/s", (speed, 0.0),
@@ -132,11 +133,12 @@ def _mark_maneuvers(axes: Sequence[Axes], reference: Reference) -> None:
 
 
 def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
-    """Mode, speeds [m/s] and values [1/s] of each eigenvalue, cut where two of them meet.
+    """Yield mode, speeds [m/s] and values [1/s] of each eigenvalue, cut where two of them meet.
 
-    From one cut to the next, from 0 to `FASTEST`, as many eigenvalues are real at every speed. Of a
-    pair it is the one with positive imaginary part. Modes are weave, capsize and castering; of a
-    bicycle whose eigenvalues meet in another way than the benchmark's they are real or complex.
+    Between two cuts the number of real eigenvalues is the same at every speed. A pair is
+    represented by the eigenvalue with positive imaginary part. Modes are named weave, capsize and
+    castering, or real and complex if the eigenvalues of a bicycle meet in another way than the
+    benchmark's.
     """
     meet = [float(v) for v, _ in linear.double_roots]
     edges = [0.0, *(v for v in meet if v < FASTEST), FASTEST]
@@ -150,8 +152,8 @@ def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
 
 
 def _eigenvalues(linear: Linearisation, a: float, b: float) -> tuple[Array, Array, Any]:
-    """Speeds, and real eigenvalues and complex pairs at each, in ascending order."""
-    # Dense at both ends, where branches may be steep.
+    """Return speeds, and real eigenvalues and complex pairs at each, in ascending order."""
+    # Points are dense at both ends, where branches may be steep.
     inside = (1 - np.cos(np.linspace(0.0, np.pi, _POINTS_OF_BRANCH))) / 2
     speed = a + (b - a) * np.clip(inside, _SPEEDS_APART, 1 - _SPEEDS_APART)
     found = [linear.eigenvalues(linear.g.context.mpf(float(v))) for v in speed]

@@ -33,10 +33,10 @@ PORTRAITS = (
     ("steer_angle", "steer_rate"),
     ("roll_angle", "steer_angle"),
 )
-"""Columns across and up."""
+"""Columns along the horizontal and the vertical axis."""
 
 PORTRAIT_POINTS = 2001
-"""Of a curve: the fastest oscillation of the benchmark turns by less than 2 degrees in between."""
+"""Points of a curve: the benchmark's fastest oscillation turns less than 2 degrees between two."""
 
 _PORTRAYED = tuple(dict.fromkeys(name for pair in PORTRAITS for name in pair))
 _ROW_HEIGHT, _REST_HEIGHT, _PAD = 2.1, 0.35, 0.06  # [inch]
@@ -55,10 +55,10 @@ _PATH_HEIGHT, _PATH_REST = 1.9, 0.3  # [inch]
 
 
 def maneuver(reference: Reference, numbers: Sequence[int]) -> Figure:
-    """Figure of a maneuver: roll, steer and their rates, forward speed and energies over time.
+    """Draw a maneuver: roll, steer and their rates, forward speed and energies over time.
 
-    Units are rad, rad/s, m/s, J and s. Energies are drawn as their change from the initial value,
-    which the legend gives: the change is a small part of them. The columns are the default
+    Units are rad, rad/s, m/s, J and s. Energies are drawn as changes from the initial value, which
+    the legend states, because the changes are small. The columns are the default
     definitions (see `columns`).
 
     Parameters
@@ -66,7 +66,7 @@ def maneuver(reference: Reference, numbers: Sequence[int]) -> Figure:
     reference : Reference
         From `reference.load_reference`.
     numbers
-        Of one maneuver.
+        The number of one maneuver.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def _draw_energies(figure: Figure, ax: Axes, maneuver: ReferenceManeuver) -> Non
         label = f"{name.replace('_', ' ')}, initially {values[0]:.1f} J"
         ax.plot(maneuver.time, values - values[0], label=label, **look)
     ax.set_ylabel(_ENERGY_LABEL)
-    # Below the axes: inside, it would lie on the curves of one maneuver or another.
+    # Put the legend below the axes; inside it would cover the curves of some maneuver.
     figure.legend(
         *ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False,
         handlelength=2.2, columnspacing=1.5,
@@ -109,7 +109,7 @@ def _draw_energies(figure: Figure, ax: Axes, maneuver: ReferenceManeuver) -> Non
 
 
 def _title(maneuver: ReferenceManeuver) -> str:
-    """Name and initial state, without what is zero there."""
+    """Return the name and the nonzero initial values."""
     parts = []
     for key in ("speed", "roll", "steer", "roll_rate", "steer_rate"):
         value = Exact.parse(maneuver.inputs[key])
@@ -121,9 +121,9 @@ def _title(maneuver: ReferenceManeuver) -> str:
 
 
 def phase(reference: Reference, numbers: Sequence[int]) -> Figure:
-    """A row of portraits for each maneuver, from the dense output; angles in rad, rates in rad/s.
+    """Draw a row of phase portraits for each maneuver; angles in rad, rates in rad/s.
 
-    A circle is where the motion starts, a square where it ends.
+    A circle marks the start of the motion, a square its end.
 
     Raises
     ------
@@ -152,23 +152,23 @@ def phase(reference: Reference, numbers: Sequence[int]) -> Figure:
 
 
 def curvature(reference: Reference, number: int, time: np.ndarray) -> np.ndarray:
-    """Of the rear contact point's path [1/m], to the right: it moves along the wheel's heading."""
+    """Return the curvature of the rear contact point's path [1/m], positive to the right."""
     values = reference[number].approximate(time, _TURNING)
     return values["yaw_rate"] / values["forward_speed_contact"]
 
 
 def path(reference: Reference, numbers: Sequence[int]) -> Figure:
-    """A row for each maneuver: the path from above [m], and its curvature over time [1/km].
+    """Draw a row for each maneuver: the path from above [m], and its curvature over time [1/km].
 
-    Both to the right; the path is drawn with another scale across than along. A dot stands at
-    every second.
+    Both are positive to the right. The path has different scales along and across. Dots mark full
+    seconds.
 
     Raises
     ------
     MissingPackageError
         matplotlib is not installed.
     DatasetError
-        The set has no motion.h5.
+        The dataset has no motion.h5.
     """
     with drawing(_PATH_HEIGHT * len(numbers) + _PATH_REST) as figure:
         grid = figure.subplots(len(numbers), 2, squeeze=False)

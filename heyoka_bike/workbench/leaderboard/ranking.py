@@ -143,8 +143,8 @@ def read_submission(path: str | Path) -> Submission:
     Raises
     ------
     InputError
-        With file, line and column: unreadable, an entry that is missing, unknown or not as it
-        should be.
+        Unreadable, or an entry is missing, unknown or not as it should be. The error names the file
+        and the key.
     """
     source = TomlSource.load(path)
     tree = source.tree
@@ -158,12 +158,12 @@ def read_submission(path: str | Path) -> Submission:
     }
     if said["problem"] not in PROBLEMS:
         raise source.error(
-            f"problem: found {quoted(said['problem'])}, expected one of {', '.join(PROBLEMS)}",
+            f"found {quoted(said['problem'])}, expected one of {', '.join(PROBLEMS)}",
             ("problem",),
         )
     if ("step" in said) == ("tolerance" in said):
         found = "both" if "step" in said else "neither"
-        raise source.error(f"found {found} of step and tolerance, expected one of them", ())
+        raise source.error(f"found {found} of step and tolerance, expected one of them")
     times = {
         key: source.positive(said, key, ())
         for key in ("processor_time", "wall_time", "step", "tolerance")
@@ -184,22 +184,19 @@ def _read_file(
     path = PurePosixPath(source.line_of_text(table, "path", where))
     if path.is_absolute() or ".." in path.parts or "\\" in str(path):
         raise source.error(
-            f"path: found {quoted(str(path))}, expected one below the folder of this file",
+            f"found {quoted(str(path))}, expected one below the folder of this file",
             (*where, "path"),
         )
     sha256 = source.line_of_text(table, "sha256", where)
     if not fullmatch("[0-9a-f]{64}", sha256):
         raise source.error(
-            f"sha256: found {quoted(sha256)}, expected 64 hexadecimal digits, as sha256sum prints "
-            "them",
+            f"found {quoted(sha256)}, expected 64 hexadecimal digits, as sha256sum prints them",
             (*where, "sha256"),
         )
     number = table.get("maneuver")
     if number is not None and (type(number) is not int or number < 1):
         found = str(number) if type(number) is int else kind(number)
-        raise source.error(
-            f"maneuver: found {found}, expected a number from 1", (*where, "maneuver")
-        )
+        raise source.error(f"found {found}, expected a number from 1", (*where, "maneuver"))
     return SubmittedFile(folder / path, sha256, number)
 
 

@@ -157,8 +157,8 @@ FORMATS = (
         "mat", ".mat",
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
         "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other "
-        "objects), trajectories of Dymola and OpenModelica. Versions 4 to 7.3",
-        _is_matlab, "matlab.read", expected="a MATLAB file", is_ordered=False,
+        "objects), trajectories of Dymola and OpenModelica. Versions 4 to 7.3 (7.3 needs no SciPy)",
+        _is_matlab, "matlab.read", "scipy", "a MATLAB file", is_ordered=False,
     ),
     # What is none of the others.
     Format(

@@ -1,22 +1,20 @@
 """MATLAB's and Simulink's files: variables, structures, and what blocks log.
 
-Versions 5 to 7 are elements, each a type, a length and so many bytes, compressed or not; version 4
-is a header and its bytes for each matrix (*MAT-File Format*, The MathWorks). Text is an array of
-strings, a structure a mapping, an array or cell array of structures a list of these, another cell
-array an array of objects, an object of a class the name of that. Sparse matrices and functions are
-left out. Files of version 7.3 are HDF5.
+SciPy reads versions 4 to 7; files of version 7.3 are HDF5. Text is an array of strings, a structure
+a mapping, an array or cell array of structures a list of these, another cell array an array of
+objects, an object of a class the name of that. Sparse matrices and functions are left out.
 """
 
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from io import BytesIO
 from itertools import chain
 from math import prod
-from struct import unpack_from
+from struct import pack, unpack_from
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.arrays.columns import read_array
@@ -28,70 +26,96 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.table import ReadTable
 
-# Types of elements.
-_NUMBERS = {
-    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
-    16: "u1", 17: "u2", 18: "u4",
-}  # fmt: skip
-_MATRIX, _COMPRESSED, _UTF8 = 14, 15, 16
-# Classes of arrays, and a bit of their flags.
-_CELL, _STRUCTURE, _OBJECT, _CLASS_OF_TEXT, _OF_CLASS = 1, 2, 3, 4, 17
-_CLASSES = dict(enumerate(("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"), 6))
+# Types of elements in versions 5 to 7 (*MAT-File Format*, The MathWorks); sizes of numbers [bytes].
+_SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
+_MATRIX, _COMPRESSED = 14, 15
+# Classes of arrays; those of numbers go from text to 64-bit integers. A bit of their flags.
+_SPARSE, _OF_CLASS = 5, 17
+_NUMBERS = range(4, 16)
 _COMPLEX = 0x800
+_BYTES_OF_FLAGS, _LEAST_BYTES_OF_SHAPE = 8, 8
 _BYTES_OF_HEADER = 128
-# Memory that an array takes at least, and a character at most.
+_ORDERS = {b"IM": "<", b"MI": ">"}
+# Memory that an array takes at least, and a number or character at most.
 _LEAST_BYTES, _WIDEST = 200, 8
-# Of version 4.
-_NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
-_FULL_4, _TEXT_4 = 0, 1
 _Element = tuple[int, memoryview]
 
 
-def matlab_variables(data: bytes, most: int) -> dict[str, Any]:
-    """The variables of a file by name.
-
-    Parameters
-    ----------
-    data
-        The file.
-    most
-        Bytes that it may unpack to.
+def matlab_variables(data: bytes, request: Request) -> dict[str, Any]:
+    """Return the variables of a file of version 4 to 7 by name.
 
     Raises
     ------
+    InputError
+        It unpacks to more than the request allows.
+    ImportError
+        SciPy is not installed.
     ValueError
-        Damaged, or larger than that; other errors of Python's, too, for damaged bytes.
+        Damaged; other errors of Python's, too, for damaged bytes.
     """
-    end = data[126:_BYTES_OF_HEADER]
-    if end not in (b"IM", b"MI"):
-        found = [*_version_4(memoryview(data))]
+    from scipy.io import loadmat, whosmat
+
+    order = _ORDERS.get(data[126:_BYTES_OF_HEADER])
+    if order is None:
+        names, options = [name for name, *_ in whosmat(BytesIO(data))], {}
     else:
-        version_5 = _Version5("<" if end == b"IM" else ">", most)
-        found = [*version_5.variables(memoryview(data)[_BYTES_OF_HEADER:])]
-    counts = Counter(name for name, _ in found)
-    if again := next((name for name, count in counts.items() if count > 1), ""):
+        unpacker = _Unpacker(order, request)
+        data = unpacker.unpacked(data)
+        names, options = unpacker.names, {"uint16_codec": "utf-16"}
+    if again := next((name for name, count in Counter(names).items() if count > 1), ""):
         raise ValueError(f"two variables {again}")
-    return dict(found)
+    values: dict[str, Any] = {}
+    for name, x in loadmat(BytesIO(data), **options).items():
+        value = None if name.startswith("__") else _value(x)
+        if isinstance(value, OfClass):
+            # SciPy calls each of them "None".
+            values[_text(x["s0"].item())] = value
+        elif value is not None:
+            values[name] = value
+    return values
 
 
-class _Version5:
-    def __init__(self, order: str, room: int) -> None:
-        self._order, self._room = order, room
+class _Unpacker:
+    """Unpacks the variables of a file of version 5 to 7, and checks what SciPy does not.
 
-    def variables(self, data: memoryview) -> Iterator[tuple[str, Any]]:
-        for kind, body in self._elements(data):
+    SciPy unpacks without a limit. The process crashes where it reads an element of a type that it
+    does not know, or arrays nested too deeply.
+
+    Attributes
+    ----------
+    names : list of str
+        Names of the variables.
+    """
+
+    def __init__(self, order: str, request: Request) -> None:
+        self._order, self._request, self._room = order, request, request.most_bytes
+        self.names: list[str] = []
+
+    def unpacked(self, data: bytes) -> bytes:
+        """Return the file as version 6 would write it, without compression."""
+        found = [data[:_BYTES_OF_HEADER]]
+        for kind, body in self._elements(memoryview(data)[_BYTES_OF_HEADER:]):
             if kind == _COMPRESSED:
-                kind, body = _next(self._elements(self._unpacked(body)))
-            if kind == _MATRIX:
-                name, value = self._matrix(body)
-                if name and value is not None:
-                    yield name, value
+                kind, body = self._decompressed(body)
+            if name := self._checked(kind, body):
+                self.names.append(name)
+            found += [pack(f"{self._order}II", kind, len(body)), bytes(body)]
+        return b"".join(found)
+
+    def _decompressed(self, body: memoryview) -> _Element:
+        unpacker = zlib.decompressobj()
+        unpacked = unpacker.decompress(body, self._room + 1)
+        self._claim(len(unpacked))
+        elements = [*self._elements(memoryview(unpacked))]
+        if not unpacker.eof or len(elements) != 1:
+            raise ValueError("compressed bytes do not end where they should")
+        return elements[0]
 
     def _claim(self, size: int) -> None:
-        """Take so many bytes of those that there may be."""
+        """Reserve memory of those bytes that the request allows."""
         self._room -= size
         if self._room < 0:
-            raise ValueError("it unpacks to too many bytes")
+            raise self._request.too_long()
 
     def _elements(self, data: memoryview) -> Iterator[_Element]:
         at = 0
@@ -99,7 +123,7 @@ class _Version5:
             kind, size = unpack_from(f"{self._order}II", data, at)
             start, following = at + 8, at + 8 + size
             if kind >> 16:
-                # As few bytes as fit beside their type and length.
+                # At most four bytes stand beside their type and length.
                 kind, size, start, following = kind & 0xFFFF, kind >> 16, at + 4, at + 8
             elif kind != _COMPRESSED:
                 following += -size % 8
@@ -108,120 +132,59 @@ class _Version5:
             yield kind, data[start : start + size]
             at = following
 
-    def _unpacked(self, data: memoryview) -> memoryview:
-        beginning = zlib.decompressobj().decompress(data, 8)
-        size: int = unpack_from(f"{self._order}II", beginning)[1] + 8
-        self._claim(size)
-        # With a padding, and never more than was promised.
-        unpacker = zlib.decompressobj()
-        unpacked = unpacker.decompress(data, size + 8)
-        if not unpacker.eof:
-            raise ValueError("compressed bytes do not end where they should")
-        return memoryview(unpacked)
-
-    def _matrix(self, data: memoryview) -> tuple[str, Any]:
-        """Name and value of an array; None for what is left out."""
+    def _checked(self, kind: int, body: memoryview) -> str:
+        """Check an element and its parts; returns the name of an array."""
         self._claim(_LEAST_BYTES)
-        if not data:
-            return "", np.empty((0, 0))
-        parts = self._elements(data)
-        flags = int(self._numbers(_next(parts))[0])
-        kind = flags & 0xFF
-        if kind == _OF_CLASS:
-            name, _, of = (bytes(_next(parts)[1]).decode("latin-1") for _ in range(3))
-            return name, OfClass(of)
-        if kind not in (_CELL, _STRUCTURE, _OBJECT, _CLASS_OF_TEXT, *_CLASSES):
-            return "", None
-        shape = [int(n) for n in self._numbers(_next(parts))]
-        if min(shape, default=0) < 0:
-            raise ValueError("an array of negative size")
-        name = bytes(_next(parts)[1]).decode("latin-1")
-        if kind == _OBJECT:
-            _next(parts)
-        if dtype := _CLASSES.get(kind):
-            # Numbers are kept in the smallest type that holds them.
-            values = self._numbers(_next(parts))
-            if values.dtype != dtype:
-                self._claim(values.size * np.dtype(dtype).itemsize)
-                values = values.astype(dtype)
-            if flags & _COMPLEX:
-                values = values + 1j * self._numbers(_next(parts))
-            return name, values.reshape(shape, order="F")
-        if kind == _CLASS_OF_TEXT:
-            return name, self._text(_next(parts), shape)
-        if kind == _CELL:
-            found = _together([self._value(parts) for _ in range(prod(shape))])
-            is_array = isinstance(found, np.ndarray)
-            return name, found.reshape(shape, order="F") if is_array else found
-        return name, self._structures(parts, prod(shape))
-
-    def _value(self, parts: Iterator[_Element]) -> Any:
-        kind, data = _next(parts)
+        if kind in _SIZES:
+            self._claim(len(body) // _SIZES[kind] * (_WIDEST - _SIZES[kind]))
+            return ""
         if kind != _MATRIX:
-            raise ValueError("an element that is no array")
-        return self._matrix(data)[1]
-
-    def _structures(self, parts: Iterator[_Element], count: int) -> Any:
-        length = int(self._numbers(_next(parts))[0])
-        names = bytes(_next(parts)[1])
-        fields = [
-            names[i : i + length].partition(b"\0")[0].decode("latin-1")
-            for i in range(0, len(names), length)
-        ]
-        each = [{f: self._value(parts) for f in fields} for _ in range(count if fields else 0)]
-        return _together([{f: x for f, x in fields.items() if x is not None} for fields in each])
-
-    def _text(self, element: _Element, shape: list[int]) -> NDArray[Any]:
-        kind, data = element
-        self._claim(_WIDEST * len(data))
-        size = np.dtype(_NUMBERS[kind]).itemsize
-        end = "le" if self._order == "<" else "be"
-        of_size = {1: "latin-1", 2: f"utf-16-{end}", 4: f"utf-32-{end}"}
-        text = bytes(data).decode("utf-8" if kind == _UTF8 else of_size[size], "replace")
-        return _rows_of(text, shape[0])
-
-    def _numbers(self, element: _Element) -> NDArray[Any]:
-        kind, data = element
-        return np.frombuffer(data, self._order + _NUMBERS[kind])
+            raise ValueError(f"an element of type {kind}")
+        if not body:
+            return ""
+        parts = [*self._elements(body)]
+        if len(parts) < 2:
+            raise ValueError("an array without a shape")
+        flags, shape = parts[0][1], parts[1][1]
+        if len(flags) != _BYTES_OF_FLAGS:
+            raise ValueError("an array without flags")
+        (said,) = unpack_from(f"{self._order}I", flags)
+        of = said & 0xFF
+        if of != _OF_CLASS and (len(shape) < _LEAST_BYTES_OF_SHAPE or len(shape) % 4):
+            raise ValueError("an array without a shape")
+        if of in _NUMBERS:
+            # SciPy would go on reading in the next array.
+            needed = (6 if of == _SPARSE else 4) + bool(said & _COMPLEX)
+            if len(parts) < needed or any(kind == _MATRIX for kind, _ in parts):
+                raise ValueError("an array without its numbers")
+        for part in parts:
+            self._checked(*part)
+        # Objects of classes have no shape before their name.
+        place = 1 if of == _OF_CLASS else 2
+        return _text(b"".join(part for _, part in parts[place : place + 1]))
 
 
-def _version_4(data: memoryview) -> Iterator[tuple[str, Any]]:
-    at = 0
-    while at < len(data):
-        (kind,) = unpack_from("<i", data, at)
-        order = "<" if 0 <= kind < 1000 else ">"
-        kind, rows, columns, has_imaginary, length = unpack_from(f"{order}5i", data, at)
-        number, content = kind % 100 // 10, kind % 10
-        is_known = kind // 100 == (0 if order == "<" else 10) and has_imaginary in (0, 1)
-        if not is_known or min(rows, columns) < 0 or length < 1:
-            raise ValueError(f"no matrix at byte {at}")
-        at += 20
-        name = bytes(data[at : at + length]).partition(b"\0")[0].decode("latin-1")
-        at += length
-        dtype = np.dtype(order + _NUMBERS_4[number])
-        parts = []
-        for _ in range(1 + has_imaginary):
-            parts.append(np.frombuffer(data, dtype, rows * columns, at))
-            at += parts[-1].nbytes
-        if content == _TEXT_4:
-            yield name, _rows_of(parts[0].astype("u1").tobytes().decode("latin-1"), rows)
-        elif content == _FULL_4:
-            values = parts[0] + 1j * parts[1] if has_imaginary else parts[0]
-            yield name, values.reshape((rows, columns), order="F")
+def _value(x: Any) -> Any:
+    """Return what SciPy read in mappings and lists; None for what is left out."""
+    if isinstance(x, str):
+        # It could not read the variable.
+        raise ValueError(x)
+    if not isinstance(x, np.ndarray) or type(x).__name__ == "MatlabFunction":
+        return None
+    if type(x).__name__ == "MatlabOpaque":
+        return OfClass(_text(x["s2"].item()))
+    if names := x.dtype.names:
+        each = [{n: _value(y[n]) for n in names} for y in x.ravel("F")]
+        return _together([{n: y for n, y in z.items() if y is not None} for z in each])
+    if x.dtype != object:
+        # MATLAB stores numbers of double precision as integers where these are smaller.
+        return x.astype("f8") if x.dtype.kind in "iu" and x.itemsize < _WIDEST else x
+    found = _together([_value(y) for y in x.ravel("F")])
+    return found.reshape(x.shape, order="F") if isinstance(found, np.ndarray) else found
 
 
-def _next(parts: Iterator[_Element]) -> _Element:
-    found = next(parts, None)
-    if found is None:
-        raise ValueError("an array ends early")
-    return found
-
-
-def _rows_of(text: str, rows: int) -> NDArray[Any]:
-    """A matrix of characters, which is kept by columns, as its rows."""
-    if rows > max(len(text), 1):
-        raise ValueError("a text of fewer characters than lines")
-    return np.array([text[i::rows] for i in range(rows)], dtype=np.str_)
+def _text(x: bytes | str) -> str:
+    return x if isinstance(x, str) else x.decode("latin-1")
 
 
 def _together(values: list[Any]) -> Any:
@@ -254,7 +217,7 @@ def read(file: ResultFile) -> list[ReadTable]:
         with request.damage("HDF5"):
             found = hdf5.read(file, is_turned=True)
     else:
-        found = matlab_variables(file.stream().read(), request.most_bytes)
+        found = matlab_variables(file.stream().read(), request)
     objects = [(name, x.name) for name, x in found.items() if isinstance(x, OfClass)]
     found = _trajectory(found, request) or found
     try:

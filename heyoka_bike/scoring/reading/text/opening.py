@@ -332,8 +332,8 @@ def _first_rows(
     lines: Sequence[Any], written: Sequence[int], notation: Notation, widths: Collection[int]
 ) -> tuple[list[Line], Dialect, int, list[Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
-    contents = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
-    contents = islice(contents, MOST_ABOVE)
+    every = ((i, x) for i in written if (x := notation.without_comment(lines[i])))
+    contents = islice(every, MOST_ABOVE)
     while sample := list(islice(contents, _SAMPLE_LINES)):
         found = best_dialect([content for _, content in sample], widths, notation.dialects)
         if found:
@@ -354,6 +354,9 @@ def _refuse_wrapped(
         found = _counts_of_lines(counts, width)
         records = len(counts) // len(found) if len(found) > 1 else 0
         if records < _FEWEST_RECORDS or counts[: records * len(found)] != [*found] * records:
+            continue
+        # Names may have several words: a heading seems to have twice as many as there are columns.
+        if len({*found}) == 1 and width not in request.widths:
             continue
         starts = [float(dialect.number(dialect.split(x)[0]) or "nan") for _, x in lines]
         times = starts[: records * len(found) : len(found)]

@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import Evidence, LastRowIncomplete
+from heyoka_bike.scoring.evidence import CommonFactor, Evidence, LastRowIncomplete
 from heyoka_bike.scoring.reading.digits import evened, times_power_of_ten, written_column
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
@@ -160,6 +160,7 @@ class RowReader:
         if opening.time in opening.exact:
             columns[opening.time] = replace(columns[opening.time], significant=None)
         if opening.power:
+            seen += (CommonFactor(opening.power),)
             columns = [times_power_of_ten(column, opening.power) for column in columns]
         lines = np.concatenate([block.lines for block in blocks])
         return ReadTable(

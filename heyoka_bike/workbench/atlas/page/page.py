@@ -1,7 +1,7 @@
-"""An atlas as one HTML page that needs nothing else: a map, and the motion of any start in it.
+"""An atlas as one self-contained HTML page: a map, and the motion from any start in it.
 
-The page computes motions itself: it gets the equations of the bicycle as JavaScript, written by
-evaluating the model (see `numbers.straight_line`), and ``motion.js`` follows a motion with them.
+The page computes motions itself. It contains the equations of the bicycle as JavaScript, written by
+evaluating the model (see `numbers.straight_line`), and ``motion.js`` integrates them.
 """
 
 from __future__ import annotations
@@ -53,15 +53,15 @@ _LAST_VALUE, _NO_VALUE = 65534, 65535
 class Packed:
     """Numbers as integers k of 16 bits.
 
-    A number is ``low + (high - low) k / 65534``, or ten to the power of that; of powers k = 0 means
-    zero. 65535 means that there is none.
+    A number is ``low + (high - low) k / 65534``, or ten to that power. For powers k = 0 means zero.
+    65535 stands for a missing value.
 
     Attributes
     ----------
     low, high
-        Of the numbers, or of their decimal logarithms.
+        Range of the numbers, or of their decimal logarithms.
     is_log
-        Whether they are powers of ten.
+        Whether the numbers are powers of ten.
     codes : ndarray of uint16
     """
 
@@ -72,7 +72,7 @@ class Packed:
 
     @classmethod
     def of(cls, values: Array, *, is_log: bool) -> Packed:
-        """Numbers packed; what is not finite is none, and of powers what is not positive zero."""
+        """Pack numbers; values that cannot be represented become missing, or zero for powers."""
         flat = np.asarray(values, dtype=float).ravel()
         is_there = np.isfinite(flat)
         kept = is_there & (flat > 0) if is_log else is_there
@@ -87,11 +87,11 @@ class Packed:
     def precision(self) -> float:
         """The largest error of a number: absolute, or relative for powers."""
         half = (self.high - self.low) / _LAST_VALUE / 2
-        # The lowest power has the code of the one above it.
+        # Code 0 means zero, so the lowest power has the code of the next one.
         return float(10 ** (2 * half) - 1) if self.is_log else half
 
     def text(self) -> str:
-        """The codes in base64, little-endian."""
+        """Return the codes in base64, little-endian."""
         return b64encode(self.codes.astype("<u2").tobytes()).decode()
 
 
@@ -99,7 +99,7 @@ MOTION_SCRIPT = "".join(
     file.read_text(encoding="utf-8")
     for file in (PITCH_SCRIPT, Path(__file__).with_name("motion.js"))
 )
-"""Follows a motion by `motion_source`."""
+"""Script that integrates a motion with the equations of `motion_source`."""
 
 ERROR = 1e-8
 """The largest error of angles [rad], rates [rad/s] and speed [m/s] within 10 s."""
@@ -113,7 +113,7 @@ OBSERVED = (
 """The derived quantities: front contact [m], speed [m/s], energies [J], normal forces [N]."""
 
 DIVISORS = 3
-"""The number of divisors of the equations that may vanish; a motion ends there."""
+"""Number of divisors of the equations that may vanish; a motion ends where one does."""
 
 _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 
@@ -125,11 +125,11 @@ def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
     ----------
     bicycle : Bicycle
     free
-        Symbols of parameters that ``P`` has, in place of the bicycle's.
+        Symbols of parameters that ``P`` supplies instead of the bicycle.
 
-    ``rates(y, f)`` puts the time derivatives of the state y into f, and after them the `DIVISORS`;
-    ``observe(y, f)`` what is `OBSERVED`; ``floorGap([roll, pitch, steer], f)`` the height of the
-    front wheel [m]. ``spinOf([speed], f)`` is the state's ``spin``.
+    ``rates(y, f)`` writes the time derivatives of the state y into f, followed by the `DIVISORS`.
+    ``observe(y, f)`` writes the quantities of `OBSERVED`, ``floorGap([roll, pitch, steer], f)`` the
+    height of the front wheel [m], and ``spinOf([speed], f)`` the state's ``spin``.
     """
 
     def function(name: str, size: int, formulas: _Formulas) -> str:
@@ -150,7 +150,7 @@ def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
 
 
 def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equations:
-    """With constants rounded once, or written as formulas of what is free."""
+    """Return equations whose constants are rounded once, or formulas of the free parameters."""
     if not free:
         return Equations.binary64(bicycle).convert(code.literal, code)
     p: dict[str, Number] = {symbol: value.rational for symbol, value in bicycle.values.items()}
@@ -187,10 +187,10 @@ def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 _HERE = Path(__file__).parent
 _BODY = Template((_HERE / "page.html").read_text(encoding="utf-8"))
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
-_LETTERS_OF_SOURCE = 200  # letters said of where it comes from: the inputs are more
-_SHAPES = 9  # along an axis that changes the bicycle
+_LETTERS_OF_SOURCE = 200  # letters of the provenance on the page, which leaves out the inputs
+_SHAPES = 9  # drawings along an axis that changes the bicycle
 _CURVE = 25  # points of a curve of speeds
-_DIGITS_OF_RANGE = 15  # of the speeds between which it is stable
+_DIGITS_OF_RANGE = 15  # of the ends of the stable range
 _SAID_OF_FATES = {
     "undecided": "not decided",
     "upright": "converges to steady running",
@@ -198,12 +198,12 @@ _SAID_OF_FATES = {
     "lifts": "lifts a wheel, recovers",
     "weaves": "weaves irregularly",
 }
-# Words before the time of a fate.
+# Words before the time at which a fate is decided.
 _WHEN_OF_FATES = {
     "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
     "falls": " after",
 }  # fmt: skip
-# Title in the menu, and whether the scale is logarithmic.
+# Title of each layer in the menu, and whether its scale is logarithmic.
 _SHOWN_OF_LAYERS = {
     "fate_time": ("time until decided", True),
     "final_speed": ("final speed", False),
@@ -216,12 +216,12 @@ _UNIT_TEXTS = {"s": "s", "m s-1": "m/s", "rad": "rad", "1": ""}
 
 
 def atlas_page(folder: str | Path) -> str:
-    """The page of an atlas in a folder."""
+    """Return the page of the atlas in a folder."""
     return render(load_atlas(folder))
 
 
 def render(atlas: Atlas) -> str:
-    """The atlas as an HTML page."""
+    """Return the atlas as an HTML page."""
     packed = {
         name: Packed.of(atlas.variables[name], is_log=is_log)
         for name, (_, is_log) in _SHOWN_OF_LAYERS.items()
@@ -252,7 +252,7 @@ def render(atlas: Atlas) -> str:
 
 
 def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
-    """Controls of the map."""
+    """Return the controls of the map."""
     options = "".join(
         f'<option value="{name}">{escape(_SHOWN_OF_LAYERS[name][0])}</option>' for name in packed
     )
@@ -272,7 +272,7 @@ def _of_map(atlas: Atlas, packed: dict[str, Packed]) -> dict[str, str]:
 
 
 def _of_words(packed: dict[str, Packed]) -> dict[str, str]:
-    """Meanings of the words, and the precision of the numbers."""
+    """Return the meanings of words and the precision of the numbers."""
     fates = "".join(
         f"<dt>{escape(_SAID_OF_FATES.get(name, name))}</dt><dd>{escape(meaning)}</dd>"
         for name, meaning in FATES.items()
@@ -290,7 +290,7 @@ def _title(axis: GridAxis) -> str:
 
 
 def _marks(atlas: Atlas) -> list[dict[str, Any]]:
-    """The benchmark's maneuvers that are in the map."""
+    """Return the benchmark's maneuvers that lie in the map."""
     found = []
     names = [axis.name for axis in atlas.axes]
     for number, maneuver in enumerate(maneuvers(atlas), start=1):
@@ -304,10 +304,10 @@ def _marks(atlas: Atlas) -> list[dict[str, Any]]:
 
 
 def _stable(atlas: Atlas) -> dict[str, Any]:
-    """Where upright running is stable in the linear theory, if an axis is the speed.
+    """Return where upright running is stable in the linear theory, if an axis is the speed.
 
-    ``curves`` has the ends of the stable ranges, as points of the map. Where the bicycle is the
-    same everywhere, ``ranges`` has them as pairs of speeds, and none for one without end.
+    ``curves`` contains the ends of the stable ranges as points of the map. If the bicycle is the
+    same everywhere, ``ranges`` contains them as pairs of speeds, with null for an unbounded range.
     """
     names = [axis.name for axis in atlas.axes]
     if "speed" not in names:
@@ -330,7 +330,7 @@ def _stable(atlas: Atlas) -> dict[str, Any]:
 
 
 def _energy(atlas: Atlas) -> list[list[list[float]]]:
-    """Starts with the energy of running straight at the ends of the stable range, as curves."""
+    """Return the starts with the energy of straight running at the ends of the stable range."""
     names = tuple(axis.name for axis in atlas.axes)
     if names != ("speed", "roll_rate") or any(atlas.start[n] for n in START if n not in names):
         return []
@@ -343,7 +343,7 @@ def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
 
 
 def _shapes(atlas: Atlas) -> list[Any]:
-    """Outlines of the bicycle along each axis that is a parameter, at some of its values."""
+    """Return outlines of the bicycle at some values of each axis that is a parameter."""
 
     def along(bicycle: Bicycle, axes: Sequence[GridAxis]) -> Any:
         if not axes:
@@ -381,7 +381,7 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
         "marks": _marks(atlas), "stable": _stable(atlas), "energy": _energy(atlas),
         "shapes": _shapes(atlas),
     }  # fmt: skip
-    # Numbers and names of this package: nothing in it can end the element that it stands in.
+    # The data are numbers and names of this package, so nothing can close the script element.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
 
 

@@ -21,9 +21,10 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain, print_blocks, print_text
+from heyoka_bike.commands.printing import print_blocks, print_text
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import progress_bar
+from heyoka_bike.system.log import complain
 
 _FORMAT_OF_SUFFIX = {".json": "json", ".html": "html", ".htm": "html"}
 

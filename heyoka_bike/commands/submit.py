@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.commands import options
-from heyoka_bike.commands.printing import complain, print_text
+from heyoka_bike.commands.printing import print_text
 from heyoka_bike.commands.result_files import maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.log import complain
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.reading.results import Results, Rows

@@ -13,9 +13,9 @@ from typing import Any
 from uuid import uuid4
 from weakref import WeakValueDictionary
 
-from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import InputError, SchedulerLostError, VersionsDifferError, required
 from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
+from heyoka_bike.system.log import complain
 from heyoka_bike.system.machine import versions
 
 _ANSWERS = 5  # [s] in which a scheduler does

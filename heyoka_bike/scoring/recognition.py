@@ -1,0 +1,292 @@
+"""Recognise the maneuver of rows that do not name it: their beginning shows it.
+
+A wrong program begins as the right one does, and departs from it later. So rows are compared with
+each maneuver over spans of time, each twice as long as the one before, and all spans count alike:
+the first hundredth of a second as much as the last five seconds. A column differs from a maneuver
+by a part of itself, |x - y| / (|x| + |y|), in the unit, the sign and the zero in which it is
+nearest. Columns that hardly vary differ by a part of what they vary by. The logarithms of these
+parts are added. Digits, noise or a late error hide a difference in some spans: there all maneuvers
+are equally far, and the other spans decide.
+
+The nearest maneuver is a guess while another one cannot be excluded. Two things exclude it:
+
+- The initial conditions of the two differ in a column of the file, or in the rate of an angle, and
+  the first rows are those of the nearest by far.
+- All rows of a column are near to the one, and some are far from the other. Wrong equations can
+  make many motions from the same initial conditions, but hardly the right one of another maneuver.
+
+Nothing excludes a maneuver if a column excludes the nearest one instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import log
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, FREE_ZERO, RATE_OF
+from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY
+from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.units import factor, tried
+
+FASTEST_MODE = 0.05
+"""Time in which the fastest mode of the benchmark decays by e [s]: rows up to it are those of the
+initial conditions, whatever the equations are."""
+
+# Rows are near to a maneuver if they differ by no more than this part, beyond their digits.
+_NEAR = 0.01
+# First rows are those of the given initial conditions to this part, or far from others by that:
+# values that differ by a factor of 3. A mistake may make a speed of 4 m/s that of 4.67 m/s.
+_EXACT, _FAR = TOLERANCE, 0.5
+# More rows of a span show the same.
+_MOST_ROWS_OF_SPAN = 16
+# A unit as the heading names it, or SI, is this much likelier than another one; a sign likewise.
+_LOG_ODDS_AS_WRITTEN = log(5.0)
+_ZEROED = ("potential_energy", "mechanical_energy")
+# Other columns, such as heights and normal forces, vary little about nearly the same value.
+_SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
+_ROUNDOFF = 1e-15  # relative to the scale of a column
+_RATE_OF_ANGLE = {angle: rate for (rate, _), (angle, _) in RATE_OF.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """The maneuver that rows are nearest to.
+
+    Attributes
+    ----------
+    maneuver
+        Its number.
+    rivals : tuple of int
+        Maneuvers that cannot be excluded, the nearest first; without any, the maneuver is no guess.
+    apart : mapping of int to float
+        By maneuver, the typical difference from it, in parts of the columns: 1 for rows that have
+        nothing in common with it.
+    """
+
+    maneuver: int
+    rivals: tuple[int, ...]
+    apart: Mapping[int, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Column:
+    """How near a column is to a maneuver.
+
+    Attributes
+    ----------
+    spans
+        Logarithm of the difference in each span; 0 without a row.
+    largest
+        The largest difference of all spans, beyond that of the digits.
+    at_start
+        The difference in the first rows, where the initial conditions show; None without.
+    cost
+        The logarithm of the odds against the way in which it is read.
+    """
+
+    spans: Array
+    largest: float
+    at_start: float | None
+    cost: float
+
+
+_Nearness = Mapping[str, _Column]
+"""How near each column is to one maneuver."""
+
+
+class Candidate(Protocol):
+    """Rows within the run of one of the maneuvers that they may be of."""
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def values(self) -> Mapping[str, Array]: ...
+    @property
+    def quantum(self) -> Mapping[str, Quantum]: ...
+    @property
+    def units(self) -> Mapping[str, str]: ...
+    @property
+    def reference(self) -> ReferenceManeuver: ...
+
+
+def recognised(candidates: Mapping[int, Candidate]) -> Recognised | None:
+    """Return the maneuver that rows are nearest to; None without a value to compare.
+
+    Parameters
+    ----------
+    candidates
+        The rows beside each maneuver, by its number.
+    """
+    maneuvers = {n: rows.reference for n, rows in candidates.items()}
+    near = {n: _nearness(rows) for n, rows in candidates.items() if len(rows.time)}
+    far = {n: _sum(columns) for n, columns in near.items() if columns}
+    if not far:
+        return None
+    first, *others = sorted(far, key=far.__getitem__)
+    rivals = (
+        n for n in others if not _is_excluded(near[first], near[n], maneuvers[first], maneuvers[n])
+    )
+    apart = {n: float(np.exp(np.mean([c.spans for c in near[n].values()]))) for n in far}
+    return Recognised(first, tuple(rivals), apart)
+
+
+def _sum(columns: _Nearness) -> float:
+    return float(sum(c.spans.sum() + c.cost for c in columns.values()))
+
+
+def _is_excluded(
+    near: _Nearness, far: _Nearness, maneuver: ReferenceManeuver, other: ReferenceManeuver
+) -> bool:
+    """True if rows that are near to a maneuver cannot be those of the other one."""
+    keys = near.keys() & far.keys()
+    starts = [
+        (near[key].at_start, far[key].at_start)
+        for key in keys
+        if _starts_apart(key, maneuver, other)
+    ]
+    both = [(a, b) for a, b in starts if a is not None and b is not None]
+    runs = [(near[key].largest, far[key].largest) for key in keys if _varies(key, maneuver)]
+    shows = any(a <= _EXACT or b >= _FAR for a, b in both if CLEARLY * a <= b)
+    shows |= any(a <= _NEAR and b >= CLEARLY * _NEAR for a, b in runs)
+    contradicts = any(CLEARLY * b <= a for a, b in both)
+    contradicts |= any(b <= _NEAR and a >= CLEARLY * _NEAR for a, b in runs)
+    return shows and not contradicts
+
+
+def _varies(key: str, maneuver: ReferenceManeuver) -> bool:
+    """True if a column is near to a maneuver only if it moves as in the maneuver."""
+    return key not in _SIZED or float(np.ptp(maneuver[key])) >= _FAR * maneuver.scale(key)
+
+
+def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) -> bool:
+    """True if the initial conditions of two maneuvers differ in a column, or in its rate."""
+    keys = (key, _RATE_OF_ANGLE.get(key, key))
+    return any(
+        abs(one[k][0] - other[k][0]) > TOLERANCE * max(one.scale(k), other.scale(k)) for k in keys
+    )
+
+
+def _nearness(rows: Candidate) -> _Nearness:
+    maneuver = rows.reference
+    spans = list(_spans(rows.time))
+    picked = np.concatenate(spans)
+    time = rows.time[picked]
+    ends = np.cumsum([len(span) for span in spans])[:-1]
+    names = [key for key in COMPARED if key in rows.values]
+    expected = maneuver.approximate(time, names)
+    found = {}
+    for key in names:
+        quantum = rows.quantum.get(key)
+        values = rows.values[key][picked]
+        half = np.zeros(len(values)) if quantum is None else quantum.at(values) / 2
+        good = np.isfinite(values) & np.isfinite(expected[key])
+        if not good.any():
+            continue
+        is_start = good & (time <= FASTEST_MODE)
+        if key in _RATE_OF_ANGLE and not maneuver[key][0]:
+            # An angle that starts at zero shows its rate in the next rows.
+            is_start &= time > 0.0
+        else:
+            is_start &= np.cumsum(is_start) == 1
+        middle = 0.0 if key in _SIZED else float(median(maneuver[key]))
+        compared = _Compared(
+            values, half, expected[key], middle, maneuver.scale(key), good, is_start, ends.tolist()
+        )
+        ways = (compared.read(way) for way in _ways(key, rows.units.get(key), maneuver))
+        found[key] = min(ways, key=lambda c: float(c.spans.sum()) + c.cost)
+    return found
+
+
+def _spans(time: Array) -> Iterator[NDArray[np.intp]]:
+    """Rows of each span: those at the start, then of times that double."""
+    late = time > 0.0
+    doubled = np.full(len(time), -np.inf)
+    doubled[late] = np.ceil(np.log2(time[late]))
+    for which in np.unique(doubled):
+        span = np.flatnonzero(doubled == which)
+        few = min(len(span), _MOST_ROWS_OF_SPAN)
+        yield span[np.linspace(0, len(span) - 1, few).astype(np.intp)]
+
+
+_Way = tuple[float, bool, float]
+"""Factor to SI with the sign, whether the zero is that of the first row, and what it costs."""
+
+
+def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[_Way]:
+    """The units, signs and zeros in which a column may be written."""
+    si = COMPARED[key][0].unit
+    written = named or si
+    factors = [(factor(unit)[0], unit == written) for unit in tried(si, named)]
+    if key == "forward_speed":
+        # A wheel's rate [rad/s].
+        radii = (float(Fraction(maneuver.parameters[name])) for name in ("rR", "rF"))
+        factors += [(radius, False) for radius in radii]
+    signs = (1,) if key.endswith("energy") else (1, -1)
+    zeros = (False, True) if key in _ZEROED or key in FREE_ZERO else (False,)
+    for size, is_written in factors:
+        for sign in signs:
+            for is_moved in zeros:
+                others = (not is_written) + (sign < 0) + is_moved
+                yield sign * size, is_moved, others * _LOG_ODDS_AS_WRITTEN
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Compared:
+    """Some rows of a column beside one maneuver.
+
+    Attributes
+    ----------
+    values, half
+        As written, and half of what the last digit of each is worth.
+    expected, middle, scale
+        The values of the maneuver at these rows, the value from which sizes count, and the largest
+        [SI].
+    is_finite, is_start
+        Rows with a value; rows that show the initial conditions.
+    ends
+        Where spans end.
+    """
+
+    values: Array
+    half: Array
+    expected: Array
+    middle: float
+    scale: float
+    is_finite: NDArray[np.bool_]
+    is_start: NDArray[np.bool_]
+    ends: Sequence[int]
+
+    def read(self, way: _Way) -> _Column:
+        """The column as it is written in one way."""
+        times, is_moved, cost = way
+        x, y = times * self.values, self.expected
+        if is_moved:
+            first = int(np.argmax(self.is_finite))
+            x, y = x - x[first], y - y[first]
+        else:
+            x, y = x - self.middle, y - self.middle
+        floor = abs(times) * self.half + _ROUNDOFF * self.scale + np.finfo(np.float64).tiny
+        apart, size = np.abs(x - y) + floor, np.abs(x) + np.abs(y) + floor
+        beyond = np.maximum(apart - 2 * floor, 0.0)
+        logs, largest = [], 0.0
+        columns = (np.split(v, self.ends) for v in (apart, beyond, size, self.is_finite))
+        for a, b, s, good in zip(*columns, strict=True):
+            if not good.any():
+                logs.append(0.0)
+                continue
+            # Medians, for a few rows may be of anything.
+            whole = float(median(s[good]))
+            logs.append(log(float(median(a[good])) / whole))
+            largest = max(largest, float(median(b[good])) / whole)
+        some = self.is_start
+        at_start = float(median(apart[some]) / median(size[some])) if some.any() else None
+        return _Column(np.array(logs), largest, at_start, cost)

@@ -1,1 +1,0 @@
-"""Commands of the workbench, as those of the package."""
