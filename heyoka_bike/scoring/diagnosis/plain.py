@@ -42,6 +42,8 @@ from heyoka_bike.scoring.units import unit_told_by
 
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
+# Rows from one that is right to the next, at most.
+_MOST_BETWEEN = 200
 # Of the time: no error that begins at the start grows so fast.
 _LARGEST_POWER = 20.0
 # Lying on the floor, the lowest that a bicycle gets.
@@ -130,9 +132,11 @@ def _right_rows(c: ColumnScore) -> int:
     error = np.abs(c.trace.error)
     if float(np.max(error)) <= TOLERANCE * c.scale:
         return 0
-    for every in range(2, len(error) // FEWEST_TELLING_ROWS + 1):
-        others = np.arange(len(error)) % every > 0
-        if BY_FAR * float(np.max(error[~others])) < float(np.median(error[others])):
+    # Most of the rows between are as far off, also where these are half of all.
+    usual = float(np.quantile(error, 0.75))
+    most = min(len(error) // FEWEST_TELLING_ROWS, _MOST_BETWEEN)
+    for every in range(2, most + 1):
+        if BY_FAR * float(np.max(error[::every])) < usual:
             return every
     return 0
 

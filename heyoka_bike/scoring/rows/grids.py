@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.alignment import MOST_SAMPLED, Part, spread
 from heyoka_bike.scoring.evidence import CoarseGrid, Evidence, HalfPrecision, SinglePrecision
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
@@ -58,6 +58,7 @@ def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
     more than the digits written, values are such numbers by chance.
     """
     values = m.part.values[c.key]
+    values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
     if len(np.unique(values)) < FEWEST_TELLING_ROWS:
         return None
