@@ -148,6 +148,14 @@ def test_numbers_of_few_bits_are_no_grid(kind, reference):
     assert first.code == {np.float16: "half_precision", np.float32: "single_precision"}[kind]
 
 
+def test_an_energy_that_is_one_number_in_half_precision_was_filled_in(reference):
+    held = {n: {key: x.astype(np.float16).astype(np.float64) for key, x in c.items()}
+            for n, c in columns(reference).items()}  # fmt: skip
+    assert np.ptp(held[3]["potential_energy"]) == 0.0
+    report = report_of(held, reference)
+    assert not any(type(x).__name__ == "NeverFilled" for x in report.seen)
+
+
 def test_a_motion_in_double_precision_has_all_bits(reference):
     assert few_bits(report_of(columns(reference), reference)) is None
     assert isinstance(HalfPrecision((), True), HalfPrecision)

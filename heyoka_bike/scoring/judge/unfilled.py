@@ -13,6 +13,8 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence import NeverFilled, Unfilled
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.rows.grids import bits_of
 
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
 # linear equations have, a constant angle what a motion has that stands still.
@@ -49,12 +51,15 @@ def _unfilled(part: Part) -> dict[str, float]:
     if len(part.time) < FEWEST_TELLING_ROWS or _runs_straight(part):
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
+    each = [bits_of(x, part.quantum.get(key)) for key, x in columns.items() if np.ptp(x) > 0.0]
+    # Numbers of half precision hold an energy that varies in one number.
+    bits = max((n for n in each if n), default=None) if each and all(each) else None
     constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
     found = {
         key: number
         for key, number in constant.items()
         if (key in _MAY_HOLD_A_NUMBER if number else not constant.get(_ANGLE_OF.get(key, "")))
-        and _should_vary(part, key, number)
+        and _should_vary(part, key, number, bits)
     }
     # Their sum is constant, as the mechanical energy should be, and as empty.
     parts = [found.get(key) for key in ("potential_energy", "kinetic_energy")]
@@ -77,7 +82,7 @@ def _runs_straight(part: Part) -> bool:
     )
 
 
-def _should_vary(part: Part, key: str, number: float) -> bool:
+def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
     """True if no definition of the quantity is one number, as far as the digits written show."""
     names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
@@ -86,6 +91,8 @@ def _should_vary(part: Part, key: str, number: float) -> bool:
         step = 1e-15 * part.reference.scale(name)
         if quantum is not None:
             step = max(step, float(np.max(quantum.at(expected))))
+        if bits is not None:
+            step = max(step, float(np.max(Quantum(2, digits=bits).at(expected))))
         # Nothing but zeros is no mechanical energy either, which is constant.
         far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
         # Rounding explains one value.

@@ -52,17 +52,21 @@ def few_bits(report: Report) -> Undone | None:
 
 
 def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
-    """The bits of single or half precision if all values of a column have no more; or None.
+    """The bits of the values of a column, see `bits_of`; or as they are known."""
+    found = bits_of(m.part.values[c.key], m.part.quantum.get(c.key))
+    return found or (_SINGLE if _has_few_bits(m, c) else None)
+
+
+def bits_of(values: Array, quantum: Quantum | None) -> int | None:
+    """The bits of half or single precision if values have no more, or None.
 
     Each value is held against the distance of such numbers in its own binade. Where this is little
     more than the digits written, values are such numbers by chance.
     """
-    values = m.part.values[c.key]
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
     if len(np.unique(values)) < FEWEST_TELLING_ROWS:
         return None
-    quantum = m.part.quantum.get(c.key)
     least = np.finfo(np.float64).eps * np.abs(values)
     if quantum is not None:
         least = np.maximum(least, quantum.at(values) / 2)
@@ -72,7 +76,7 @@ def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
         telling = apart > CLEARLY * least
         if np.sum(telling) >= FEWEST_TELLING_ROWS and np.all(off <= _ROUNDED * least):
             return bits
-    return _SINGLE if _has_few_bits(m, c) else None
+    return None
 
 
 def coarse_grids(report: Report) -> Undone | None:
