@@ -24,7 +24,7 @@ from heyoka_bike.showing.causes import finding
 
 @pytest.fixture(scope="module")
 def motions(reference):
-    equations = Equations.binary64(correct(reference).bicycle)
+    equations = Equations.binary64(correct(reference).motion.bicycle)
     parts = align(made(reference), reference).parts
     understood = understand(parts)
     return equations, [observe(part, understood, equations) for part in parts]

@@ -230,7 +230,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
 @pytest.mark.proof
 def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
     """The other integrator is told the pitch that puts both wheels on the floor."""
-    k = constants(correct(reference).bicycle, Multiprecision(25)).convert(float)
+    k = constants(correct(reference).motion.bicycle, Multiprecision(25)).convert(float)
     pitch = brentq(
         lambda x: front_contact_height(k, Arrays(), 0.0, x, 0.02), -0.01, 0.01, xtol=1e-15
     )

@@ -38,7 +38,7 @@ BY_CODE = {m.code: m for m in MISTAKES}
 
 @pytest.fixture(scope="module")
 def equations(reference):
-    return Equations.binary64(correct(reference).bicycle)
+    return Equations.binary64(correct(reference).motion.bicycle)
 
 
 def likely(found):
@@ -83,7 +83,7 @@ def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
 @pytest.mark.parametrize("symbol", ["IFxx", pytest.param("IRxx", marks=pytest.mark.proof)])
 def test_a_parameter_is_found_where_nothing_of_it_is_left(reference, equations, symbol):
     """An inertia of zero: to first order, accelerations are three times as far away."""
-    right = float(correct(reference).bicycle[symbol])
+    right = float(correct(reference).motion.bicycle[symbol])
     zero = other_values({symbol: -right}, {symbol: 0.0}, correct(reference))
     found = causes_of(results_of(reference, [zero]), reference, equations)
     changes = found.fitted[0].mistakes[0].changes
