@@ -41,7 +41,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.evidence import ColumnRatio
-from heyoka_bike.scoring.grades import has_right_digits
+from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
@@ -212,7 +212,8 @@ def _leaves_much(search: Search) -> bool:
     is_asked = search.asks_for_edit and _is_open(search)
     if not is_asked or seen is None or not shows_equations(seen):
         return False
-    return seen.is_resolved and not seen.is_explained
+    is_wrong = max(search.file.right.after.values(), default=0.0) > TOLERANCE
+    return is_wrong and seen.is_resolved and not seen.is_explained
 
 
 def _beside_an_edit(search: Search) -> Iterable[Hypothesis]:
