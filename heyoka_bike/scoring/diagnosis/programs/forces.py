@@ -689,6 +689,8 @@ FIRST_ORDER = frozenset(("crown", "crown_R", "crown_F", "steer_friction"))
 _PLAUSIBLE, _OFF = (1.0, 2.0, -1.0, 0.5), 0.05
 
 
+# What is fitted to zero may be so much below it [SI].
+_ZERO = 1e-6
 # Masses, moments of inertia, lengths and gravity, which are not below zero.
 _SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
 
@@ -696,7 +698,7 @@ _SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
 def is_plausible(name: str, amount: float) -> bool:
     """True unless a size would be below zero, or a part of a term missing that nobody forgets."""
     if _SIZE.fullmatch(name):
-        return amount >= 0.0
+        return amount > -_ZERO
     is_part = name in FORCES and FORCES[name].is_part
     return not is_part or any(abs(amount - x) < _OFF for x in _PLAUSIBLE)
 
