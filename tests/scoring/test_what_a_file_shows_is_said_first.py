@@ -251,7 +251,7 @@ def test_one_column_that_is_held_is_named_alone(reference):
         return values[np.arange(len(values)) // 2 * 2] if key == "steer_rate" else values
 
     found = [f for f in shown(report_of(reference, held)) if f.code == "rows_between"]
-    assert [f.evidence["maneuver"] for f in found] == [1, 2, 3]
+    assert [f.evidence["maneuvers"] for f in found] == [[1, 2, 3]]
     assert all(f.evidence["columns"] == ["steer_rate"] for f in found)
 
 

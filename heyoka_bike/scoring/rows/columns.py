@@ -345,8 +345,10 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
     moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
     held = np.flatnonzero(alone & moves) + 2
+    # Of few digits so many neighbours are alike by chance.
+    chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
     error = np.abs(c.trace.error)
-    if len(held) and len(held) < _MOST_SINGLE * m.rows:
+    if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
         # Where the motion is right, rows next to these show themselves, too.
         of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= FLOORS_OF_ROUNDING * least
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
