@@ -106,7 +106,7 @@ def test_an_inertia_is_named_whole(simulator, right, reference):
 def test_a_cubic_spring_is_named_from_two_columns_of_one_maneuver(simulator, right, reference):
     spring = {"steer_by_steer_angle_steer_angle_steer_angle": -30.0}
     table = simulated(simulator, right, ("roll_angle", "steer_angle"), **spring)
-    found = diagnose(only(table, 2, ("roll_angle", "steer_angle")), reference).diagnosis[0]
+    found = diagnose(only(table, 1, ("roll_angle", "steer_angle")), reference).diagnosis[0]
     assert found.code == "parameters"
     assert [x["unknown"] for x in found.evidence["changes"][0]] == [*spring]
 

@@ -8,6 +8,7 @@ from generators.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
+from heyoka_bike.scoring.diagnosis import pursue
 from heyoka_bike.scoring.diagnosis.found import Explained, NoCauseFound
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
@@ -103,14 +104,14 @@ def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch
     def explain(parts, *_, only_output, **__):
         asked.append((only_output, [sorted(p.values) for p in parts]))
         curves = ("a curve",) if only_output or is_explained else ()
-        return SimpleNamespace(curves=curves, is_whole=True)
+        return SimpleNamespace(curves=curves, is_whole=True, edit=None)
 
     def answers(found, *_):
         named = Explained(1, (Hypothesis(MISTAKES[:1], {}, {}, ()),), None, None, ())
         return (named if found.curves else NoCauseFound(1, 1, "roll_angle", 0.1, False),)
 
     for stub in (explain, answers):
-        monkeypatch.setattr(diagnosis, stub.__name__, stub)
+        monkeypatch.setattr(pursue, stub.__name__, stub)
     report = diagnosis.diagnose(of_no_point(reference), reference)
     others = sorted(set(BENCHMARK_COLUMNS) - {"forward_speed"})
     every = [(False, [others] * 3), (True, [sorted(BENCHMARK_COLUMNS)] * 3)]

@@ -65,7 +65,8 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
     """
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
-    if len(np.unique(values)) < FEWEST_TELLING_ROWS:
+    # NumPy's function of this name imports masked arrays.
+    if len(set(values.tolist())) < FEWEST_TELLING_ROWS:
         return None
     least = np.finfo(np.float64).eps * np.abs(values)
     if quantum is not None:
