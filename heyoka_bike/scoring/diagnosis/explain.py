@@ -95,12 +95,16 @@ def explain(
     library = () if only_output else OF_MODEL
     try:
         with followed.taken(_MOTION) as told:
-            file = SeenFile(parts, reference, simulator or Simulator(), library, deadline)
+            file = SeenFile(
+                parts, reference, simulator or Simulator(), library, deadline, asks_for_edit
+            )
             told.found = partial(_left_of_equations, file.residual)
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)
-    search = Search(file, is_thorough=deadline.is_thorough, asks_for_edit=asks_for_edit)
+    if file.edit is not None:
+        return Diagnosis((), file.tried, file.residual, edit=file.edit)
+    search = Search(file, is_thorough=deadline.is_thorough)
     residual, is_whole = file.residual, True
     steps = OF_WHAT_IS_WRITTEN if only_output else SEARCH
     try:
@@ -110,8 +114,6 @@ def explain(
         # What was judged before stays.
         is_whole = False
     progress(1.0)
-    if search.edit is not None:
-        return Diagnosis((), file.tried, residual, edit=search.edit)
     classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:

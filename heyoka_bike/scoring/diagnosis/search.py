@@ -40,8 +40,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
     shows_equations,
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
-from heyoka_bike.scoring.evidence import ColumnRatio
-from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
+from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
@@ -85,18 +84,12 @@ class Search:
         Other starts: these leave nothing in the equations, and are compared with the others last.
     is_thorough
         True to look on where the equations leave a force that no cause explains.
-    edit : ColumnRatio or None
-        A zero or a ratio of a column beside a wrong value, which ends the search.
-    asks_for_edit
-        False to look for none.
     """
 
     file: SeenFile
     found: list[Hypothesis] = field(default_factory=list)
     starts: list[Hypothesis] = field(default_factory=list)
     is_thorough: bool = False
-    edit: ColumnRatio | None = None
-    asks_for_edit: bool = True
 
     @property
     def residual(self) -> Residual | None:
@@ -112,7 +105,7 @@ class Search:
     def is_over(self) -> bool:
         """True if no single cause that is tried later could take the place of one found."""
         every = (*self.found, *self.starts)
-        return self.edit is not None or any(ends_search(h, self.residual) for h in every)
+        return any(ends_search(h, self.residual) for h in every)
 
     @property
     def best(self) -> Hypothesis | None:
@@ -136,7 +129,7 @@ class Search:
         """
         error = max(self.file.right.after.values(), default=1.0)
         is_near = has_right_digits(error) and not self.is_thorough
-        return is_near or self.ends_at_a_force or self.edit is not None
+        return is_near or self.ends_at_a_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Try the causes of each step that is asked.
@@ -204,22 +197,6 @@ def _beside_known(file: SeenFile, residual: Residual, best: Hypothesis) -> Itera
     for h in residual.as_good_as_known:
         if not h.parts <= same:
             yield from _fitted(file, [], [h.mistakes[0]], counts=(1,))
-
-
-def _leaves_much(search: Search) -> bool:
-    """True if the equations are seen, and no cause explains nearly all that is left of them."""
-    seen = search.residual
-    is_asked = search.asks_for_edit and _is_open(search)
-    if not is_asked or seen is None or not shows_equations(seen):
-        return False
-    is_wrong = max(search.file.right.after.values(), default=0.0) > TOLERANCE
-    return is_wrong and seen.is_resolved and not seen.is_explained
-
-
-def _beside_an_edit(search: Search) -> Iterable[Hypothesis]:
-    """No cause by itself: an edit that is found here is undone, and the rest diagnosed anew."""
-    search.edit = search.file.edited()
-    return ()
 
 
 def _unresolved(search: Search) -> Iterable[Hypothesis]:
@@ -458,12 +435,6 @@ SEARCH = (
         "are these the linear equations, at one speed?",
         lambda search: search.file.has_one_speed,
         _are_linear,
-    ),
-    Trial(
-        "edited",
-        "which zero or ratio of a column is beside a wrong value?",
-        _leaves_much,
-        _beside_an_edit,
     ),
     Trial(
         "equations",

@@ -1,7 +1,7 @@
 """A file, and programs with mistakes that are simulated and compared with it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, are_even, spread
 from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
+from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run, integrated
@@ -32,7 +33,7 @@ from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, r
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.evidence import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.rows.edits import Columns
@@ -47,6 +48,8 @@ _OF_POTENTIAL = [
 _BEGINNING = 1.0
 # Programs that are simulated together: as many as a processor's cache and the memory hold.
 _PROGRAMS_AT_ONCE = 32
+
+_EDITED = followed.Step("edited", "which zero or ratio of a column is beside a wrong value?")
 
 Expected = Sequence[Columns]
 """Of each part, columns by name at the rows that are compared."""
@@ -117,6 +120,9 @@ class SeenFile:
         True if the forward speed never changes, or is not in the file.
     tried
         Number of programs that were compared.
+    edit : ColumnRatio or None
+        A zero or a ratio of a column beside a wrong value, if it was asked for: the rows without it
+        are to be diagnosed.
     """
 
     def __init__(
@@ -126,6 +132,7 @@ class SeenFile:
         simulator: Simulator,
         library: Sequence[Mistake],
         deadline: Deadline,
+        asks_for_edit: bool = False,
     ) -> None:
         self._reference, self._deadline = reference, deadline
         starts = {n: _start(reference[n].inputs) for n in reference}
@@ -145,6 +152,8 @@ class SeenFile:
         self.right = Hypothesis(
             (), typical, typical, (), self._limits(understood, right), True, right, understood
         )
+        self.edit: ColumnRatio | None = None
+        self._asks_for_edit = asks_for_edit
         # Motions and equations that make no sense end as such.
         with np.errstate(all="ignore"):
             self.residual = self._residual(library) if library else None
@@ -249,6 +258,12 @@ class SeenFile:
         # As `claims.explains` has it.
         needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
         return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
+
+    def _leaves_much(self, residual: Residual) -> bool:
+        """True if a wrong file shows the equations, and no value explains what is left of them."""
+        is_wrong = max(self.right.after.values(), default=0.0) > TOLERANCE
+        is_seen = is_wrong and shows_equations(residual) and residual.is_resolved
+        return is_seen and not residual.is_explained
 
     def edited(self) -> ColumnRatio | None:
         """A zero or a ratio of a column that explains the equations together with one value.
@@ -388,6 +403,12 @@ class SeenFile:
                 best, taken = made, understood
                 if best.visibility and not best.is_open and best.is_explained:
                     break
+        if best is not None and self._asks_for_edit and self._leaves_much(best):
+            with followed.taken(_EDITED) as told:
+                self.edit = self.edited()
+                told.found = partial(str, self.edit)
+            if self.edit is not None:
+                return best
         if best is not None and best.is_open:
             best = self._by_other_definitions(taken, library) or best
         if best is not None:

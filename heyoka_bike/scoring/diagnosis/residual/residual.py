@@ -177,7 +177,7 @@ class Residual:
         Whole runs tell which. Empty if none explains more than the library does. Laws of the state
         are among them where these leave a force.
         """
-        found = self._fitted(UNKNOWNS)
+        found = self._of_unknowns
         largest = _largest_relief(*self.known, *found)
         if shows_equations(self):
             is_open = self.leaves_force(largest)
@@ -188,6 +188,11 @@ class Residual:
             is_more = is_force or WEIGHTS.nearly * largest < self.limit
             is_open = is_partly and self.is_large and is_more
         return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
+
+    @cached_property
+    def _of_unknowns(self) -> tuple[Hypothesis, ...]:
+        """`fitted` without laws of the state."""
+        return self._fitted(UNKNOWNS)
 
     @property
     def limit(self) -> float:
@@ -245,10 +250,10 @@ class Residual:
 
     @property
     def is_explained(self) -> bool:
-        """True if little is left of the equations, or one cause explains nearly all of it."""
+        """True if little is left of the equations, or a mistake or values explain nearly all."""
         if not self.is_resolved or not self.is_large:
             return True
-        largest = _largest_relief(*self.known, *self.fitted)
+        largest = _largest_relief(*self.known, *self._of_unknowns)
         return largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
 
     @property
