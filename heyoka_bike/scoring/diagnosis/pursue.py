@@ -87,6 +87,10 @@ class Pursuit:
     ----------
     root : Report
         The score of the file as it was read.
+    reference : Reference
+    progress : callable
+        Called with the part of the work that is done, 0 to 1.
+    deadline : Deadline
     view : Report
         The score of the rows with all undone that was seen.
     seen : list of Evidence
