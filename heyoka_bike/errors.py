@@ -153,6 +153,12 @@ def quoted(text: str, limit: int = 40) -> str:
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
 
 
+def quoted_names(names: Sequence[str], limit: int = 8) -> str:
+    """The first names in quotes for a message, and how many more there are."""
+    more = len(names) - limit
+    return ", ".join(map(quoted, names[:limit])) + (f" and {more} more" if more > 0 else "")
+
+
 def shortened(text: str, limit: int = 40) -> str:
     """The text for a list of names, printable and shortened to `limit`."""
     return printable(text if len(text) <= limit else f"{text[:limit]}...")

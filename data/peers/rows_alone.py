@@ -6,6 +6,9 @@ which takes seconds, they are those of a run in 70 digits, and nothing is proved
 is the run itself; it is looked at where times are off only.
 """
 
+import json
+import pickle
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +24,9 @@ from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.rows import constant_columns, round_rows, rounded_times
 from heyoka_bike.reference.values import Dense, Values
-from heyoka_bike.system.jobs import Job, Outcome
+from heyoka_bike.system.files import replace_file
+from heyoka_bike.system.machine import versions
 from heyoka_bike.system.resources import find_input
-from heyoka_bike.system.unfinished import Unfinished
 
 # Of the integration: a rounding that is not decided asks for more.
 DIGITS = (70, 90, 110)
@@ -48,17 +51,15 @@ def rows_alone(bicycle, maneuvers, numbers, folder, how):
     )
     said = describe_inputs(bike, asked)
     Path(folder).mkdir(parents=True, exist_ok=True)
-    rows, kept = {}, Unfinished(Path(folder), (Values, Dense))
+    work = {"prove": _proved, "compute": _computed}[how]
+    rows = {}
     for n in numbers:
-        # By what it follows from, this project's code included.
-        cache = kept.at(how, describe_inputs(bike, [asked[n - 1]]))
-        work = {"prove": _proved, "compute": _computed}[how]
-        job = Job(work, (bike, asked[n - 1]), asked[n - 1].name, cache=cache)
-        found = job.load()
-        if found is None:
-            found = Outcome(work(*job.arguments))
-            job.store(found)
-        rows[n] = found.value
+        # Depends on the versions of the packages and on the code of this project, too.
+        text = json.dumps([versions(), how, describe_inputs(bike, [asked[n - 1]])], sort_keys=True)
+        file = Path(folder) / f"{sha256(text.encode()).hexdigest()}.pickle"
+        if not file.exists():
+            replace_file(file, pickle.dumps(work(bike, asked[n - 1])))
+        rows[n] = pickle.loads(file.read_bytes())
     nothing = {c.name: np.full(asked[0].rows, np.nan) for c in COLUMNS}
     one_piece = {c.name: np.full((1, 1), np.nan) for c in COLUMNS}
     breaks = np.array([0.0, float(asked[0].duration)])

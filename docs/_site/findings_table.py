@@ -1,22 +1,28 @@
 """The table of findings in docs/reference/findings.md: codes, severities and what was seen.
 
-A function of `heyoka_bike.showing.sayings`, or of `causes` there, for each class of evidence has
-the code. Run as a script, this writes the table.
+A class of evidence has its code. The codes of a diagnosis are in `heyoka_bike.showing.causes`. Run
+as a script, this writes the table.
 """
 
 import ast
 import inspect
+import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from heyoka_bike.scoring import evidence
 from heyoka_bike.scoring.diagnosis import found
-from heyoka_bike.showing import causes, sayings
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.showing import causes
 from marked_parts import filled
 
 PAGE = Path(__file__).parent.parent / "reference" / "findings.md"
 _SEVERITIES = ("info", "warning")
+_MODULES = (
+    "as_read", "as_compared", "column_meaning", "contradictions", "several_runs", "output_faults",
+    "error_shape",
+)  # fmt: skip
 
 
 class Code(NamedTuple):
@@ -61,24 +67,69 @@ def _literal_keys(made: ast.expr | None) -> Iterator[str]:
         yield from (key.value for key in made.keys if isinstance(key, ast.Constant))
 
 
+def classes() -> dict[str, type]:
+    """The classes of evidence by name, in the order of `_MODULES`, then those of the diagnosis."""
+    modules = [import_module(f"heyoka_bike.scoring.evidence.{name}") for name in _MODULES]
+    return {
+        name: x
+        for module in (*modules, found)
+        for name, x in vars(module).items()
+        if isinstance(x, type) and issubclass(x, Evidence) and x.__module__ == module.__name__
+    }
+
+
 def findings() -> dict[str, list[Code]]:
-    """The codes of each class of evidence, in the order of its module."""
+    """The codes of each class of evidence that has a sentence."""
     every = {}
-    for said, classes in ((sayings, evidence), (causes, found)):
-        codes_of = {}
-        module = ast.parse(inspect.getsource(said))
-        for function in module.body:
-            if not isinstance(function, ast.FunctionDef):
-                continue
-            if codes := dict.fromkeys(_codes(function, module)):
-                seen = ast.unparse(function.args.args[0].annotation).removeprefix("seen.")
-                codes_of[seen] = [*codes]
-        every |= {name: codes_of[name] for name in vars(classes) if name in codes_of}
+    of_diagnosis = ast.parse(inspect.getsource(causes))
+    sentences = {
+        ast.unparse(x.args.args[0].annotation).removeprefix("seen."): x
+        for x in of_diagnosis.body
+        if isinstance(x, ast.FunctionDef) and x.name == "_"
+    }
+    for name, x in classes().items():
+        module = of_diagnosis
+        if name in sentences:
+            codes = [*_codes(sentences[name], of_diagnosis)]
+        else:
+            module = ast.parse(inspect.getsource(sys.modules[x.__module__]))
+            codes = [*_codes_of_class(x, module)]
+        if codes := dict.fromkeys(codes):
+            every[name] = [*codes]
     return every
 
 
+def _codes_of_class(x: type, module: ast.Module) -> Iterator[Code]:
+    """The code that a class has, or those that its own `_finding` makes."""
+    node = next(n for n in module.body if isinstance(n, ast.ClassDef) and n.name == x.__name__)
+    methods = {n.name: n for n in node.body if isinstance(n, ast.FunctionDef)}
+    if "_finding" in methods:
+        yield from _codes(methods["_finding"], module)
+    elif isinstance(x.code, str):
+        returned = (
+            [n for n in ast.walk(methods["numbers"]) if isinstance(n, ast.Return)]
+            if "numbers" in methods
+            else []
+        )
+        keys = (k for n in returned for k in _returned_keys(n.value, methods["numbers"], module))
+        severity = x.severity if isinstance(x.severity, str) else "info"
+        yield Code(x.code, str(severity), tuple(dict.fromkeys(keys)))
+
+
+def _returned_keys(
+    made: ast.expr | None, method: ast.FunctionDef, module: ast.Module
+) -> Iterator[str]:
+    """The keys of a dictionary that a method returns, in its order, with those put into it."""
+    if isinstance(made, ast.Dict):
+        for key, value in zip(made.keys, made.values, strict=True):
+            passed = ast.keyword(arg=None if key is None else ast.literal_eval(key), value=value)
+            yield from _keys(passed, method, module)
+    elif made is not None:
+        yield from _keys(ast.keyword(arg=None, value=made), method, module)
+
+
 def _line(name: str, code: Code) -> str:
-    about = inspect.getdoc(getattr(evidence, name, None) or getattr(found, name)).partition("\n\n")
+    about = inspect.getdoc(classes()[name]).partition("\n\n")
     keys = ", ".join(f"`{key}`" for key in code.keys)
     return f"| `{code.code}` | {code.severity} | {' '.join(about[0].split())} | {keys} |"
 

@@ -4,9 +4,8 @@ Integrate each maneuver with heyoka at high precision, prove how far the exact m
 the result, round every value correctly, and write the reference files: rows and dense output
 (HDF5), the 25-column text, the same with 50 digits, the candidate polynomials, the certificate, the
 sensitivities to all parameters, the whole motion with all forces, and a manifest. Files of equal
-content are left untouched; each is replaced atomically, the manifest last. A run that was
-interrupted goes on where it was: its finished parts are kept in DIR.unfinished until the set is
-written.
+content are left untouched; each is replaced atomically, the manifest last. After an interruption
+the same command makes the set again.
 
 examples:
   heyoka-bike generate --bicycle pista --out my-reference

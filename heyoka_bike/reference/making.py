@@ -15,7 +15,6 @@
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,18 +29,11 @@ from heyoka_bike.bicycle.parameters import (
     describe_limits,
     read_inputs,
 )
-from heyoka_bike.errors import (
-    BicycleError,
-    DatasetError,
-    InputError,
-    NotCertifiedError,
-    SingularMotionError,
-)
+from heyoka_bike.errors import BicycleError, DatasetError, InputError, SingularMotionError
 from heyoka_bike.motion.events import Ending, ending
 from heyoka_bike.motion.heyoka_adapter import require_heyoka
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate, Drift, Trajectory
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import layout
 from heyoka_bike.reference import manifest as manifest_file
@@ -52,12 +44,10 @@ from heyoka_bike.reference.proof import candidate, certificate
 from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
 from heyoka_bike.reference.structure import COLUMNS_OF, of_file
-from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
 from heyoka_bike.system.jobs import Job, Outcome, TellStage
 from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.parallel import Progress, carry_out
 from heyoka_bike.system.resources import reference_folder
-from heyoka_bike.system.unfinished import Unfinished, unfinished
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 _ATTEMPTS = 4
@@ -74,15 +64,6 @@ _LEAST_TRAIL = 0.1
 less time: at 0.05 in a third, at 0.03 in a quarter. From 0.1 on it is only slower."""
 
 _SHORT, _LONG = 10, 90  # [s], told from there on, and in minutes
-
-# Classes in the results of the jobs, see `unfinished`.
-_KEPT_STAGES = (
-    Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
-    Drift,
-)  # fmt: skip
-
-_FINAL_ERRORS = (InputError, NotCertifiedError, SingularMotionError)
-"""Errors of a maneuver that come again with the same inputs."""
 
 Fail = Callable[[Path, Exception], None]
 
@@ -126,7 +107,7 @@ def generate(
 
     As ``heyoka-bike generate`` does. A script that calls it on more than one maneuver has to guard
     itself by ``if __name__ == "__main__"``: parts of the work get processes of their own, or what
-    `parallel.using` says. One that was interrupted goes on where it was.
+    `parallel.using` says. After an interruption the same call makes the set from the beginning.
 
     Parameters
     ----------
@@ -210,48 +191,37 @@ def generate_sets(
             raise error
         failed.setdefault(folder, error)
 
-    with ExitStack() as locks:
-        making = []
-        for folder, (bicycle, asked, ends) in _endings(sets, maneuvers, until, fail).items():
-            for line in _said(bicycle, asked, ends):
-                say(line)
-            name = f"{bicycle.name}, " if len(sets) > 1 else ""
-            try:
-                one = _SetInMaking(folder, bicycle, ends, name, digits)
-                check_overwrite(folder, one.version, one.inputs, force=force)
-                one.kept = locks.enter_context(unfinished(folder, _KEPT_STAGES))
-                making.append(one)
-            except BicycleError as e:
-                fail(folder, e)
-        owners = {job: one for one in making for job in one.begin()}
-
-        def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
-            one = owners.pop(job)
-            try:
-                more = one.ended(job, outcome)
-                if (line := one.outlook()) is not None:
-                    say(line)
-                if one.is_done:
-                    made(one.write())
-            except Exception as e:
-                one.error = e
-                fail(one.folder, e)
-                return ()
-            owners.update(dict.fromkeys(more, one))
-            return more
-
-        def is_wanted(job: Job) -> bool:
-            return job in owners[job].places
-
+    making = []
+    for folder, (bicycle, asked, ends) in _endings(sets, maneuvers, until, fail).items():
+        for line in _said(bicycle, asked, ends):
+            say(line)
+        name = f"{bicycle.name}, " if len(sets) > 1 else ""
         try:
-            carry_out(list(owners), ended, progress, is_wanted)
-        finally:
-            for one in making:
-                if isinstance(one.error, _FINAL_ERRORS) and len(one.maneuvers) == 1:
-                    one.kept.clear()
-                elif count := len(one.kept):
-                    say(f"{one.folder}: {count} finished parts are kept in "
-                        f"{one.kept.place.name} beside it: {one.how_to_go_on}")  # fmt: skip
+            one = _SetInMaking(folder, bicycle, ends, name, digits)
+            check_overwrite(folder, one.version, one.inputs, force=force)
+            making.append(one)
+        except BicycleError as e:
+            fail(folder, e)
+    owners = {job: one for one in making for job in one.begin()}
+
+    def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
+        one = owners.pop(job)
+        try:
+            more = one.ended(job, outcome)
+            if (line := one.outlook()) is not None:
+                say(line)
+            if one.is_done:
+                made(one.write())
+        except Exception as e:
+            fail(one.folder, e)
+            return ()
+        owners.update(dict.fromkeys(more, one))
+        return more
+
+    def is_wanted(job: Job) -> bool:
+        return job in owners[job].places
+
+    carry_out(list(owners), ended, progress, is_wanted)
     return failed
 
 
@@ -313,18 +283,7 @@ def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -
 
 
 class _SetInMaking:
-    """A set that is being made.
-
-    Attributes
-    ----------
-    kept : Unfinished
-        Its finished parts.
-    error : Exception or None
-        What ended it.
-    """
-
-    kept: Unfinished
-    error: Exception | None = None
+    """A set that is being made."""
 
     def __init__(
         self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str, digits: int
@@ -366,13 +325,6 @@ class _SetInMaking:
             "rest goes as fast as integrating them, longer if processors are shared from now on"
         )
 
-    @property
-    def how_to_go_on(self) -> str:
-        """What to do to make use of the finished parts."""
-        if isinstance(self.error, _FINAL_ERRORS):
-            return "the command goes on there without the maneuver that cannot be made"
-        return "the same command goes on there"
-
     def begin(self) -> list[Job]:
         """The jobs of all maneuvers, what others wait for first."""
         found = [self._jobs(i) for i in range(len(self.maneuvers))]
@@ -380,10 +332,9 @@ class _SetInMaking:
 
     def _jobs(self, i: int) -> dict[str, Job]:
         m, digits = self.maneuvers[i], self.digits + _MORE_DIGITS * (self.attempts[i] - 1)
-        inputs, named = describe_inputs(self.bicycle, [m]), (self.name + m.name, float(m.duration))
 
         def job(work: Callable[..., Any], of: tuple[Any, ...], stages: tuple[str, ...]) -> Job:
-            return Job(work, of, *named, stages, self.kept.at(stages, inputs, digits))
+            return Job(work, of, self.name + m.name, float(m.duration), stages)
 
         run = job(_integrated, (self.bicycle, m, digits), stages=("integrate",))
         jobs = {"integrate": run, **certificate.tabulating(run, job, {})}
@@ -420,7 +371,7 @@ class _SetInMaking:
         return all(len(parts) == len(_STAGES) for parts in self.parts)
 
     def write(self) -> Generated:
-        """The files, in place of the finished parts."""
+        """Write the files."""
         self.is_written = True
         tables = [certificate.tabulated(parts["integrate"].get(), parts) for parts in self.parts]
         self.parts = []
@@ -428,7 +379,6 @@ class _SetInMaking:
             self.folder, self.bicycle, tables, self.digits, self.version,
             describe_limits(self.maneuvers),
         )  # fmt: skip
-        self.kept.clear()
         return Generated(self.folder, self.version, tuple(changed), tuple(self.ends), tuple(tables))
 
 

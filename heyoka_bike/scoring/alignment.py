@@ -17,8 +17,7 @@ from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, fast_two_sum, median, two_sum
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.evidence import (
-    Evidence,
+from heyoka_bike.scoring.evidence.as_compared import (
     ManeuverGuessed,
     ManeuverRecognised,
     MeantByValues,
@@ -26,12 +25,12 @@ from heyoka_bike.scoring.evidence import (
     OtherManeuver,
     OtherOrder,
     RowsOutside,
-    TimesFromFirst,
     TimesInLargerUnit,
-    TimeUnitContradicted,
     TooLarge,
     WheelRate,
 )
+from heyoka_bike.scoring.evidence.as_read import TimesFromFirst, TimeUnitContradicted
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.free import with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY

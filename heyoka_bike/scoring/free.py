@@ -26,7 +26,8 @@ from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.numbers.double import PI, Array, Double, fast_two_sum, multiply, two_sum
 from heyoka_bike.numbers.unit import size
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.scoring.evidence import Evidence, PathTurned, ScalarLast, WholeTurns
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import PathTurned, ScalarLast, WholeTurns
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum, Rows
 from heyoka_bike.scoring.units import factor, tried

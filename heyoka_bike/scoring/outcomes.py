@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heyoka_bike.scoring.evidence import LostColumn, SignContradiction
+from heyoka_bike.scoring.evidence.base import LostColumn
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.verdict import DoesNotCount
 
 

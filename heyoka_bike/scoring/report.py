@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.display import Held
 from heyoka_bike.scoring import verdict
-from heyoka_bike.scoring.evidence import Evidence, LostColumn, StoppedEarly
+from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
+from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.grades import Grade
@@ -79,9 +80,7 @@ class Report(Scored, Held[int, ManeuverScore]):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was seen, in words, with the numbers behind it."""
-        from heyoka_bike.showing import sayings
-
-        return sayings.findings(self.seen)
+        return tuple(e.finding() for e in self.seen)
 
     @property
     def said(self) -> tuple[Finding, ...]:

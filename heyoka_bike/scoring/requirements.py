@@ -18,7 +18,9 @@ from math import floor, isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
-from heyoka_bike.scoring.evidence import LostColumn, NeverFilled, NoReference, SignContradiction
+from heyoka_bike.scoring.evidence.as_compared import NeverFilled, NoReference
+from heyoka_bike.scoring.evidence.base import LostColumn
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.outcomes import (
     EnergyDoesNotCount,
     InPart,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heyoka_bike.errors import unknown_word
-from heyoka_bike.scoring.evidence import Evidence
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scored import Scored
@@ -107,9 +107,7 @@ class Series(Scored):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What is said of the series; that of a run is in its report."""
-        from heyoka_bike.showing import sayings
-
-        return sayings.findings(self.seen)
+        return tuple(e.finding() for e in self.seen)
 
     @property
     def passed(self) -> bool:

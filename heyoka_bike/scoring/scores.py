@@ -12,16 +12,12 @@ from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import grades
-from heyoka_bike.scoring.evidence import Odds
+from heyoka_bike.scoring.evidence.base import MAX_LOG10_ODDS, Odds
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.ratios import ODDS_CLAIMED
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.alignment import Part
-
-SUREST = 6
-"""Decimal logarithm of the odds above which they are not told apart: nobody has tried more files
-than a million."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,7 +300,7 @@ def odds_of(c: ColumnScore) -> Odds | None:
     if not told:
         return None
     sure, definition = min(told)
-    if c.none_odds is not None and c.none_odds < min(sure, SUREST):
+    if c.none_odds is not None and c.none_odds < min(sure, MAX_LOG10_ODDS):
         return Odds(c.none_odds, None)
     return Odds(sure, definition)
 

@@ -44,12 +44,12 @@ from heyoka_bike.numbers.double import Array, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import HALF, Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.several_runs import (
     DefinitionsOfPrograms,
     DefinitionsOfRuns,
     ErrorFalls,
     ErrorStays,
-    Evidence,
     Grouping,
     ManeuversDiffer,
     NoSharedColumns,

@@ -19,7 +19,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.scoring.evidence import Evidence, LostColumn
+from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, Grade
 
 if TYPE_CHECKING:

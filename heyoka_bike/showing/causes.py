@@ -1,8 +1,9 @@
-"""The sentences of what a diagnosis found; see `sayings`."""
+"""The sentences of what a diagnosis found; other evidence has its own, see `scoring.evidence`."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import singledispatch
 from math import floor, log10
 from typing import Any
 
@@ -14,11 +15,10 @@ from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import in_units
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 from heyoka_bike.scoring.grades import TOLERANCE
-from heyoka_bike.showing.sayings import finding, findings, in_units, register
-
-__all__ = ["finding", "findings"]
 
 _UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 # Of a value, in parts of it.
@@ -40,6 +40,20 @@ _OF_STARTS = (
     ". Where rolling does not allow a start, the nearest velocities in kinetic energy are taken, "
     "as an impulse of the constraint forces leaves them"
 )
+
+
+@singledispatch
+def finding(evidence: Evidence) -> Finding:
+    """Return the sentence of what a diagnosis found, with its code and its numbers."""
+    return evidence.finding()
+
+
+def findings(evidence: Iterable[Evidence]) -> tuple[Finding, ...]:
+    """Return the findings of all evidence, in the same order."""
+    return tuple(map(finding, evidence))
+
+
+register = finding.register
 
 
 @register

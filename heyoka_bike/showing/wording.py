@@ -12,22 +12,21 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from heyoka_bike.errors import printable, shortened
-from heyoka_bike.scoring.evidence import (
-    EnergyHidesError,
-    Errors,
-    Evidence,
-    ManeuversDiffer,
-    NotCompared,
-    Odds,
-    SensesOpposed,
-    TakenDefinition,
-)
+from heyoka_bike.scoring.evidence.as_read import NotCompared
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed
+from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
+from heyoka_bike.scoring.evidence.several_runs import ManeuversDiffer
+from heyoka_bike.scoring.evidence.words import counted as counted
+from heyoka_bike.scoring.evidence.words import open_words as open_words
+from heyoka_bike.scoring.evidence.words import ratio_words as ratio_words
+from heyoka_bike.scoring.evidence.words import unit_text as unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.grades import CLOSE_DIGITS, MOST_DIGITS, RIGHT_DIGITS
 from heyoka_bike.scoring.grades import Grade as Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Run, Series
-from heyoka_bike.scoring.scores import SUREST, ColumnScore, ManeuverScore
+from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, DoesNotCount, claim
 from heyoka_bike.version import __version__
 
@@ -77,38 +76,6 @@ DOES_NOT_COUNT = {
 """Why eq. (1) cannot be claimed."""
 
 
-def odds_words(odds: Odds) -> str:
-    """Odds of a definition, as "300 to 1 against wheel_spin"."""
-    if odds.against is None:
-        return f"{ratio_words(odds.log10)} against one that is not known here"
-    return f"{ratio_words(odds.log10)} against {odds.against}"
-
-
-def ratio_words(power: float) -> str:
-    """Odds of which the decimal logarithm is given, as "300 to 1"."""
-    if power > SUREST:
-        return f"over 10^{SUREST} to 1"
-    if power < 0.0:
-        return f"1 to {10**-power:.2g}" if power > -SUREST else f"1 to over 10^{SUREST}"
-    return f"10^{math.floor(power)} to 1" if power >= 3 else f"{10**power:.0f} to 1"
-
-
-def open_words(names: Sequence[str]) -> str:
-    """Name other definitions that are left open; empty if there is none."""
-    return f"may also be {' or '.join(names)}" if names else ""
-
-
-def taken_words(taken: TakenDefinition) -> str:
-    """Return the odds of a definition, and what else it may be."""
-    odds = odds_words(taken.odds) if taken.odds else ""
-    return ", ".join(x for x in (odds, open_words(taken.may_also_be)) if x)
-
-
-def errors_words(errors: Errors) -> str:
-    """Largest errors, one for each maneuver."""
-    return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
-
-
 def sentence(text: str) -> str:
     """A message as one line: white space collapsed, then as `printable`."""
     return printable(" ".join(text.split()))
@@ -137,13 +104,6 @@ def one_decimal(x: float | None) -> str:
     """Correct digits, or an order; ``-`` if unknown."""
     # No digits are not minus none.
     return "-" if x is None or not math.isfinite(x) else f"{round(x, 1) + 0.0:.1f}"
-
-
-def unit_text(unit: str) -> str:
-    """A unit as people write it: ``rad s-1`` is rad/s."""
-    for per in ("s", "h", "min"):
-        unit = unit.replace(f" {per}-1", f"/{per}")
-    return printable(unit)
 
 
 def in_unit(said: str, unit: str) -> str:
@@ -213,23 +173,6 @@ def first_above(column: ColumnScore) -> str:
     if m.max_abs_error is None:
         return "-"
     return "never" if m.time_to_tolerance is None else plain(m.time_to_tolerance)
-
-
-def time_beside(t: float, end: float) -> str:
-    """A time to six digits, or to so many that it is not taken for the end of the run."""
-    return f"{t:.6g}" if t == end or f"{t:.6g}" != f"{end:.6g}" else f"{t:.15g}"
-
-
-def counted(count: int, one: str, several: str = "") -> str:
-    """A number of things: ``1 row``, ``2 rows``, or with a verb, ``1 value is``, ``2 values are``.
-
-    Parameters
-    ----------
-    count
-    one, several
-        The words after 1, and after any other number; by default the same with an s.
-    """
-    return f"{count} {one if count == 1 else several or one + 's'}"
 
 
 def by_severity(findings: Sequence[Finding]) -> list[Finding]:

@@ -27,7 +27,6 @@ from typing import Any
 from weakref import WeakSet
 
 from heyoka_bike.system.log import VARIABLE, fault, shown
-from heyoka_bike.system.unfinished import KeptResult
 
 TellStage = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
@@ -63,8 +62,6 @@ class Job:
         Of that motion [s], for its progress.
     stages
         Those that are over when it is.
-    cache : KeptResult or None
-        Where its result is kept, which outlives the run.
     """
 
     work: Callable[..., Any]
@@ -72,23 +69,12 @@ class Job:
     name: str = ""
     duration: float = 1.0
     stages: tuple[str, ...] = ()
-    cache: KeptResult | None = None
 
     @property
     def words(self) -> str:
         """The job in words."""
         name = self.work.__name__.lstrip("_").replace("_", " ")
         return f"{name} of {self.name}" if self.name else name
-
-    def load(self) -> Outcome | None:
-        """The result that was kept, if there is one."""
-        kept = None if self.cache is None else self.cache.load()
-        return None if kept is None else Outcome(*kept)
-
-    def store(self, outcome: Outcome) -> None:
-        """Keep a result."""
-        if self.cache is not None:
-            self.cache.store((outcome.value, outcome.seconds))
 
 
 @dataclass(frozen=True, slots=True)

@@ -236,8 +236,8 @@ class _Schedule:
                 continue
             self.waiting.remove(job)
             failed = (self.outcomes[x] for x in needed if self.outcomes[x].error is not None)
-            if (found := next(failed, None) or job.load()) is not None:
-                _log.info("%s: is there from before, or cannot be", job.words)
+            if (found := next(failed, None)) is not None:
+                _log.info("%s: cannot be, as a job that it needs has failed", job.words)
                 self.end(job, found)
             elif self.submit(executor, job).done():
                 # An executor that works at once has ended it before the next is begun.
@@ -286,8 +286,6 @@ class _Schedule:
         except Exception as e:
             e.add_note(f"in {job.words}")
             outcome = Outcome(None, error=e)
-        if outcome.error is None:
-            job.store(outcome)
         how = "failed" if outcome.error else f"done, {outcome.seconds:.2f} s of processor time"
         _log.info("%s: %s", job.words, how)
         self.end(job, outcome)

@@ -32,7 +32,6 @@ _REQUIRED_PACKAGES = {
 }
 # The extra `generate`: without it everything but integrating works.
 _INTEGRATE = {
-    "filelock": "generate",
     "heyoka": "generate, bench, atlas, verify --rerun, all of diagnose",
     "llvmlite": "simulate, Ensemble, bench",
 }

@@ -222,6 +222,11 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
         (["--equations", "cpp"], "'cpp', expected one of c, fortran, matlab, julia, python, rust"),
         (["--equations", "rust", "-o", "x.c"], "found 'x.c', expected a file ending in .rs"),
         (["--equations", "python", "-o", "1st.py"], "found '1st', expected the name of a module"),
+        (
+            ["--equations", "matlab", "-o", "if.m"],
+            "'if' is a reserved word, expected another name of a module",
+        ),
+        (["--equations", "rust", "-o", "fn.rs"], "'fn' is a reserved word"),
         (["--equations", "c", "--bicycle", "no-one"], "bicycle: found 'no-one', expected"),
         (["--equations", "c", "--maneuvers", "no-one"], "maneuvers: found 'no-one', expected"),
     ],

@@ -37,7 +37,7 @@ for arguments in {works!r}:
 for arguments in {needs!r}:
     assert main(arguments) == 1, arguments
 """
-    run = python(code, {"heyoka", "llvmlite", "filelock"})
+    run = python(code, {"heyoka", "llvmlite"})
     assert run.returncode == 0, run.stderr
     lines = run.stderr.splitlines()
     assert len(lines) == len(needs)

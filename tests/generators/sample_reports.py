@@ -11,16 +11,15 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver, load_reference
 from heyoka_bike.scoring.alignment import FileInfo, Part
-from heyoka_bike.scoring.evidence import (
-    DefinitionsOfPrograms,
-    ErrorFalls,
-    LostColumn,
-    NotFinite,
+from heyoka_bike.scoring.evidence.as_read import NotFinite
+from heyoka_bike.scoring.evidence.base import LostColumn
+from heyoka_bike.scoring.evidence.column_meaning import (
     OtherDefinition,
     OtherSign,
     TakenDefinition,
     UnitContradicted,
 )
+from heyoka_bike.scoring.evidence.several_runs import DefinitionsOfPrograms, ErrorFalls
 from heyoka_bike.scoring.measures import growth, measures
 from heyoka_bike.scoring.outcomes import LeftOut, Requirement, WorstValue
 from heyoka_bike.scoring.report import Report

@@ -59,7 +59,7 @@ def zeros(group, other):
 
 
 def huge_chunk(group, other):
-    group.create_dataset(NAME, data=ROWS, chunks=(2**27,), maxshape=(None,))
+    group.create_dataset(NAME, ROWS.shape, "f8", chunks=(2**27,), maxshape=(None,))
 
 
 def longer_chunk(group, other):

@@ -1,26 +1,24 @@
-"""Making a set says how long it takes, and to repeat a command only where that helps."""
+"""Making a set says how long it takes, and takes more digits as long as they help."""
 
-from dataclasses import replace
-from fractions import Fraction
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.events import Ending
 from heyoka_bike.reference import making
+from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.proof import certificate
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import carry_out, using
+from heyoka_bike.system.resources import reference_folder
 
 
 def made(bicycle, maneuvers, count):
-    one = making._SetInMaking(
-        Path("set"), bicycle, [Ending(m) for m in maneuvers[:count]], "", 70
-    )  # fmt: skip
-    one.kept = SimpleNamespace(at=lambda *parts: None)
-    return one
+    ends = [Ending(m) for m in maneuvers[:count]]
+    return making._SetInMaking(Path("set"), bicycle, ends, "", 70)
 
 
 def ended(one, job, value, seconds=1.0):
@@ -68,7 +66,6 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
 def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
     """Also where a job of an attempt that was given up ends after all others."""
     one, written = made(bicycle, maneuvers, 1), []
-    one.kept.clear = lambda: None
     monkeypatch.setattr(certificate, "tabulated", lambda run, parts: sorted(parts))
     monkeypatch.setattr(making, "write_dataset", lambda *of: written.append(of[2]) or ())
     late = {job.stages[0]: job for job in one.begin()}
@@ -84,30 +81,18 @@ def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
     assert written == [[sorted(making._STAGES)]]
 
 
-@pytest.mark.parametrize(
-    ("count", "said"),
-    [(1, None), (2, "the command goes on there without the maneuver that cannot be made")],
-)
-def test_a_command_that_fails_again_is_not_to_be_repeated(
-    bicycle, maneuvers, tmp_path, monkeypatch, count, said
-):
-    given = [replace(m, duration=Fraction(1, 100)) for m in maneuvers[:count]]
-
-    def refused(name, report):
-        if name == given[-1].name:
-            raise NotCertifiedError(f"{name}: a divisor may vanish")
-        return name
-
-    monkeypatch.setattr(making, "_integrated", lambda bicycle, m, digits, report: m.name)
-    monkeypatch.setattr(making._SetInMaking, "outlook", lambda self: None)
-    monkeypatch.setattr(certificate, "enclosed", refused)
-    monkeypatch.setattr(making, "_end_of_each", lambda b, ms, until, report: tuple(map(Ending, ms)))
-    lines = []
-    with using(workers=1), pytest.raises(NotCertifiedError):
-        making.generate(tmp_path / "set", bicycle=bicycle, maneuvers=given, say=lines.append)
-    told = [line for line in lines if "finished parts" in line]
-    assert (len(told) == 0) if said is None else told[0].endswith(said)
-    assert (tmp_path / "set.unfinished").exists() == (said is not None)
+@pytest.mark.parametrize("how", ["old manifest", "no manifest"])
+def test_a_set_whose_making_was_interrupted_is_refused_and_says_what_to_do(tmp_path, how):
+    """The manifest is written last."""
+    for file in reference_folder().glob("*.*"):
+        shutil.copy(file, tmp_path)
+    if how == "old manifest":
+        with (tmp_path / "uncontrolled-bicycle.h5").open("ab") as f:
+            f.write(b"newer")
+    else:
+        (tmp_path / "manifest.json").unlink()
+    with pytest.raises(DatasetError, match=r"interrupted.*run it again"):
+        load_reference(tmp_path)
 
 
 def test_a_job_that_is_not_wanted_is_not_begun():

@@ -12,7 +12,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.found import Integrator
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL, is_plausible
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
-from heyoka_bike.scoring.evidence import BeginsAs, EnergyKept
+from heyoka_bike.scoring.evidence.error_shape import BeginsAs, EnergyKept
 from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.causes import finding

@@ -8,7 +8,11 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis.programs.program import changed, initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.evidence import ManeuverGuessed, ManeuverRecognised, OtherManeuver
+from heyoka_bike.scoring.evidence.as_compared import (
+    ManeuverGuessed,
+    ManeuverRecognised,
+    OtherManeuver,
+)
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.score import score
 

@@ -5,7 +5,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import LastRowIncomplete
+from heyoka_bike.scoring.evidence.as_read import LastRowIncomplete
 from heyoka_bike.scoring.reading.source import read_results
 
 openpyxl = pytest.importorskip("openpyxl")

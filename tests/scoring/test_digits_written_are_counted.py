@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.evidence import FewDigits
+from heyoka_bike.scoring.evidence.contradictions import FewDigits
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.reading.text import rows as text_rows

@@ -10,7 +10,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.output_faults import (
     HalfPrecision,
     OtherColumn,
     RowsBetween,

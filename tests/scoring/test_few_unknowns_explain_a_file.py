@@ -290,7 +290,7 @@ def test_a_mistake_of_the_library_is_not_called_a_parameter(reference, simulator
 
 NO_HEYOKA = """
 import sys
-sys.modules |= dict.fromkeys(("heyoka", "llvmlite", "filelock", "scipy"))
+sys.modules |= dict.fromkeys(("heyoka", "llvmlite", "scipy"))
 from heyoka_bike.cli import main
 sys.exit(main(["diagnose", sys.argv[1], "--format", "json"]))
 """

@@ -5,7 +5,7 @@ import pytest
 
 from generators.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.scoring.evidence import SinglePrecision
+from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder

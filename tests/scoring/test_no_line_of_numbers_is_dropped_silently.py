@@ -9,7 +9,7 @@ import pytest
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import LinesNotRead
+from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from heyoka_bike.commands.options import BUDGET
 from heyoka_bike.scoring.diagnosis.budget import SECONDS
 from heyoka_bike.scoring.diagnosis.programs.program import changed, initial_state
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.evidence import NotFinite
+from heyoka_bike.scoring.evidence.as_read import NotFinite
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.verdict import DoesNotCount, claim

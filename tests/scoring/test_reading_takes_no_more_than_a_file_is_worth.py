@@ -119,9 +119,9 @@ def calls_of(path):
     """Functions that are called for reading a file, whatever comes of it."""
     count = 0
 
-    def note(*_):
+    def note(frame, event, _):
         nonlocal count
-        count += 1
+        count += event in ("call", "c_call")
 
     sys.setprofile(note)
     try:
@@ -145,13 +145,13 @@ ROW = " ".join(map(str, range(9))) + "\n"
     ],
 )  # fmt: skip
 def test_lines_that_are_no_rows_cost_no_more_than_rows(line, end, tmp_path):
-    """Ten calls for a further line, at most: rows of numbers take seven, in blocks."""
+    """Twenty calls for a further line, at most; it was hundreds where a line was a heading."""
     path, count = tmp_path / "r.txt", 100_000
     calls = []
     for n in (count, 2 * count):
         path.write_text(line * n + end, newline="")
         calls.append(calls_of(path))
-    assert calls[1] - calls[0] <= 10 * count
+    assert calls[1] - calls[0] <= 20 * count
 
 
 def test_a_heading_is_found_below_a_long_preface(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from generators.made_results import codes, made, smooth_error
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import CoveredInPart
+from heyoka_bike.scoring.evidence.contradictions import CoveredInPart
 from heyoka_bike.scoring.outcomes import NothingCompared
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.requirements import check, parse

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.evidence import TimesRepeated, TimesUnsorted
+from heyoka_bike.scoring.evidence.as_read import TimesRepeated, TimesUnsorted
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.source import read_results

@@ -7,12 +7,12 @@ from games.files import MOTION
 from games.honest_files import signs
 from generators.made_results import made
 from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.scoring.evidence.column_meaning import DEFAULT_CONVENTIONS
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.judge.signs import CHOICES, contradictions, opposed
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats.output import render
 from heyoka_bike.showing.formats.summary import diagnosis
-from heyoka_bike.showing.sayings import DEFAULT_CONVENTIONS
 
 BEYOND = ("pitch", "yaw", "yaw_rate")
 KEYS = ["roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate", *BEYOND, *MOTION]

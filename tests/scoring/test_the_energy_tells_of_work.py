@@ -8,7 +8,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.energies import of_energy
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
-from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
+from heyoka_bike.scoring.evidence.error_shape import EnergyKept, EnergyTrend, EnergyVaries
 from heyoka_bike.scoring.score import score
 
 KEYS = ("roll_angle", "potential_energy", "kinetic_energy", "mechanical_energy")

@@ -5,7 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.evidence import ManeuverGuessed, OtherOrder, UnitContradicted
+from heyoka_bike.scoring.evidence.as_compared import ManeuverGuessed, OtherOrder
+from heyoka_bike.scoring.evidence.column_meaning import UnitContradicted
 from heyoka_bike.scoring.score import score
 
 DEGREES = 180 / pi

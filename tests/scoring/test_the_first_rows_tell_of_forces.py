@@ -10,7 +10,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, apply
 from heyoka_bike.scoring.diagnosis.numerical import causes
-from heyoka_bike.scoring.evidence import BeginsAs, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.evidence.error_shape import BeginsAs, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.score import score
 
 SYMMETRIC = (

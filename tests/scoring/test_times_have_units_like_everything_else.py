@@ -10,7 +10,8 @@ import pytest
 from generators.made_results import is_right_in_part
 from heyoka_bike import diagnose, score
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import TimesFromFirst, TimesInLargerUnit, TimeUnitContradicted
+from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
+from heyoka_bike.scoring.evidence.as_read import TimesFromFirst, TimeUnitContradicted
 
 KEYS = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 PER_SECOND = {

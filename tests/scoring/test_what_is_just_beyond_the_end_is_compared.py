@@ -10,7 +10,7 @@ from generators.made_results import made
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
-from heyoka_bike.scoring.evidence import RowsOutside
+from heyoka_bike.scoring.evidence.as_compared import RowsOutside
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 DIGITS = 24

@@ -20,7 +20,7 @@ from heyoka_bike import load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError, InputError
-from heyoka_bike.scoring.evidence import NotCompared
+from heyoka_bike.scoring.evidence.as_read import NotCompared
 from heyoka_bike.scoring.reading.names.columns import recognise
 
 LONG = "(rear frame, measured about its x axis)"

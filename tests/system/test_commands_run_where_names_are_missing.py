@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from heyoka_bike.system import unfinished
 from heyoka_bike.system.resources import data_folder
 
 # Python reads it when it starts, in the processes that a command begins too.
@@ -95,7 +94,6 @@ def test_a_set_is_made_by_two_processes(command, tmp_path):
     run = command("generate", "--maneuvers", "m.toml", "--out", "set", "--workers", "2")
     assert run.returncode == 0, run.stderr
     assert (tmp_path / "set" / "manifest.json").exists()
-    assert not (tmp_path / "set.unfinished").exists()
     run = command("verify", "set")
     assert run.returncode == 0, run.stderr
     assert "0 failed" in run.stdout
@@ -110,14 +108,3 @@ def test_letters_that_a_code_page_lacks(command, tmp_path):
         assert run.returncode == 0, run.stderr
         assert r"\u0432\u0435" in run.stdout
     assert (tmp_path / "велосипед.html").exists()
-
-
-def test_a_lock_that_cannot_be_removed_while_it_is_held(tmp_path, monkeypatch):
-    """As on Windows, where its own release removes it."""
-
-    def refused(self, missing_ok=False):
-        raise PermissionError(13, "The process cannot access the file")
-
-    with unfinished.unfinished(tmp_path / "set") as kept:
-        monkeypatch.setattr(type(kept.place), "unlink", refused)
-    monkeypatch.undo()

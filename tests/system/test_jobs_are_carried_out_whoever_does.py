@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 from heyoka_bike.errors import InputError, WorkerLostError
-from heyoka_bike.system.jobs import Job, Outcome, ProcessExecutor, ProcessLimits, RemoteError
+from heyoka_bike.system.jobs import Job, ProcessExecutor, ProcessLimits, RemoteError
 from heyoka_bike.system.parallel import WAITING, carry_out, side_by_side, using
-from heyoka_bike.system.unfinished import KeptResult
 from support import jobs
 from support.clusters import HEARS, TESTS, wait_for
 
@@ -86,20 +85,6 @@ def test_precision_is_of_one_job_at_a_time(executor):
     found = side_by_side(jobs.precise, bits)
     assert found == found[:3] * 3
     assert len(set(found)) == 3
-
-
-def test_what_is_kept_is_not_made_again(tmp_path):
-    there = Job(jobs.fail, (), "there", cache=KeptResult(tmp_path / "there", ()))
-    empty = Job(jobs.add, (1, 2), "empty", cache=KeptResult(tmp_path / "empty", ()))
-    there.store(Outcome("kept"))
-    assert empty.load() is None
-    with using(1):
-        found = outcomes([there, empty])
-    assert found["there"].value == "kept"
-    assert empty.load().value == 3
-    # Where there is no room, nothing is kept and nothing fails.
-    nowhere = KeptResult(tmp_path / "no" / "folder", ())
-    Job(jobs.add, (1, 2), cache=nowhere).store(Outcome(3))
 
 
 @pytest.mark.proof

@@ -128,7 +128,7 @@ def test_a_package_that_is_broken_is_said(quick, monkeypatch, capsys, error):
 
 def test_without_heyoka_the_rest_works():
     code = "import sys; from heyoka_bike.cli import main; sys.exit(main(['selfcheck']))"
-    run = python(code, {"heyoka", "llvmlite", "filelock"})
+    run = python(code, {"heyoka", "llvmlite"})
     assert run.returncode == 0, run.stderr
     assert run.stderr == ""
     assert "not installed" in run.stdout

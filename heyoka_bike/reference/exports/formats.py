@@ -7,6 +7,7 @@ that its name has after the stem (``.h``, ``-1.csv``).
 import csv
 import io
 import json
+import keyword
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -171,6 +172,16 @@ def value_text(x: Exact) -> str:
     return shortest_decimal(x.rational, _DIGITS_OF_COMMENTS) if x.is_rational else str(x)
 
 
+_WORDS = (
+    "abstract as baremodule begin break case catch classdef const continue do elseif end enum "
+    "export extern false fn function global if impl in let local loop macro match mod module mut "
+    "mutable otherwise parfor primitive pub quote ref return self spmd static struct super switch "
+    "true try type unsafe use using where while"
+)
+_RESERVED = frozenset(keyword.kwlist) | frozenset(_WORDS.split())
+"""Words of Python, MATLAB, Julia and Rust that cannot be names."""
+
+
 def check_name(stem: str, of: str) -> None:
     """Refuse a name that cannot be that of a function or module.
 
@@ -178,6 +189,10 @@ def check_name(stem: str, of: str) -> None:
     ------
     InputError
     """
+    if stem in _RESERVED:
+        raise InputError(
+            f"--output: {quoted(stem)} is a reserved word, expected another name of a {of}"
+        )
     if not _NAME_OF_MATLAB.fullmatch(stem):
         raise InputError(
             f"--output: found {quoted(stem)}, expected the name of a {of}: a letter, then "

@@ -28,17 +28,15 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMetho
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.error_shape import FallsOver, SmoothError, TooFar
+from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
-    Evidence,
-    FallsOver,
     RowsBetween,
     RowsRepeated,
-    SmoothError,
-    TooFar,
 )
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY

@@ -12,7 +12,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import BeginsAs, Evidence, Unsymmetric, WorkFromStart
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.error_shape import BeginsAs, Unsymmetric, WorkFromStart
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY

@@ -18,14 +18,11 @@ from heyoka_bike.scoring.diagnosis.budget import (
 )
 from heyoka_bike.scoring.diagnosis.found import NothingWrong
 from heyoka_bike.scoring.diagnosis.pursue import Answer, pursue
-from heyoka_bike.scoring.evidence import (
-    Evidence,
-    RowsOutside,
-    SignContradiction,
-    StoppedEarly,
-    TimesInLargerUnit,
-    TimesRepeated,
-)
+from heyoka_bike.scoring.evidence.as_compared import RowsOutside, TimesInLargerUnit
+from heyoka_bike.scoring.evidence.as_read import TimesRepeated
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
+from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
 from heyoka_bike.scoring.explanation import Explanation
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored

@@ -12,7 +12,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.evidence import EnergyKept, EnergyTrend, EnergyVaries
+from heyoka_bike.scoring.evidence.error_shape import EnergyKept, EnergyTrend, EnergyVaries
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report

@@ -26,7 +26,7 @@ from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL, OF_WHAT_IS_WRITTEN, SEARCH, Search
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
-from heyoka_bike.scoring.evidence import ColumnRatio
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]

@@ -14,7 +14,8 @@ from heyoka_bike.scoring.diagnosis.odds import Place
 from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
-from heyoka_bike.scoring.evidence import Evidence, SignContradiction
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.ratios import BY_FAR
 
 

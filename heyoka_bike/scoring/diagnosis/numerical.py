@@ -10,13 +10,13 @@ from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.error_shape import (
     BeginsAs,
     BlownUp,
     EnergyKept,
     EnergyVaries,
     ErrorOfRounding,
-    Evidence,
     IterationNoise,
     RoughError,
     SinglePrecisionBeside,

@@ -15,14 +15,13 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
+from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
     ColumnBeside,
     ColumnOfAnotherManeuver,
     ColumnsApart,
     Departs,
-    FallsOver,
-    NotDiagnosed,
     OtherTimes,
     RowsBetween,
     RowsRepeated,

@@ -27,16 +27,15 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingWrong,
 )
 from heyoka_bike.scoring.diagnosis.sources import SOURCES
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction
+from heyoka_bike.scoring.evidence.contradictions import TimeShift
+from heyoka_bike.scoring.evidence.error_shape import RightElsewhere
+from heyoka_bike.scoring.evidence.output_faults import (
     ColumnRatio,
     ColumnsApart,
-    DefinitionUnknown,
-    Evidence,
     OtherClock,
     OtherColumn,
-    RightElsewhere,
-    SignContradiction,
-    TimeShift,
 )
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits

@@ -31,7 +31,7 @@ from heyoka_bike.scoring.diagnosis.residual.fits import SPLIT, Fits
 from heyoka_bike.scoring.diagnosis.residual.observed import CONVERGED, STATE, in_si, observe
 from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, readings
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
-from heyoka_bike.scoring.evidence import ColumnRatio
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms

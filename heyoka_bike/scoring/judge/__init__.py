@@ -6,7 +6,9 @@ A module answers one question, which its first lines state.
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from heyoka_bike.scoring.evidence import Evidence, OtherOrder, SignContradiction
+from heyoka_bike.scoring.evidence.as_compared import OtherOrder
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
 from heyoka_bike.scoring.judge.conventions import conventions, each_convention
 from heyoka_bike.scoring.judge.coverage import covered_in_part
 from heyoka_bike.scoring.judge.energy_alone import errors_hidden

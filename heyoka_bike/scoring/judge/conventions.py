@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Errors
+from heyoka_bike.scoring.evidence.column_meaning import (
     Convention,
     Conventions,
-    Errors,
     OtherDefinition,
     OtherSign,
     OtherUnit,

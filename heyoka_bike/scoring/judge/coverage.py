@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from heyoka_bike.scoring.evidence import CoveredInPart
+from heyoka_bike.scoring.evidence.contradictions import CoveredInPart
 from heyoka_bike.scoring.report import Report
 
 

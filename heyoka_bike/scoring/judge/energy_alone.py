@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from heyoka_bike.scoring.evidence import EnergyHidesError
+from heyoka_bike.scoring.evidence.contradictions import EnergyHidesError
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.verdict import claim

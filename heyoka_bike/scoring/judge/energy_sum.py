@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from heyoka_bike.numbers.double import two_sum
-from heyoka_bike.scoring.evidence import EnergySum
+from heyoka_bike.scoring.evidence.contradictions import EnergySum
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import FEW
 from heyoka_bike.scoring.report import Report

@@ -16,7 +16,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import median
-from heyoka_bike.scoring.evidence import DefinitionUnknown
+from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence import FewDigits, SinglePrecision
+from heyoka_bike.scoring.evidence.contradictions import FewDigits, SinglePrecision
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.noise import FEWEST_ROWS, roughness

@@ -11,7 +11,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.scoring.evidence import RateContradiction
+from heyoka_bike.scoring.evidence.contradictions import RateContradiction
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD

@@ -19,7 +19,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED, MOTION_COLUMNS
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
-from heyoka_bike.scoring.evidence import SensesOpposed, SignContradiction
+from heyoka_bike.scoring.evidence.column_meaning import SensesOpposed, SignContradiction
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import Place

@@ -12,7 +12,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, spread
-from heyoka_bike.scoring.evidence import TimeShift
+from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.recognition import FASTEST_MODE

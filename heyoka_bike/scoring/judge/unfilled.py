@@ -11,7 +11,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
-from heyoka_bike.scoring.evidence import NeverFilled, Unfilled
+from heyoka_bike.scoring.evidence.as_compared import NeverFilled, Unfilled
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.rows.grids import bits_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heyoka_bike.scoring.evidence import UnitContradicted
+from heyoka_bike.scoring.evidence.column_meaning import UnitContradicted
 from heyoka_bike.scoring.report import Report
 
 

@@ -7,7 +7,8 @@ maneuver gives this quantity: beside one, ``roll_angle_setpoint`` has a meaning 
 
 from collections.abc import Iterator
 
-from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason
+from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason
+from heyoka_bike.scoring.evidence.base import LostColumn
 from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SPELT, nearest
 from heyoka_bike.scoring.report import Report
 

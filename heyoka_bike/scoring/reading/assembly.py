@@ -9,7 +9,8 @@ from itertools import chain
 import numpy as np
 
 from heyoka_bike.errors import quoted
-from heyoka_bike.scoring.evidence import Evidence, LostColumn, NotCompared, NotFinite, Reason
+from heyoka_bike.scoring.evidence.as_read import NotCompared, NotFinite, Reason
+from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.reading.layout import ColumnLayout, layout_of
 from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, may_mean, named_unit
 from heyoka_bike.scoring.reading.request import Request

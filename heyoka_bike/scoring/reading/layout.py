@@ -9,7 +9,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
-from heyoka_bike.scoring.evidence import Evidence, NamesNotUsed, Reason
+from heyoka_bike.scoring.evidence.as_read import NamesNotUsed, Reason
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import Evidence
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.findings import Finding
 
 
@@ -122,9 +122,7 @@ class Results:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """How it was read, in words, with the numbers behind it."""
-        from heyoka_bike.showing import sayings
-
-        return sayings.findings(self.seen)
+        return tuple(e.finding() for e in self.seen)
 
     def __repr__(self) -> str:
         return f"<results of {self.path}: {', '.join(repr(rows) for rows in self.maneuvers)}>"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import Evidence
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, Double, divide, multiply, two_product, two_sum
 from heyoka_bike.numbers.unit import size
-from heyoka_bike.scoring.evidence import Evidence, TimesAsDecimals, TimesRepeated, TimesUnsorted
+from heyoka_bike.scoring.evidence.as_read import TimesAsDecimals, TimesRepeated, TimesUnsorted
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.reading.digits import as_single
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable

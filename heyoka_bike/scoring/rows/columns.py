@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import (
     ClippedColumn,
     ColumnOfAnotherManeuver,
     ColumnRatio,
-    Evidence,
     OtherColumn,
     Scaled,
     SingleRows,

@@ -9,7 +9,9 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, Part, spread
-from heyoka_bike.scoring.evidence import CoarseGrid, Evidence, HalfPrecision, SinglePrecision
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
+from heyoka_bike.scoring.evidence.output_faults import CoarseGrid, HalfPrecision
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY

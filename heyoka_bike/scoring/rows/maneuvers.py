@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.evidence import Mirrored, RowsRepeated, RowsReversed
+from heyoka_bike.scoring.evidence.output_faults import Mirrored, RowsRepeated, RowsReversed
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS

@@ -11,7 +11,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from heyoka_bike.scoring.alignment import are_even
-from heyoka_bike.scoring.evidence import Evidence, OtherColumn, RateOfDifferences, RateOfOtherRow
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import (
+    OtherColumn,
+    RateOfDifferences,
+    RateOfOtherRow,
+)
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence import Evidence, Remainder
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.output_faults import Remainder
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report

@@ -14,13 +14,10 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array, multiply, two_sum
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.evidence import (
-    Evidence,
-    OtherClock,
-    TimesAddedUp,
-    TimeShift,
-    TimesInLargerUnit,
-)
+from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.contradictions import TimeShift
+from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report

@@ -11,10 +11,11 @@ from collections.abc import Iterator, Sequence
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.evidence import (
+from heyoka_bike.scoring.evidence.as_compared import NeverFilled
+from heyoka_bike.scoring.evidence.column_meaning import (
+    DEFAULT_CONVENTIONS,
     Conventions,
     DefinitionUnknown,
-    NeverFilled,
     SensesOpposed,
     SignContradiction,
 )
@@ -25,7 +26,7 @@ from heyoka_bike.scoring.runs import Run, Series
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.report import conventions
-from heyoka_bike.showing.sayings import DEFAULT_CONVENTIONS, findings
+from heyoka_bike.showing.sayings import findings
 from heyoka_bike.showing.wording import Grade, file_grade
 
 _MOST_RUNS_SHOWN = 4  # of a series, each on a line

@@ -41,7 +41,7 @@ from heyoka_bike.errors import BicycleError, InputError, quoted
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.budget import USUAL
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
-from heyoka_bike.scoring.evidence import RowsOutside
+from heyoka_bike.scoring.evidence.as_compared import RowsOutside
 from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.report import Report

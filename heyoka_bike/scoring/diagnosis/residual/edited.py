@@ -28,7 +28,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
 )
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS, Residual
-from heyoka_bike.scoring.evidence import ColumnRatio
+from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.units import factor
 

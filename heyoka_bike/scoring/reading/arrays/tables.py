@@ -11,7 +11,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, TimesOfDay, Transposed
+from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason, TimesOfDay, Transposed
+from heyoka_bike.scoring.evidence.base import LostColumn
 from heyoka_bike.scoring.reading.arrays.columns import (
     read_array,
     read_column,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.evidence import Transposed
+from heyoka_bike.scoring.evidence.as_read import Transposed
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.names.columns import are_names

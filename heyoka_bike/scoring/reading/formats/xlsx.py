@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason
+from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason
+from heyoka_bike.scoring.evidence.base import LostColumn
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.cells import before_comment, read_cells
 from heyoka_bike.scoring.reading.formats.text_files import read_table

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from heyoka_bike.scoring.evidence import LostColumn, NotCompared, Reason, UnknownUnit
+from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason, UnknownUnit
+from heyoka_bike.scoring.evidence.base import LostColumn
 from heyoka_bike.scoring.reading.names.columns import (
     KEYS,
     TIME,

@@ -14,7 +14,7 @@ from itertools import chain, islice, pairwise
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.evidence import LinesNotRead
+from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 from heyoka_bike.scoring.reading.digits import are_beyond_binary64
 from heyoka_bike.scoring.reading.names.columns import (
     is_maneuver,
@@ -57,7 +57,8 @@ effort for what is above the rows is limited, and does not grow with the text.""
 
 # Names in all lines that are looked at for a heading.
 _MOST_NAMES = 2 * MOST_COLUMNS
-_LONGEST_NAME = 1000
+# Letters of a name that are looked at.
+_LONGEST_NAME = 10_000
 # A heading stands near the top.
 _HEADING_LINES = 100
 # A row that counts the columns: of fewer, 0 1 may well be the first of rows that have names.
@@ -285,23 +286,20 @@ def _headings(
 ) -> dict[int, list[list[str]]]:
     """All names that each of these lines may have, by its index in ascending order.
 
-    The first lines count if the names are too many in all.
+    A line of more words than columns is no heading. The first lines count if the names are too many
+    in all.
     """
     found: dict[int, list[list[str]]] = {}
     count = 0
     for i in indices:
-        names = [x for x in notation.headings_in(lines[i]) if _may_be_names(x)]
+        every = (x for x in notation.headings_in(lines[i]) if len(x) <= MOST_COLUMNS)
+        names = [[word[:_LONGEST_NAME] for word in words] for words in every]
         count += sum(map(len, names))
         if found and count > _MOST_NAMES:
             break
         if names:
             found[i] = names
     return dict(sorted(found.items()))
-
-
-def _may_be_names(words: Sequence[str]) -> bool:
-    """True unless there are more words than columns, or one is longer than any name."""
-    return len(words) <= MOST_COLUMNS and max(map(len, words), default=0) <= _LONGEST_NAME
 
 
 def _maneuver_in_comments(above: Sequence[Any], notation: Notation) -> int | None:

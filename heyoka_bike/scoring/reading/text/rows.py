@@ -11,7 +11,8 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.evidence import CommonFactor, Evidence, LastRowIncomplete
+from heyoka_bike.scoring.evidence.as_read import CommonFactor, LastRowIncomplete
+from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.reading.digits import evened, times_power_of_ten, written_column
 from heyoka_bike.scoring.reading.encodings import whole_lines
 from heyoka_bike.scoring.reading.request import Request
@@ -74,15 +75,15 @@ def first_block(blocks: Iterator[str], request: Request) -> str:
             break
     first = "".join(read)
     for i, line in enumerate(first.split("\n")):
-        if len(line) > _MOST_FIELDS and _fields_at_most(line) > _MOST_FIELDS:
-            said = f"found a line of more than {_MOST_FIELDS} fields, expected at most"
-            raise request.error(f"{said} {MOST_COLUMNS} columns", i + 1)
+        if len(line) > _MOST_FIELDS and (count := _fields_at_most(line)) > _MOST_FIELDS:
+            said = f"found {count} columns, expected at most {MOST_COLUMNS}"
+            raise request.error(said, i + 1)
     return first
 
 
 def _fields_at_most(line: str) -> int:
     """Count the fields of a line under the separator that makes the most of it, quotes included."""
-    return max(len(line.split()), *(line.count(sign) for sign in ",;\t\"'"))
+    return max(len(line.split()), *(line.count(sign) + 1 for sign in ",;\t\"'"))
 
 
 def read_rows(first: str, blocks: Iterable[str], request: Request) -> ReadTable:

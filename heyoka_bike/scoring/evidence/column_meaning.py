@@ -1,0 +1,406 @@
+"""Evidence about what the columns mean: definitions, signs, units and zeros."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import floor
+from typing import Any
+
+from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
+from heyoka_bike.scoring.evidence.base import Errors, Evidence, Odds
+from heyoka_bike.scoring.evidence.words import (
+    _KEYS_NAMED,
+    errors_words,
+    odds_words,
+    open_words,
+    ratio_words,
+    unit_text,
+)
+from heyoka_bike.scoring.findings import Severity, named
+
+DEFAULT_CONVENTIONS = (
+    "Conventions: as by default (SI units, roll and steer positive to the right, V from the floor)"
+)
+
+_COLUMNS_OF_SIDE: Mapping[str, tuple[str, ...]] = {
+    "roll": ("roll_angle", "roll_rate"),
+    "steer": ("steer_angle", "steer_rate"),
+    "yaw": ("yaw", "yaw_rate"),
+}
+
+_TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is positive"}
+
+
+@dataclass(frozen=True, slots=True)
+class TakenDefinition:
+    """A column, and the definition that it is taken as.
+
+    Attributes
+    ----------
+    key, definition
+    odds : Odds or None
+        None where nothing tells.
+    may_also_be
+        Definitions that fit as well.
+    """
+
+    key: str
+    definition: str
+    odds: Odds | None
+    may_also_be: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WholeTurns(Evidence):
+    """Angles were written within one turn; the whole turns between their rows were added."""
+
+    keys: tuple[str, ...]
+
+    code = "whole_turns"
+
+    def message(self) -> str:
+        keys = named(self.keys, _KEYS_NAMED)
+        said = (
+            f"{keys} {'is' if len(self.keys) == 1 else 'are'} written within one turn, which is no "
+            "error"
+        )
+        return f"{said}: whole turns were added where the values jump"
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarLast(Evidence):
+    """The quaternion of a frame, ``rear`` or ``front``, was written with its scalar last."""
+
+    end: str
+
+    code = "scalar_last"
+
+    def message(self) -> str:
+        return (
+            f"The quaternion of the {self.end} frame has its scalar last (x, y, z, w), which is no "
+            "error: it was read in this order"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"frame": self.end}
+
+
+@dataclass(frozen=True, slots=True)
+class PathTurned(Evidence):
+    """The path on the floor starts in another direction [rad]; it was turned back."""
+
+    heading: float
+
+    code = "path_turned"
+
+    def message(self) -> str:
+        return (
+            f"The path on the floor starts at a heading of {self.heading:.6g} rad, which is no "
+            "error: the positions were turned back"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"heading": self.heading}
+
+
+@dataclass(frozen=True, slots=True)
+class Conventions(Evidence):
+    """All conventions of a file that are not the default ones.
+
+    Attributes
+    ----------
+    turned
+        Columns with the other sign.
+    units, offsets
+        By key, the unit, and the zero [SI unit].
+    definitions : tuple of TakenDefinition
+    are_signs_contradicted
+        True if other signs of the file contradict each other, which are none of these.
+    """
+
+    turned: tuple[str, ...]
+    units: Mapping[str, str]
+    offsets: Mapping[str, float]
+    definitions: tuple[TakenDefinition, ...]
+    are_signs_contradicted: bool
+
+    code = "conventions"
+
+    def message(self) -> str:
+        said = [
+            *_senses(self.turned),
+            *in_units(self.units),
+            *_zeros(self.offsets),
+            *(f"{d.key} is {d.definition}{_in_brackets(taken_words(d))}" for d in self.definitions),
+        ]
+        others = "else but the signs that are warned of" if self.are_signs_contradicted else "else"
+        return (
+            f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
+            f"{others} is as by default. Errors are stated with these conventions applied"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "signs": list(self.turned),
+            "units": dict(self.units),
+            "offsets": dict(self.offsets),
+            "definitions": {d.key: d.definition for d in self.definitions},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Convention(Evidence):
+    """A choice by which one column is read, and the errors with it and without any.
+
+    Attributes
+    ----------
+    key
+    errors, errors_as_written
+        As understood, and taken as the default definition in SI units.
+    """
+
+    key: str
+    errors: Errors
+    errors_as_written: Errors
+
+
+@dataclass(frozen=True, slots=True)
+class OtherDefinition(Convention):
+    """Another definition than the default, with the errors of the latter."""
+
+    taken: TakenDefinition
+    default: str
+    errors_of_default: Errors
+
+    code = "definition"
+
+    def message(self) -> str:
+        taken = self.taken
+        sure = f", {odds_words(taken.odds)}" if taken.odds else ""
+        return (
+            f"{self.key} is {taken.definition}{sure}: errors {errors_words(self.errors)}, against "
+            f"{errors_words(self.errors_of_default)} for the default {self.default}"
+            f"{_in_brackets(open_words(taken.may_also_be))}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        taken = self.taken
+        return {**_of_convention(self), "definition": taken.definition}
+
+
+@dataclass(frozen=True, slots=True)
+class OtherSign(Convention):
+    """The other sign."""
+
+    code = "sign"
+
+    def message(self) -> str:
+        return (
+            f"{self.key} has the other sign: errors {errors_words(self.errors)} with it turned "
+            "round"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return _of_convention(self)
+
+
+@dataclass(frozen=True, slots=True)
+class OtherUnit(Convention):
+    """Another unit than that of the default."""
+
+    unit: str
+    default: str
+
+    code = "unit"
+
+    def message(self) -> str:
+        errors = errors_words(self.errors)
+        return f"{self.key} is in {self.unit}, not {self.default}: errors {errors} in the latter"
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {**_of_convention(self), "unit": self.unit}
+
+
+@dataclass(frozen=True, slots=True)
+class OtherZero(Convention):
+    """Another zero: the constant that the values have too much [SI unit]."""
+
+    offset: float
+
+    code = "offset"
+
+    def message(self) -> str:
+        errors = errors_words(self.errors)
+        return (
+            f"{self.key} has another zero, {_off(self.key, self.offset)}: errors {errors} without "
+            "that constant"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {**_of_convention(self), "offset": self.offset}
+
+
+@dataclass(frozen=True, slots=True)
+class UnitContradicted(Evidence):
+    """The heading of a column names one unit, and its values are in another."""
+
+    key: str
+    heading: str
+    unit: str
+
+    code = "unit_contradicted"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key}: its heading says {self.heading}, but its values are in {self.unit}. One "
+            "of them is wrong; here they are taken as what they fit"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "named": self.heading, "unit": self.unit}
+
+
+@dataclass(frozen=True, slots=True)
+class SignContradiction(Evidence):
+    """Columns whose signs no choice of axes and senses gives."""
+
+    keys: tuple[str, ...]
+
+    code = "signs_disagree"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return contradiction_words(self)
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class SensesOpposed(Evidence):
+    """Roll is positive to the left and steer to the right, which few axes give."""
+
+    keys: tuple[str, ...]
+
+    code = "senses_opposed"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            "roll and steer have opposite senses: roll is positive to the left, steer to the "
+            "right. Right-handed axes give this only if one points backward and another down "
+            "(with x forward and z up it is steer that turns round): if yours are not so, one of "
+            "the two has a sign error"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class DefinitionUnknown(Evidence):
+    """A column of no definition that is known here, beside others that are right.
+
+    Attributes
+    ----------
+    key
+    nearest
+        The nearest definition.
+    log10_odds
+        Of that definition against all that are not known.
+    errors : Errors
+    digits_of_others
+        Correct digits of the worst other column.
+    """
+
+    key: str
+    nearest: str
+    log10_odds: float
+    errors: Errors
+    digits_of_others: float
+
+    code = "definition_unknown"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        sure = ""
+        if self.log10_odds < 0.0:
+            sure = f", {ratio_words(-self.log10_odds)}"
+        return (
+            f"{self.key}: a definition of its own? None that is known here gives this "
+            f"column{sure}; the other columns have {floor(self.digits_of_others)} digits or more. "
+            f"The nearest definition is {self.nearest}, with errors {errors_words(self.errors)}. "
+            "This column is of another point or axis, or written wrongly: say what it is"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "column": self.key,
+            "nearest": self.nearest,
+            "max_abs_error": list(self.errors),
+            "digits_of_others": self.digits_of_others,
+        }
+
+
+def _senses(turned: Sequence[str]) -> Iterable[str]:
+    """Say which way is positive, of the columns with the other sign."""
+    left = [name for name, keys in _COLUMNS_OF_SIDE.items() if set(keys) & set(turned)]
+    if left:
+        yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
+    yield from (text for key, text in _TURNED.items() if key in turned)
+    known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
+    if others := [key for key in turned if key not in known]:
+        yield f"{named(others, _KEYS_NAMED)} with the other sign, as in other axes"
+
+
+def in_units(units: Mapping[str, str]) -> Iterable[str]:
+    """Units of columns, as "roll_angle, steer_angle in degree"."""
+    for unit in dict.fromkeys(units.values()):
+        keys = [key for key, u in units.items() if u == unit]
+        yield f"{named(keys, _KEYS_NAMED)} in {unit}"
+
+
+def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
+    for offset in dict.fromkeys(zeros.values()):
+        keys = [key for key, x in zeros.items() if x == offset]
+        which = named(keys, _KEYS_NAMED)
+        if keys[0] in FREE_ZERO:
+            verb = "starts" if len(keys) == 1 else "start"
+            yield f"{which} {verb} elsewhere, {_off(keys[0], offset)}"
+        else:
+            where = "above" if offset < 0 else "below"
+            yield f"the zero of {which} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _off(key: str, offset: float) -> str:
+    """A constant with its sign and the unit of the column."""
+    return f"{offset:+.9g} {unit_text(COMPARED[key][0].unit)}"
+
+
+def _in_brackets(said: str) -> str:
+    return f" ({said})" if said else ""
+
+
+def _of_convention(e: Convention) -> dict[str, Any]:
+    return {
+        "column": e.key,
+        "max_abs_error": list(e.errors),
+        "max_abs_error_as_written": list(e.errors_as_written),
+    }
+
+
+def taken_words(taken: TakenDefinition) -> str:
+    """Return the odds of a definition, and what else it may be."""
+    odds = odds_words(taken.odds) if taken.odds else ""
+    return ", ".join(x for x in (odds, open_words(taken.may_also_be)) if x)
+
+
+def contradiction_words(e: SignContradiction) -> str:
+    """Return the sentence of signs that contradict each other, without a full stop."""
+    if len(e.keys) == 2:
+        return f"{e.keys[0]} and {e.keys[1]} have opposite signs: one of them is turned round"
+    said = f"{named(e.keys)} have signs that no axes give together: some are turned round"
+    return said + (", or they are of an inverse attitude" if "frame_" in e.keys[0] else "")

@@ -1,0 +1,254 @@
+"""Evidence that a file contradicts itself or the exact motion."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Severity, maneuvers, named
+
+
+@dataclass(frozen=True, slots=True)
+class TimeShift(Evidence):
+    """All times are off by a constant.
+
+    Attributes
+    ----------
+    shift
+        How much too late they are [s].
+    begins_at_start
+        True if the first row holds the initial state.
+    """
+
+    shift: float
+    begins_at_start: bool
+
+    code = "time_shifted"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        starts = f"; the first row, at {self.shift:.6g} s, holds the initial state"
+        return (
+            f"All times are {abs(self.shift):.9g} s too {'late' if self.shift > 0 else 'early'}: "
+            f"with that taken {'off' if self.shift > 0 else 'into account'} the motion "
+            f"fits{starts if self.begins_at_start else ''}. The errors here are those at the times "
+            "as written"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"shift": self.shift}
+
+
+@dataclass(frozen=True, slots=True)
+class StoppedEarly(Evidence):
+    """The diagnosis ended before every cause was tried, as its time was spent.
+
+    Attributes
+    ----------
+    seconds
+        Processor time that it was given [s].
+    """
+
+    seconds: float
+
+    code = "stopped_early"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"Stopped early: {self.seconds:g} s of processor time were spent before every cause "
+            "was tried. One that was not tried may explain the file as well or better. For more "
+            "time: --budget, or budget= in Python"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"seconds": self.seconds}
+
+
+@dataclass(frozen=True, slots=True)
+class CoveredInPart(Evidence):
+    """Parts of the run that no complete rows show.
+
+    Attributes
+    ----------
+    maneuvers
+        Those with the same rows.
+    t_start, t_end, gap
+        First and last complete row, and the longest time without one [s].
+    has_holes
+        True if it is between the rows that something is missing.
+    """
+
+    maneuvers: tuple[int, ...]
+    t_start: float
+    t_end: float
+    gap: float
+    has_holes: bool
+
+    code = "coverage"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        rows = f"complete rows of maneuver {', '.join(map(str, self.maneuvers))}"
+        said = f"{rows} cover {self.t_start:.6g} to {self.t_end:.6g} s only; the rest of the run is"
+        if self.has_holes:
+            said = f"{rows} are up to {self.gap:.3g} s apart; what the motion does meanwhile is"
+        return f"{said} not judged"
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "maneuvers": list(self.maneuvers),
+            "t_start": self.t_start,
+            "t_end": self.t_end,
+            "gap": self.gap,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyHidesError(Evidence):
+    """The energy is within the limit of eq. (1) although something else is visibly wrong.
+
+    Attributes
+    ----------
+    maneuvers
+        All in which that is so.
+    maneuver, key, max_rel_error, performance
+        The worst column of these, its error in scales, and eq. (1) there [%].
+    """
+
+    maneuvers: tuple[int, ...]
+    maneuver: int
+    key: str
+    max_rel_error: float
+    performance: float
+
+    code = "energy_hides_error"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        worst = self.max_rel_error
+        part = f"{100 * worst:.0f}" if worst >= 0.1 else f"{100 * worst:.2g}"
+        return (
+            f"{maneuvers(self.maneuvers)}: the energy is within the limit of eq. (1), and yet "
+            f"{self.key} is wrong by up to {part} % of its scale; energy alone does not show this "
+            "error"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        worst = self.max_rel_error
+        return {
+            "maneuvers": list(self.maneuvers),
+            "maneuver": self.maneuver,
+            "performance": self.performance,
+            "column": self.key,
+            "max_rel_error": worst,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class EnergySum(Evidence):
+    """Potential plus kinetic energy is not the mechanical energy; the largest difference [J]."""
+
+    maneuvers: tuple[int, ...]
+    energy_sum: float
+    floor: float
+
+    code = "energy_sum"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{maneuvers(self.maneuvers)}: potential plus kinetic energy differs from the "
+            f"mechanical energy by up to {self.energy_sum:.2g} J; rounding explains "
+            f"{self.floor:.2g} J"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = list(self.maneuvers)
+        return {"maneuvers": numbers, "energy_sum": self.energy_sum, "floor": self.floor}
+
+
+@dataclass(frozen=True, slots=True)
+class RateContradiction(Evidence):
+    """A rate that is not the derivative of its own angle; root mean square [rad/s]."""
+
+    maneuvers: tuple[int, ...]
+    key: str
+    rms_difference: float
+
+    code = "rate_is_not_the_derivative"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{maneuvers(self.maneuvers)}: {self.key} is not the derivative of its own angle, "
+            f"which is much better than it: up to {self.rms_difference:.2g} rad/s apart (root mean "
+            "square)"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "maneuvers": list(self.maneuvers),
+            "column": self.key,
+            "rms_difference": self.rms_difference,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class SinglePrecision(Evidence):
+    """Numbers of single precision.
+
+    Attributes
+    ----------
+    keys
+    is_written
+        True if the values are such numbers; else they were computed with on the way.
+    are_all
+        True if all values are.
+    """
+
+    keys: tuple[str, ...]
+    is_written: bool
+    are_all: bool = True
+
+    code = "single_precision"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        said = (
+            "The values jump from row to row by some 1e-7 of their size, as numbers of single "
+            "precision on the way leave them: this is the arithmetic and not the model; compute in "
+            "double precision throughout"
+        )
+        if self.is_written:
+            said = (
+                f"{'All' if self.are_all else 'Most'} values are single-precision numbers, good to "
+                "seven digits, however many are written: an error of 1e-7 of a value, or one that "
+                "grows from that, is the arithmetic and not the model; compute and store in "
+                "double precision"
+            )
+        return said
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class FewDigits(Evidence):
+    """Columns whose error is that of the digits written."""
+
+    keys: tuple[str, ...]
+    significant_digits: int
+
+    code = "digits_written"
+
+    def message(self) -> str:
+        digits = self.significant_digits
+        return (
+            f"{named(self.keys)}: the error is that of the digits written ({digits} in the column "
+            "with the fewest); write 17 to show what the program can do"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        digits = self.significant_digits
+        return {"columns": list(self.keys), "significant_digits": digits}

@@ -1,0 +1,860 @@
+"""Evidence of faults in the output of a motion: other times, rows, columns, bounds."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
+
+_PART_OF_A_ROW = 0.05
+"""A shift by less is not told in rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseGrid(Evidence):
+    """A column whose values are multiples of a step that is far coarser than its digits.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    step
+        The largest of the maneuvers [SI unit].
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    step: float
+
+    code = "coarse_grid"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: every value is a multiple of "
+            f"{self.step:.6g} (SI), far coarser than the digits written, as of an encoder, a table "
+            "or a rounded number. Smaller errors are not judged"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers), "step": self.step}
+
+
+@dataclass(frozen=True, slots=True)
+class HalfPrecision(Evidence):
+    """Columns whose values are numbers of half precision; `are_all` if every one is."""
+
+    keys: tuple[str, ...]
+    are_all: bool
+
+    code = "half_precision"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        which = "All values" if self.are_all else f"The values of {named(self.keys)}"
+        return (
+            f"{which} are half-precision numbers (11 bits), good to three digits, however many are "
+            "written. Store them in double precision"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class RowsReversed(Evidence):
+    """Maneuvers whose rows are written from the last to the first."""
+
+    maneuvers: tuple[int, ...]
+
+    code = "rows_reversed"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"The rows of {maneuvers(self.maneuvers)} are written from the last to the first: the "
+            "last row is the start of the motion. Reverse the values or the times"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
+
+
+@dataclass(frozen=True, slots=True)
+class SingleRows(Evidence):
+    """Single rows of a column that do not fit the rows around them.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    rows
+        How many.
+    time
+        Of the first [s].
+    is_held
+        True if each holds the value of the row before it.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    rows: int
+    time: float
+    is_held: bool
+
+    code = "single_rows"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.rows == 1:
+            what = "holds the value of the row before" if self.is_held else "is far from the others"
+            said = f"1 single row {what}, at {self.time:.6g} s"
+        else:
+            what = "hold the value of the row before" if self.is_held else "are far from the others"
+            said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Look at how this column is written "
+            "or measured there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        return {**where, "rows": self.rows, "time": self.time, "is_held": self.is_held}
+
+
+@dataclass(frozen=True, slots=True)
+class RateOfDifferences(Evidence):
+    """A rate that is a difference of its own angle: ``forward``, ``backward`` or ``central``."""
+
+    key: str
+    how: str
+
+    code = "rate_of_differences"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} is the {self.how} difference of its own angle in this file, in every "
+            "maneuver, and not the rate of the motion. Write the rate that your program "
+            "integrates; the rest is diagnosed without it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "how": self.how}
+
+
+@dataclass(frozen=True, slots=True)
+class Mirrored(Evidence):
+    """Maneuvers that are the right motion to the other side: it begins with the other roll rate.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    """
+
+    maneuvers: tuple[int, ...]
+
+    code = "mirrored"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        is_are = "is" if len(self.maneuvers) == 1 else "are"
+        return (
+            f"{maneuvers(self.maneuvers).capitalize()} {is_are} the right motion to the other "
+            "side: all columns of roll and steer are turned round, as if it began with the "
+            "opposite roll rate. Check the sign of the initial roll rate there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuvers": list(self.maneuvers)}
+
+
+@dataclass(frozen=True, slots=True)
+class RateOfOtherRow(Evidence):
+    """A rate that is that of its own angle at another row, whatever the motion is.
+
+    Attributes
+    ----------
+    key
+    rows
+        By how many rows it is late.
+    """
+
+    key: str
+    rows: float
+
+    code = "rate_of_other_row"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        row = "half a row" if abs(self.rows) < 1.0 else "one row"
+        return (
+            f"{self.key} is the rate of its own angle {row} "
+            f"{'before' if self.rows > 0.0 else 'after'}, in every maneuver. Write both at the "
+            "same time; the rest is diagnosed without it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "rows": self.rows}
+
+
+@dataclass(frozen=True, slots=True)
+class OtherClock(Evidence):
+    """The rows of one maneuver, or all of them, are the right ones of other times.
+
+    Attributes
+    ----------
+    maneuver
+        None of all.
+    scale, shift
+        Time meant = scale * time written + shift [s].
+    rows
+        The shift in distances of the rows; None if these are not even.
+    keys
+        The columns, where others are right at the times written; otherwise empty.
+    """
+
+    maneuver: int | None
+    scale: float
+    shift: float
+    rows: float | None
+    keys: tuple[str, ...] = ()
+
+    code = "other_clock"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.scale == 1.0:
+            when = f"{abs(self.shift):.6g} s {'later' if self.shift > 0.0 else 'earlier'}"
+            rows = self.rows and round(self.rows, 2)
+            if rows and abs(self.rows or 0.0) >= _PART_OF_A_ROW:
+                distances = (
+                    "the distance" if abs(rows) == 1 else f"{abs(rows):g} times the distance"
+                )
+                when += f", {distances} of its rows"
+        else:
+            more = f" and {self.shift:+.3g} s more" if self.shift else ""
+            when = f"{self.scale:.7g} times those written{more}"
+        rows_of, times_of = "The rows", "the times"
+        if self.keys:
+            rows_of = f"The rows of {', '.join(self.keys)}"
+        if self.maneuver is not None:
+            rows_of, times_of = (
+                f"{rows_of} of maneuver {self.maneuver}",
+                f"{times_of} of this maneuver",
+            )
+        return (
+            f"{rows_of} are the right ones of other times: {when}. Look at how {times_of} are "
+            "written, and at when the rows are"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {"scale": self.scale, "shift": self.shift, "rows": self.rows}
+        return {"maneuver": self.maneuver, "columns": list(self.keys), **numbers}
+
+
+@dataclass(frozen=True, slots=True)
+class TimesAddedUp(Evidence):
+    """The rows are the right ones of multiples of a step, from which the written times creep away.
+
+    Attributes
+    ----------
+    step
+        [s]
+    creep
+        What a time is off by, at most [s].
+    is_single
+        True if they are what adding up the step in single precision gives.
+    """
+
+    step: float
+    creep: float
+    is_single: bool
+
+    code = "times_added_up"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        how = (
+            "that are added up in single precision"
+            if self.is_single
+            else "that are added up or rounded"
+        )
+        return (
+            f"The rows are the right ones of the multiples of {self.step:g} s. The times written "
+            f"creep away from these by up to {self.creep:.2g} s, as times {how} do. Write the "
+            "number of the row times the step"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"step": self.step, "creep": self.creep, "is_single": self.is_single}
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnRatio(Evidence):
+    """A column is a factor times the right one, with another zero.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    factor, offset
+        Written = factor * right + offset [SI unit].
+    unit
+        The unit that has this factor; None if there is none.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    factor: float
+    offset: float
+    unit: str | None
+
+    code = "column_ratio"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        times = "" if self.factor == 1.0 else f"{self.factor:.7g} times "
+        more = "" if not self.offset else f" {'+-'[self.offset < 0]} {abs(self.offset):.6g} (SI)"
+        unit = f", as in {self.unit}" if self.unit else ""
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)} is {times}the right one{more}{unit}. Look "
+            "at how this column is computed and written"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {"factor": self.factor, "offset": self.offset, "unit": self.unit}
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        return {**where, **numbers}
+
+
+@dataclass(frozen=True, slots=True)
+class OtherColumn(Evidence):
+    """A column holds the values of another one, in some maneuvers.
+
+    Attributes
+    ----------
+    key
+        What the column should be.
+    maneuvers : tuple of int
+    other
+        The key of what it holds.
+    of_maneuver
+        The maneuver from which that is, if it is another one.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    other: str
+    of_maneuver: int | None = None
+
+    code = "other_column"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        of = f" of maneuver {self.of_maneuver}" if self.of_maneuver is not None else ""
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)} has the values of {self.other}{of}. Check "
+            "the order in which columns are written there"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        return {**where, "other": self.other, "of_maneuver": self.of_maneuver}
+
+
+@dataclass(frozen=True, slots=True)
+class UnsignedColumn(Evidence):
+    """A column holds the right values without their signs, in some maneuvers.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+
+    code = "unsigned_column"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{self.key} of {maneuvers(self.maneuvers)} has the right values without their signs: "
+            "look for an absolute value, or a square root of a square, where it is written"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"column": self.key, "maneuvers": list(self.maneuvers)}
+
+
+@dataclass(frozen=True, slots=True)
+class ClippedColumn(Evidence):
+    """A column stays at a bound.
+
+    Attributes
+    ----------
+    key
+    maneuvers : tuple of int
+    low, high
+        The bounds [SI unit]; None without one.
+    is_right_within
+        True if it is right elsewhere, and the right one is beyond the bounds there.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    low: float | None
+    high: float | None
+    is_right_within: bool
+
+    code = "clipped_column"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        at = " and ".join(f"{x:.6g}" for x in (self.low, self.high) if x is not None)
+        where_else = (
+            "clipped: the right one goes beyond, and is what is written elsewhere"
+            if self.is_right_within
+            else (
+                "clipped where it is written, or held by a stop in the model. The rest is "
+                "diagnosed without it"
+            )
+        )
+        return f"{self.key} of {maneuvers(self.maneuvers)} stays at {at} (SI), {where_else}"
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"column": self.key, "maneuvers": list(self.maneuvers)}
+        bounds = {"low": self.low, "high": self.high}
+        return {**where, **bounds, "is_right_within": self.is_right_within}
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothedColumns(Evidence):
+    """Columns (``2.roll_angle``) that are moving averages over so many rows."""
+
+    places: tuple[str, ...]
+    rows: int
+
+    code = "smoothed_columns"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{named(self.places)}: each value is the mean of {self.rows} rows about its own, a "
+            "moving average of the right column. Write the rows as they are computed, without a "
+            "filter"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"columns": list(self.places), "rows": self.rows}
+
+
+@dataclass(frozen=True, slots=True)
+class Remainder(Evidence):
+    """What is left where all that is wrong is explained: the largest error, and its place.
+
+    Attributes
+    ----------
+    max_rel_error
+        In the scale of the column.
+    place
+        Maneuver and column (``2.roll_angle``).
+    """
+
+    max_rel_error: float
+    place: str
+
+    code = "remainder"
+
+    def message(self) -> str:
+        return (
+            "Nothing else is wrong: with this taken back, the largest error is "
+            f"{self.max_rel_error:.1g} of the scale ({self.place})"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"max_rel_error": self.max_rel_error, "place": self.place}
+
+
+@dataclass(frozen=True, slots=True)
+class RowsRepeated(Evidence):
+    """Last rows that hold the same numbers, of a motion that does not stand still.
+
+    Attributes
+    ----------
+    maneuver
+    time
+        Of the first of them [s].
+    rows
+        How many.
+    keys
+    are_all
+        True if all columns stand still: the motion ended there.
+    """
+
+    maneuver: int
+    time: float
+    rows: int
+    keys: tuple[str, ...]
+    are_all: bool
+
+    code = "rows_repeated"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        which = "rows" if self.are_all else f"rows of {named(self.keys)}"
+        why = "the motion ended there, and its last row was" if self.are_all else "they were"
+        return (
+            f"From {self.time:.6g} s on all {self.rows} {which} of maneuver {self.maneuver} hold "
+            f"the same numbers: {why} written again"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "maneuver": self.maneuver,
+            "time": self.time,
+            "rows": self.rows,
+            "columns": list(self.keys),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class RowsBetween(Evidence):
+    """Rows that were held or interpolated.
+
+    Attributes
+    ----------
+    maneuvers : tuple of int
+    order
+        0 if rows repeat the one before, 1 if they are on straight lines between others, 2 if they
+        are on curves between others.
+    share
+        Of the rows.
+    keys : tuple of str
+        Those of the angles and rates that show it, if these are less than half.
+    every
+        Every row of this count is right, where rows are on curves; otherwise 0.
+    """
+
+    maneuvers: tuple[int, ...]
+    order: int
+    share: float
+    keys: tuple[str, ...] = ()
+    every: int = 0
+
+    code = "rows_between"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.every:
+            return (
+                f"Every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right, and the "
+                "rows between are not: they were interpolated. Write the integrator's own rows, or "
+                "its dense output"
+            )
+        what = "are on straight lines between rows" if self.order else "repeat the row before"
+        where = named(self.keys) if self.keys else "most of its angles and rates"
+        return (
+            f"At least {100 * self.share:.0f} % of the rows of {maneuvers(self.maneuvers)} {what}, "
+            f"in {where}, as no motion does: they were held or interpolated. Write the "
+            "integrator's own rows, or its dense output"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        where = {"maneuver": self.maneuvers[0], "maneuvers": list(self.maneuvers)}
+        numbers = {"order": self.order, "share": self.share, "columns": list(self.keys)}
+        return {**where, **numbers, "every": self.every}
+
+
+def _ordinal(count: int) -> str:
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{count}{'th' if 10 < count % 100 < 14 else ends.get(count % 10, 'th')}"
+
+
+@dataclass(frozen=True, slots=True)
+class Departs(Evidence):
+    """A motion that is right up to some row, and soon after it a hundred times farther off.
+
+    Attributes
+    ----------
+    maneuver
+    t_right, time
+        Of the last row that is right, and of the one that is so far off [s].
+    before, after
+        Errors until then and there, in scales.
+    t_back
+        Of the last row that is off, if those after it are right again [s].
+    shift
+        Where the rest is the right motion at another time, by how much that is later [s].
+    keys : tuple of str
+        The columns that show it, if others do not: their definition is not known.
+    """
+
+    maneuver: int
+    t_right: float
+    time: float
+    before: float
+    after: float
+    t_back: float | None = None
+    shift: float | None = None
+    keys: tuple[str, ...] = ()
+
+    code = "departs"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        if self.t_back is not None:
+            what = f"to {self.t_back:.6g} s. All rows after these are right: look at these alone"
+        elif self.shift is not None:
+            why = "left out" if self.shift > 0.0 else "made twice"
+            what = (
+                f"on, where it is the right motion {_later(self.shift)}: rows or steps were {why}"
+            )
+        else:
+            what = (
+                "on: look at what happens there. A mistake in the model or at the start is seen "
+                "from the first rows on"
+            )
+        by = f", by its {named(self.keys)}," if self.keys else ""
+        return (
+            f"Maneuver {self.maneuver}{by} is right to {self.before:.1g} of the scales until "
+            f"{self.t_right:.6g} s, and off by {self.after:.2g} from {self.time:.6g} s {what}"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {
+            "before": self.before,
+            "after": self.after,
+            "shift": self.shift,
+            "columns": list(self.keys),
+        }
+        return {"maneuver": self.maneuver, "time": self.time, **numbers}
+
+
+@dataclass(frozen=True, slots=True)
+class OtherTimes(Evidence):
+    """Rows that are the right motion at other times than those that are written.
+
+    Attributes
+    ----------
+    ahead : mapping of int to (float, float)
+        From how much later to how much later, of nine rows in ten of each maneuver [s].
+    relief : tuple of float
+        Factor by which that lets the error of each fall.
+    is_one
+        True if it is about the same time for all rows.
+    """
+
+    ahead: Mapping[int, tuple[float, float]]
+    relief: tuple[float, ...]
+    is_one: bool
+
+    code = "other_times"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        least, most = min(x for x, _ in self.ahead.values()), max(x for _, x in self.ahead.values())
+        when = _later((least + most) / 2) if self.is_one else f"{_later(least)} to {_later(most)}"
+        return (
+            f"Each row is the right motion, but at another time, {when} than is written. Look at "
+            "how the times are written, and at when a row is: before or after the step, at the "
+            "time asked for or at the step next to it"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        ahead = {str(n): x for n, x in self.ahead.items()}
+        return {"ahead": ahead, "relief": list(self.relief)}
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnOfAnotherManeuver(Evidence):
+    """Columns of a maneuver that hold the numbers of another one."""
+
+    maneuver: int
+    of: int
+    keys: tuple[str, ...]
+
+    code = "column_of_another_maneuver"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        return (
+            f"{', '.join(self.keys)} of maneuver {self.maneuver}: the same numbers as in maneuver "
+            f"{self.of}, where they belong"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {"maneuver": self.maneuver, "of": self.of, "columns": list(self.keys)}
+
+
+@dataclass(frozen=True, slots=True)
+class AnotherStart(Evidence):
+    """A first row with another value than the maneuver is given.
+
+    Attributes
+    ----------
+    maneuver
+    key
+    found, given
+        In the unit of the column.
+    unit
+    told
+        The unit in which this would be what is given; None without one.
+    """
+
+    maneuver: int
+    key: str
+    found: float
+    given: float
+    unit: str
+    told: str | None
+
+    code = "another_start"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        said = (
+            f"Maneuver {self.maneuver} begins with a {self.key.replace('_', ' ')} of "
+            f"{self.found:.9g} {self.unit.replace(' s-1', '/s')} in its first row, where "
+            f"{self.given:.9g} is given"
+        )
+        if self.told:
+            said += f": that is {self.found / self.given:.6g} times as much, as in {self.told}"
+        return said
+
+    def numbers(self) -> Mapping[str, Any]:
+        numbers = {"found": self.found, "given": self.given, "unit": self.told}
+        return {"maneuver": self.maneuver, "column": self.key, **numbers}
+
+
+@dataclass(frozen=True, slots=True)
+class Scaled:
+    """Values are a factor times the right ones, and an offset [SI]."""
+
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnsApart(Evidence):
+    """Columns that are wrong beside a motion that is right.
+
+    Attributes
+    ----------
+    columns : mapping of str to tuple of int
+        Their maneuvers, by their keys.
+    every
+        Number of maneuvers of the file.
+    error_of_others
+        The largest, in scales.
+    fits : mapping of str to Scaled
+        Of those that a factor or an offset explains.
+    units : mapping of str to str
+    is_sum_with_it
+        True if the mechanical energy is wrong because one of its parts is.
+    """
+
+    columns: Mapping[str, tuple[int, ...]]
+    every: int
+    error_of_others: float
+    fits: Mapping[str, Scaled]
+    units: Mapping[str, str]
+    is_sum_with_it: bool
+
+    code = "columns_apart"
+    severity = Severity.WARNING
+
+    def message(self) -> str:
+        only = ", ".join(
+            key if len(numbers) == self.every else f"{key} of {maneuvers(numbers)}"
+            for key, numbers in self.columns.items()
+        )
+        with_sum = ", and mechanical_energy with it" if self.is_sum_with_it else ""
+        scales = "".join(
+            f": {key} is {_scaled(x, self.units[key])}" for key, x in self.fits.items()
+        )
+        is_one = len(self.columns) == 1
+        are, these = ("is", "this column is") if is_one else ("are", "these columns are")
+        return (
+            f"Only {only} {are} wrong{with_sum}{scales}. All other columns are right to "
+            f"{self.error_of_others:.1g} of their scales, so neither the integrator nor the "
+            f"equations are to blame. Look at how {these} computed and written"
+        )
+
+    def numbers(self) -> Mapping[str, Any]:
+        return {
+            "columns": {key: list(numbers) for key, numbers in self.columns.items()},
+            "max_rel_error_of_others": self.error_of_others,
+            "factors": {key: x.factor for key, x in self.fits.items()},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnBeside(Evidence):
+    """A column beside the benchmark's that is wrong alone.
+
+    Attributes
+    ----------
+    key
+    maneuvers
+    unit
+    max_rel_error
+        In scales.
+    constant : tuple of float
+        The number in every row of each maneuver, where the right one moves; empty if it varies.
+    fit : Scaled or None
+        What explains it.
+    """
+
+    key: str
+    maneuvers: tuple[int, ...]
+    unit: str
+    max_rel_error: float
+    constant: tuple[float, ...] = ()
+    fit: Scaled | None = None
+
+    def _finding(self) -> Finding:
+        alone = "while the benchmark's columns here are right"
+        advice = "look at how it is computed and written"
+        more: dict[str, object] = {}
+        if self.constant:
+            numbers = " / ".join(_in(x, self.unit) for x in dict.fromkeys(self.constant))
+            said = f"holds the same number in every row, {numbers}, {alone}: "
+            said += "it was not computed, or not written"
+            more = {"constant": list(self.constant)}
+        elif self.fit is not None:
+            said = f"is {_scaled(self.fit, self.unit)}, {alone}: {advice}"
+            more = {"factor": self.fit.factor, "offset": self.fit.offset}
+        else:
+            said = (
+                f"is wrong by up to {self.max_rel_error:.2g} of its scale, {alone}, and neither a "
+                f"factor nor an offset explains it: {advice}. Programs with mistakes are simulated "
+                "for the benchmark's columns only"
+            )
+        where = f"{self.key} of maneuver {', '.join(map(str, self.maneuvers))}"
+        return warning(
+            "column_beside",
+            f"{where} {said}",
+            column=self.key,
+            maneuvers=list(self.maneuvers),
+            max_rel_error=self.max_rel_error,
+            **more,
+        )
+
+
+def _later(seconds: float) -> str:
+    return f"{abs(seconds):.3g} s {'later' if seconds > 0.0 else 'earlier'}"
+
+
+def _scaled(x: Scaled, unit: str) -> str:
+    """What values are, beside the right ones."""
+    times = f"{x.factor:.6g} times the right one" if x.factor != 1.0 else "the right one"
+    sign = "minus" if x.offset < 0 else "plus"
+    return times + (f" {sign} {_in(abs(x.offset), unit)}" if x.offset else "")
+
+
+def _in(x: float, unit: str) -> str:
+    return f"{x:.6g}" + ("" if unit == "1" else " " + unit.replace(" s-1", "/s"))

@@ -1,0 +1,64 @@
+"""Words that sentences of evidence have in common."""
+
+import math
+from collections.abc import Sequence
+
+from heyoka_bike.errors import printable
+from heyoka_bike.scoring.evidence.base import MAX_LOG10_ODDS, Errors, Odds
+
+_KEYS_NAMED = 6
+"""Columns that a sentence about conventions names."""
+
+
+def unit_text(unit: str) -> str:
+    """A unit as people write it: ``rad s-1`` is rad/s."""
+    for per in ("s", "h", "min"):
+        unit = unit.replace(f" {per}-1", f"/{per}")
+    return printable(unit)
+
+
+def odds_words(odds: Odds) -> str:
+    """Odds of a definition, as "300 to 1 against wheel_spin"."""
+    if odds.against is None:
+        return f"{ratio_words(odds.log10)} against one that is not known here"
+    return f"{ratio_words(odds.log10)} against {odds.against}"
+
+
+def ratio_words(power: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if power > MAX_LOG10_ODDS:
+        return f"over 10^{MAX_LOG10_ODDS} to 1"
+    if power < 0.0:
+        return (
+            f"1 to {10**-power:.2g}"
+            if power > -MAX_LOG10_ODDS
+            else f"1 to over 10^{MAX_LOG10_ODDS}"
+        )
+    return f"10^{math.floor(power)} to 1" if power >= 3 else f"{10**power:.0f} to 1"
+
+
+def open_words(names: Sequence[str]) -> str:
+    """Name other definitions that are left open; empty if there is none."""
+    return f"may also be {' or '.join(names)}" if names else ""
+
+
+def errors_words(errors: Errors) -> str:
+    """Largest errors, one for each maneuver."""
+    return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
+
+
+def counted(count: int, one: str, several: str = "") -> str:
+    """A number of things: ``1 row``, ``2 rows``, or with a verb, ``1 value is``, ``2 values are``.
+
+    Parameters
+    ----------
+    count
+    one, several
+        The words after 1, and after any other number; by default the same with an s.
+    """
+    return f"{count} {one if count == 1 else several or one + 's'}"
+
+
+def time_beside(t: float, end: float) -> str:
+    """A time to six digits, or to so many that it is not taken for the end of the run."""
+    return f"{t:.6g}" if t == end or f"{t:.6g}" != f"{end:.6g}" else f"{t:.15g}"
