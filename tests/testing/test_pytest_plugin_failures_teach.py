@@ -153,7 +153,7 @@ BROKEN = {
     ),
     "stops early": (
         "import dataclasses\nfrom heyoka_bike.scoring.findings import Finding\n"
-        "from heyoka_bike.scoring.evidence import StoppedEarly\n"
+        "from heyoka_bike.scoring.evidence.contradictions import StoppedEarly\n"
         "def broken(report, *rest):\n"
         "    said = tuple(Finding('x', f'Finding {i}') for i in range(5))\n"
         "    return dataclasses.replace(report, diagnosis=said, seen=(StoppedEarly(1.0),))"

@@ -257,8 +257,9 @@ class EnergyTrend(Evidence):
             )
             return info("energy_grows", said, maneuvers=numbers, relative_change=changes)
         said = (
-            f"The mechanical energy falls steadily{every}, as with a damper, drag or a contact that "
-            "slips, or with numerical damping, which alone falls with the step or the tolerance"
+            f"The mechanical energy falls steadily{every}, as with a damper, drag or a contact "
+            "that slips, or with numerical damping, which alone falls with the step or the "
+            "tolerance"
         )
         return info("numerical_damping", said, maneuvers=numbers, relative_change=changes)
 

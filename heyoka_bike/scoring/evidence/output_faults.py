@@ -114,8 +114,8 @@ class SingleRows(Evidence):
             what = "hold the value of the row before" if self.is_held else "are far from the others"
             said = f"{self.rows} single rows {what}, the first at {self.time:.6g} s"
         return (
-            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Look at how this column is written "
-            "or measured there"
+            f"{self.key} of {maneuvers(self.maneuvers)}: {said}. Look at how this column is "
+            "written or measured there"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -551,9 +551,9 @@ class RowsBetween(Evidence):
     def message(self) -> str:
         if self.every:
             return (
-                f"Every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right, and the "
-                "rows between are not: they were interpolated. Write the integrator's own rows, or "
-                "its dense output"
+                f"Every {_ordinal(self.every)} row of {maneuvers(self.maneuvers)} is right, and "
+                "the rows between are not: they were interpolated. Write the integrator's own "
+                "rows, or its dense output"
             )
         what = "are on straight lines between rows" if self.order else "repeat the row before"
         where = named(self.keys) if self.keys else "most of its angles and rates"
