@@ -1,7 +1,7 @@
 """A column with another zero or a ratio, beside a wrong value: both are found in the residual.
 
 Each alone explains little, so neither is seen where one cause is looked for. The zero and the ratio
-of each column of the motion are further unknowns of the equations, with the parameters and forces.
+of each column of the motion are further unknowns of the equations, with the parameters.
 An edit is undone only if it lets the residual fall by far together with one value, and not alone:
 then the rows without it are diagnosed, and that value is named.
 """
@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.numbers.double import SMALL_STEP, Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understandings
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     Blocks,
@@ -27,7 +27,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     solve,
 )
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
-from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS, Residual
+from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.units import factor
@@ -103,11 +103,7 @@ class _Edited:
     def sizes(self, names: Sequence[str]) -> Array:
         """Sizes of unknowns, of which parts are taken for their derivatives."""
         bicycle = self.program.motion.bicycle.values
-        return np.array([
-            abs(float(bicycle[n])) or 1.0 if n in bicycle
-            else FORCES[n].size if n in FORCES else 1.0
-            for n in names
-        ])  # fmt: skip
+        return np.array([abs(float(bicycle[n])) or 1.0 if n in bicycle else 1.0 for n in names])
 
     def first_order(self, names: Sequence[str], x: Array) -> Blocks:
         """The normal equations at some values of the unknowns."""
@@ -145,7 +141,7 @@ def edit_beside_a_value(
     right = asked.residual({})
     if right is None or not right.is_resolved or not asked.edits:
         return None
-    every = [*asked.edits, *UNKNOWNS]
+    every = [*asked.edits, *PARAMETERS]
     start = asked.first_order(every, np.zeros(len(every)))
     alone = best_subsets(start, 1, len(every))
     edits = [int(i) for (i,) in alone.members if _is_edit(every[i])][:_TRIED]
