@@ -663,7 +663,7 @@ def test_numbers_kept_elsewhere_are_refused_before_anything_is_proved(
 ):
     """The last maneuver has them: 5 s are far more than reading needs, a proof takes minutes."""
     of_rows(change, "maneuver_3")(published)
-    limit = os.times().children_user + 5.
+    limit = os.times().children_user + 5.0
     code, out, error = check(published)
     assert (code, out, error) == (3, "", f"refused: roll_angle {said}\n")
     assert os.times().children_user < limit
