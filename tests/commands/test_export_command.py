@@ -230,6 +230,8 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
             "'if' is a reserved word, expected another name of a module",
         ),
         (["--equations", "rust", "-o", "fn.rs"], "'fn' is a reserved word"),
+        (["--equations", "fortran", "-o", "Sin.f90"], "'Sin' is a name in the code itself"),
+        (["--equations", "julia", "-o", "rates.jl"], "'rates' is a name in the code itself"),
         (["--equations", "c", "--bicycle", "no-one"], "bicycle: found 'no-one', expected"),
         (["--equations", "c", "--maneuvers", "no-one"], "maneuvers: found 'no-one', expected"),
     ],

@@ -41,7 +41,7 @@ def test_every_column_has_every_unknown(sensitivities, reference):
 @pytest.mark.parametrize("symbol", ["w", "lam", "IHxz", "rF", "zB"])
 def test_they_predict_what_another_integrator_finds(sensitivities, reference, number, symbol):
     """Central differences extrapolated to fourth order; SciPy's output is accurate to 1e-7."""
-    program = correct(reference)
+    program = correct(reference).motion
     time = reference[number].time[::20]
     start = program.starts[number]
     state = (0.0, 0.0, 0.0, start.roll_rate, 0.0, start.speed)

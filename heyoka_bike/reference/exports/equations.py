@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +22,7 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, whole_rates
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import quoted
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers import straight_line as languages
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.dual import Duals
@@ -142,7 +143,7 @@ def render(
     Raises
     ------
     InputError
-        The name cannot be that of a module, or a maneuver cannot start.
+        The name cannot be that of a module, or the code uses it, or a maneuver cannot start.
     """
     check_name(stem, "module")
     file = LANGUAGES[language]
@@ -152,6 +153,11 @@ def render(
     for name, says, *what in _functions(bicycle, maneuvers, is_descriptor=file.is_descriptor):
         says = commented(wrapped([says]), file.mark)
         text = file.language.function(file.named.format(name=name, stem=stem), *what)
+        if re.search(rf"\b{stem}\b", text, re.IGNORECASE):  # Fortran takes both cases alike.
+            raise InputError(
+                f"--output: {quoted(stem)} is a name in the code itself, expected another name of "
+                "a module"
+            )
         each.append(file.each.format(name=name))
         head, _, _ = text.partition("\n")
         heads.append(f"{says}{head};\n\n")
