@@ -358,5 +358,5 @@ def test_page_and_checker_take_the_place_behind_them(kind, suffix, tmp_path, mon
     assert run(kind, "", capsys=capsys)[:2] == (0, f"{STEM}{suffix}\n")
     code, _, err = run(kind, "a", "-o", "b", capsys=capsys)
     assert code == 1
-    assert err == f"heyoka-bike: error: {kind}: found 'a' and -o 'b', expected one of them\n"
+    assert err == f"heyoka-bike: {kind}: found 'a' and -o 'b', expected one of them\n"
     assert not (tmp_path / "a").exists()
