@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike import check
-from heyoka_bike.bicycle.columns import LEVELS
+from heyoka_bike.bicycle.instant_columns import LEVELS
 from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
 from heyoka_bike.numbers.exact import Exact

@@ -10,12 +10,12 @@ from concurrent.futures import as_completed
 
 import numpy as np
 import pytest
-from heyoka_bike.scoring.diagnosis.grids import step_of
 
 from corpus.files import files
 from corpus.writing import Runs
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
+from heyoka_bike.scoring.rows.grids import step_of
 from heyoka_bike.system.jobs import ProcessExecutor, ProcessLimits
 from support.degenerate_runs import DOCUMENTED, PRELOAD, on_corpus, on_tables
 
