@@ -35,7 +35,7 @@ class NotCompared(Evidence):
     reason : Reason
     columns : tuple of LostColumn
         The key of an unknown name is that of the quantity whose name it is like.
-    how_to_tell
+    columns_hint
         The words of the option by which a user can tell the columns.
     """
 
