@@ -22,7 +22,7 @@ LABEL = "uncontrolled bicycle"
 COLORS = {
     Grade.UNKNOWN: "lightgrey",
     Grade.RIGHT: "brightgreen",
-    Grade.UNTOLD: "yellow",
+    Grade.UNDECIDED: "yellow",
     Grade.CLOSE: "yellow",
     Grade.WRONG: "red",
 }
