@@ -33,9 +33,9 @@ from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, r
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, VISIBLE_ERROR
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR
+from heyoka_bike.scoring.ratios import FACTOR_DECISIVE, FACTOR_SIMILAR
 from heyoka_bike.scoring.rows.edits import Columns
 from heyoka_bike.scoring.units import factor
 
@@ -261,13 +261,13 @@ class SeenFile:
 
     def _leaves_much(self, residual: Residual) -> bool:
         """True if a wrong file shows the equations, and no value explains what is left of them."""
-        is_seen = self._is_far and shows_equations(residual) and residual.is_resolved
+        is_seen = self._is_wrong and shows_equations(residual) and residual.is_resolved
         return is_seen and not residual.is_explained
 
     @property
-    def _is_far(self) -> bool:
-        """True if a column is farther off than integrators with usual steps leave it."""
-        return max(self.right.after.values(), default=0.0) > MEANINGLESS_ERROR / FACTOR_CLEAR
+    def _is_wrong(self) -> bool:
+        """True if an error of a column is visible in a plot."""
+        return max(self.right.after.values(), default=0.0) > VISIBLE_ERROR
 
     def edited(self) -> ColumnRatio | None:
         """A zero or a ratio of a column that explains the equations together with one value.
@@ -405,7 +405,7 @@ class SeenFile:
             # Rates that contradict the angles are not understood.
             if made is not None and (best is None or _clearer(made) > _clearer(best)):
                 best, taken = made, understood
-                is_enough = not self._is_far or best.is_explained
+                is_enough = not self._is_wrong or best.is_explained
                 if best.visibility and not best.is_open and is_enough:
                     break
         if best is not None and self._asks_for_edit and self._leaves_much(best):
