@@ -65,7 +65,7 @@ FALL = "fall"
 LONGEST = Fraction(1000)
 """The search for a fall ends at this time [s]."""
 
-_FIRST_LOOK, _GROWTH = Fraction(16), 4
+_FIRST_LOOK, _LONGER = Fraction(16), 4
 # The precise run ends this long after the event that the binary64 run found [s]: far more than the
 # error of binary64, and far less than the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
@@ -224,7 +224,7 @@ def first_event(
         found = next(_decided(run, kinds), singular)
         if found is not None or duration == longest:
             return found
-        duration = min(duration * _GROWTH, longest)
+        duration = min(duration * _LONGER, longest)
 
 
 def singularity(error: SingularMotionError) -> Event:
@@ -284,7 +284,7 @@ def zeros(
     what
         Name of the events.
     """
-    along = _FunctionAlongRun(run, quantity, certificate)
+    along = _Along(run, quantity, certificate)
     found = []
     with along.at.balls.precision():
         start = along.exact_start()
@@ -333,7 +333,7 @@ def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], 
         yield group, before, 0
 
 
-class _FunctionAlongRun:
+class _Along:
     """A function of the state along a run, in ball arithmetic."""
 
     def __init__(

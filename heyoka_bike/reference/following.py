@@ -23,7 +23,7 @@ Formula = Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Derivation:
+class Follows:
     """The formula of a column that follows from others.
 
     Attributes
@@ -101,20 +101,18 @@ _SPEED_AND_SPIN = ("forward_speed", "forward_speed_wheel_spin")
 _COM = (*_SPEED_AND_SPIN, "pitch", "roll_rate", "roll_rate_body_x", "yaw_rate_body_z")
 _PLACE_PARAMETERS = ("rR", "xB", "zB")
 
-FOLLOWS: Mapping[str, Derivation] = {
-    **{name: Derivation(forces, _friction(*forces)) for name, forces in CONTACT_FORCES.items()},
-    "forward_speed_rear_com_heading": Derivation(
-        _COM, lambda *x: _rear_com(*x)[0], _PLACE_PARAMETERS
-    ),
-    "forward_speed_rear_com_body_x": Derivation(
+FOLLOWS: Mapping[str, Follows] = {
+    **{name: Follows(forces, _friction(*forces)) for name, forces in CONTACT_FORCES.items()},
+    "forward_speed_rear_com_heading": Follows(_COM, lambda *x: _rear_com(*x)[0], _PLACE_PARAMETERS),
+    "forward_speed_rear_com_body_x": Follows(
         (*_SPEED_AND_SPIN, "forward_speed_hub_body_x"), _rear_com_body_x, _PLACE_PARAMETERS
     ),
-    "forward_speed_rear_com_global_x": Derivation(
+    "forward_speed_rear_com_global_x": Follows(
         (*_COM, "roll_angle", "yaw"), _rear_com_global_x, _PLACE_PARAMETERS
     ),
-    "forward_speed_rear_com_norm": Derivation(_COM, _rear_com_norm, _PLACE_PARAMETERS),
-    "yaw_zyx": Derivation(("yaw", "roll_angle", "pitch"), _yaw_zyx),
-    "yaw_rate_zyx_rate": Derivation(
+    "forward_speed_rear_com_norm": Follows(_COM, _rear_com_norm, _PLACE_PARAMETERS),
+    "yaw_zyx": Follows(("yaw", "roll_angle", "pitch"), _yaw_zyx),
+    "yaw_rate_zyx_rate": Follows(
         (*_SPEED_AND_SPIN, "yaw_rate", "roll_angle", "roll_rate", "pitch"), _yaw_rate_zyx, ("rR",)
     ),
 }

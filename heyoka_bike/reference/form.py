@@ -42,7 +42,7 @@ _REWORDED = {"Conventions", "comment", "dataset_version"}
 
 
 @dataclass(frozen=True, slots=True)
-class DatasetLayout:
+class SetForm:
     """Expected contents of the files of a dataset.
 
     Attributes
@@ -92,7 +92,7 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 
 def expected(
     manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
-) -> DatasetLayout:
+) -> SetForm:
     """Return the expected contents of a dataset; for an unreadable file, all columns."""
     columns: dict[str, Sequence[Column]] = {}
     has_bounds = True
@@ -106,10 +106,10 @@ def expected(
                 columns[name] = [c for c in known if c.name in stored]
         except DAMAGE:
             continue
-    return DatasetLayout(manifest, maneuvers, columns, has_bounds)
+    return SetForm(manifest, maneuvers, columns, has_bounds)
 
 
-def of_groups(raw: bytes, e: DatasetLayout, name: str) -> Iterator[str]:
+def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
     """Yield problems of an HDF5 file: attributes, groups by maneuver, and hash of the numbers."""
     inputs, version = e.manifest.inputs, e.version
     with hdf5.opened(raw) as f:
@@ -136,7 +136,7 @@ def of_groups(raw: bytes, e: DatasetLayout, name: str) -> Iterator[str]:
             yield "attribute content_sha256: is not that of the numbers"
 
 
-def of_instants(raw: bytes, e: DatasetLayout) -> Iterator[str]:
+def of_instants(raw: bytes, e: SetForm) -> Iterator[str]:
     """Yield problems of states.h5, except for its numbers."""
     with hdf5.opened(raw) as f:
         root = about(layout.STATES_HDF5, e.manifest.inputs, e.version)
@@ -144,7 +144,7 @@ def of_instants(raw: bytes, e: DatasetLayout) -> Iterator[str]:
 
 
 def _columns(
-    group: Any, declared: hdf5.Group, maneuver: Maneuver, e: DatasetLayout, name: str
+    group: Any, declared: hdf5.Group, maneuver: Maneuver, e: SetForm, name: str
 ) -> Iterator[str]:
     """Yield problems of a group of columns; an older dataset may lack some of the layout."""
     breaks = "breaks" if name == layout.SENSITIVITIES else "dense/breaks"
@@ -168,7 +168,7 @@ def _columns(
         yield from _derivatives_differ(group, maneuver, e)
 
 
-def _derivatives_differ(group: Any, maneuver: Maneuver, e: DatasetLayout) -> Iterator[str]:
+def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[str]:
     """Yield problems of derivatives that do not agree with each other."""
     if e.has_bounds:
         yield from _rows_differ(group, maneuver)
@@ -203,7 +203,7 @@ def _do_increase(breaks: Array) -> bool:
     return bool(breaks[0] == 0 and (np.diff(breaks) > 0).all())
 
 
-def _group(group: Any, declared: hdf5.Group, e: DatasetLayout) -> Iterator[str]:
+def _group(group: Any, declared: hdf5.Group, e: SetForm) -> Iterator[str]:
     """Problems of a group, and of the groups in it."""
     yield from _attributes(group, declared.attributes)
     yield from _names(group, declared.members)
@@ -223,7 +223,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
         yield f"{group.name}: has {name!r:.60}, which is not part of a set"
 
 
-def _dataset(group: Any, item: hdf5.Dataset, e: DatasetLayout) -> Iterator[str]:
+def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
     """Problems of a dataset: type, shape, attributes, dimension scales, its numbers."""
     dataset = group[item.name]
     _check_shape(dataset, item)
@@ -275,7 +275,7 @@ def _attributes(
 
 
 def _trajectory(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: DatasetLayout
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm
 ) -> Iterator[str]:
     """Problems of the group of a candidate."""
     said = {name: group.attrs.get(name) for name in STATED}

@@ -32,8 +32,8 @@ from heyoka_bike.scoring.evidence.as_compared import (
 from heyoka_bike.scoring.evidence.as_read import TimesFromFirst, TimeUnitContradicted
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.free import with_free_values
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
@@ -50,7 +50,7 @@ MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
 
 # A column farther from the reference than half its scale says nothing about what it is.
-MEANINGLESS_ERROR = 0.5
+HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it. Values below its
 # inverse, whose products vanish, are zero.
 _LARGEST_VALUE = 1e150
@@ -63,7 +63,7 @@ _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
 _SHORTEST_RUN = 0.1
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
-_FAR_FROM_MANEUVER = 1.0 / FACTOR_CLEAR
+_FAR_FROM_MANEUVER = 1.0 / CLEARLY
 # Times that begin so many runs late are those of a clock.
 _LONG_AGO = 1e5
 # Seconds since 1970, from 2001 to 2096, and what clocks count.
@@ -241,7 +241,7 @@ def are_even(time: Array, step: float) -> bool:
     if not step > 0.0:
         return False
     count = time / step
-    return bool(np.max(np.abs(count - np.round(count)), initial=0.0) < VISIBLE_ERROR)
+    return bool(np.max(np.abs(count - np.round(count)), initial=0.0) < TOLERANCE)
 
 
 def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
@@ -327,9 +327,7 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     meant: dict[str, str | None] = {}
     seen = list(results.seen)
     for key, nearest in zip(far, best, strict=True):
-        is_kept = far[key][nearest] < MEANINGLESS_ERROR or (
-            nearest == key and key in BENCHMARK_COLUMNS
-        )
+        is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
         meant[key] = k = nearest if is_kept else None
         if k != key:
             seen.append(MeantByValues(k, tuple(open_[key])))
@@ -365,12 +363,12 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
     # 1 rad/s of a wheel of 0.3 m is 1.08 km/h, so that one is as near as this to the other.
-    if own <= MEANINGLESS_ERROR / FACTOR_CLEAR:
+    if own <= HALF / CLEARLY:
         return part, ()
     for name in ("rR", "rF"):
         radius = f"{float(Fraction(reference.parameters[name]))} m"
         units = {**part.units, "forward_speed": f"{radius} rad s-1"}
-        if _distance(replace(speed, units=units)) < own / FACTOR_CLEAR:
+        if _distance(replace(speed, units=units)) < own / CLEARLY:
             return replace(part, units=units), (WheelRate(radius),)
     return part, ()
 
@@ -422,7 +420,7 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
         began = {n: replace(part, time=part.time - part.time[0]) for n, part in telling.items()}
         others = (x for x in (found, recognised(moved), recognised(began)) if x is not None)
         found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
-    if found is not None and found.apart[found.maneuver] < MEANINGLESS_ERROR:
+    if found is not None and found.apart[found.maneuver] < HALF:
         return found
     option = "maneuver=N" if results.format == "array" else "--maneuver N"
     hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
@@ -441,7 +439,7 @@ def _not_zero_at_start(part: Part) -> list[str]:
     if not len(part.time) or part.time[0] != 0.0:
         return []
     reference = part.reference
-    return [k for k in part.values if abs(reference[k][0]) > VISIBLE_ERROR * reference.scale(k)]
+    return [k for k in part.values if abs(reference[k][0]) > TOLERANCE * reference.scale(k)]
 
 
 def _of_another(
@@ -460,7 +458,7 @@ def _of_another(
             option = "columns=" if results.format == "array" else "--columns "
             told = f"{option}time,{','.join(names)}"
         return (OtherOrder(tuple(order.values()), told),)
-    if _distance(part) < VISIBLE_ERROR:
+    if _distance(part) < TOLERANCE:
         return ()
     found = recognised({n: _within(rows, n, reference[n])[0] for n in reference})
     if found is None or found.rivals or found.maneuver == part.number:
@@ -479,7 +477,7 @@ def _another_order(part: Part) -> dict[str, str]:
     keys = list(few.values)
     if order := _permuted(few, keys, _FAR_FROM_MANEUVER):
         return order
-    order = _permuted(few.at(spread(len(few.time), 1)), _not_zero_at_start(few), VISIBLE_ERROR)
+    order = _permuted(few.at(spread(len(few.time), 1)), _not_zero_at_start(few), TOLERANCE)
     return {key: order.get(key, key) for key in keys} if order else {}
 
 
@@ -497,7 +495,7 @@ def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
     for key in keys:
         away = {meaning: far(key, meaning) for meaning in keys}
         nearest = min(away, key=away.__getitem__)
-        order[key] = nearest if away[nearest] < away[key] / FACTOR_CLEAR else key
+        order[key] = nearest if away[nearest] < away[key] / CLEARLY else key
         if away[order[key]] >= limit:
             return {}
     is_moved = any(far(key, key) >= limit for key, meaning in order.items() if key != meaning)
@@ -570,17 +568,14 @@ def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
     """Tell whether angles change far more than their rates allow, unless times are in this unit."""
     span, end = float(np.ptp(part.time)), float(part.reference.duration)
     units = {unit: size for unit, size in _LARGER_UNITS.items() if _is_whole_run(span * size, end)}
-    if (
-        not units
-        or max(_change_over_rate(part, kind) for kind in ("roll", "steer")) <= FACTOR_CLEAR
-    ):
+    if not units or max(_change_over_rate(part, kind) for kind in ("roll", "steer")) <= CLEARLY:
         return ()
     return tuple(TimesInLargerUnit(unit, size, span) for unit, size in units.items())
 
 
 def _is_whole_run(span: float, duration: float) -> bool:
     """True if times span a good part of the run, and not more, to the digits they may have."""
-    return _SHORTEST_RUN * duration <= span <= duration * (1.0 + VISIBLE_ERROR)
+    return _SHORTEST_RUN * duration <= span <= duration * (1.0 + TOLERANCE)
 
 
 def _change_over_rate(part: Part, kind: str) -> float:

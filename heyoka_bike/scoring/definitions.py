@@ -59,10 +59,10 @@ from heyoka_bike.bicycle.columns import (
     RATE_OF,
 )
 from heyoka_bike.numbers.double import Array, Double, median, two_sum
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
-from heyoka_bike.scoring.measures import VISIBLE_ERROR, rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_SIMILAR, MOST_ROWS, ODDS_CLAIMED
+from heyoka_bike.scoring.alignment import HALF, Part
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.measures import TOLERANCE, rms
+from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
@@ -87,7 +87,7 @@ _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 ZEROED = ("potential_energy", "mechanical_energy")
 """Energies whose zero is a convention."""
 
-_UnitAndSign = tuple[str, int]
+_Way = tuple[str, int]
 """Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
@@ -95,7 +95,7 @@ _UNSIGNED = (*_ENERGY_KEYS, "rear_friction", "front_friction")
 
 
 @dataclass(frozen=True, slots=True)
-class Interpretation:
+class Understanding:
     """The definition, unit, sign and zero by which a written column is read.
 
     Attributes
@@ -122,7 +122,7 @@ class Interpretation:
     odds: Mapping[str, float] = field(default_factory=dict)
     none: float | None = None
 
-    def taken_as(self, column: Column) -> Interpretation:
+    def taken_as(self, column: Column) -> Understanding:
         """The column taken by another definition, with what the file cannot tell from that."""
         mine = self.odds[column.definition]
         odds = {d: x - mine for d, x in self.odds.items()}
@@ -162,26 +162,26 @@ class Interpretation:
         return self.column.default and not is_moved
 
 
-Interpretations = Mapping[str, Interpretation]
+Understandings = Mapping[str, Understanding]
 """The understanding of each column of a file, by key."""
 
 
-def plain(key: str) -> Interpretation:
+def plain(key: str) -> Understanding:
     """A column as written: default definition, SI unit, right positive, zero at the floor."""
     column = COMPARED[key][0]
-    return Interpretation(column, column.unit)
+    return Understanding(column, column.unit)
 
 
-def understand(parts: Sequence[Part]) -> Interpretations:
+def understand(parts: Sequence[Part]) -> Understandings:
     """Return the understanding of each column of a file; one choice for all its maneuvers."""
     samples = [Sample(part) for part in parts]
     found = understand_samples(samples)
     return {key: _against_none(key, found, samples) for key in found}
 
 
-def understand_samples(samples: Sequence[Sample]) -> Interpretations:
+def understand_samples(samples: Sequence[Sample]) -> Understandings:
     """Return the understanding of each column against the motion that the samples expect."""
-    found: dict[str, Interpretation] = {}
+    found: dict[str, Understanding] = {}
     starts = _ways_at_start(samples)
     off_by = [{key: x for key in s.values if (x := s.off_by(key)) is not None} for s in samples]
     for key in COMPARED:
@@ -243,15 +243,13 @@ class Sample:
     def start(self, key: str) -> float:
         """The given value of a column at the start, by its default definition; 0 without a row."""
         first = float(self.expected[self.definitions[key][0].name][0])
-        return (
-            first if key in self.at_start and abs(first) > VISIBLE_ERROR * self.scale[key] else 0.0
-        )
+        return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
-    def error(self, key: str, u: Interpretation) -> Array:
+    def error(self, key: str, u: Understanding) -> Array:
         return u.in_si(self.values[key]) - self.expected[u.column.name]
 
     def log_likelihoods(
-        self, key: str, candidates: Sequence[Interpretation], error_of_motion: float = 0.0
+        self, key: str, candidates: Sequence[Understanding], error_of_motion: float = 0.0
     ) -> Array:
         """Natural logarithms, but for a constant that is the same for all candidates.
 
@@ -279,7 +277,7 @@ class Sample:
         typical = np.maximum(_typical_sizes(errors), np.maximum(smallest, error_of_motion))
         return np.asarray(-_INDEPENDENT_VALUES * np.log(typical) - against)
 
-    def of_a_constant(self, key: str, u: Interpretation) -> float:
+    def of_a_constant(self, key: str, u: Understanding) -> float:
         """`log_likelihoods` of a column that does not vary."""
         varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
         return -_INDEPENDENT_VALUES * float(np.log(max(varies, self.smallest(key, u))))
@@ -315,12 +313,12 @@ class Sample:
             errors = errors - median(errors)[:, None]
         return float(np.min(_typical_sizes(np.abs(errors)))) / varies
 
-    def typical(self, key: str, u: Interpretation) -> float:
+    def typical(self, key: str, u: Understanding) -> float:
         """Root mean square of the errors but the largest, not below what the digits can tell."""
         found = _typical_sizes(np.abs(self.error(key, u))[None])
         return max(float(found[0]), self.smallest(key, u))
 
-    def smallest(self, key: str, u: Interpretation) -> float:
+    def smallest(self, key: str, u: Understanding) -> float:
         """Return the smallest error that the digits written, and binary64, can tell [SI]."""
         written, known = self.floor[key]
         return max(written * factor(u.unit)[0], known)
@@ -339,7 +337,7 @@ def _typical_sizes(errors: Array) -> Array:
 _Typical = tuple[float, ...]
 
 
-def _typical(key: str, u: Interpretation, samples: Iterable[Sample]) -> _Typical:
+def _typical(key: str, u: Understanding, samples: Iterable[Sample]) -> _Typical:
     return tuple(s.typical(key, u) for s in samples if key in s.values)
 
 
@@ -348,7 +346,7 @@ def _joint(sizes: Iterable[float]) -> float:
     return float(np.sum(np.log(list(sizes))))
 
 
-def _before(key: str, column: Column, found: Interpretations) -> float:
+def _before(key: str, column: Column, found: Understandings) -> float:
     """Return the prior odds of a definition against another, as a natural logarithm."""
     angle = DERIVATIVES.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
@@ -357,7 +355,7 @@ def _before(key: str, column: Column, found: Interpretations) -> float:
     return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
-def _ways(key: str, samples: Iterable[Sample]) -> list[_UnitAndSign]:
+def _ways(key: str, samples: Iterable[Sample]) -> list[_Way]:
     """All units and signs that a column may have."""
     units = tried(COMPARED[key][0].unit, _named_unit(key, samples))
     return list(product(units, (1,) if key in _UNSIGNED else (1, -1)))
@@ -368,7 +366,7 @@ def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
     return next((s.units[key] for s in samples if key in s.units), None)
 
 
-def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
+def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
     """Unit and sign of the columns whose first row is the given value in one way alone."""
     found = {}
     for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
@@ -382,12 +380,10 @@ def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
 def _begins(sample: Sample, key: str, unit: str, sign: int) -> bool:
     """True if the first value is the given one, as nearly as what is right."""
     written, given = sign * factor(unit)[0] * sample.values[key][0], sample.start(key)
-    return bool(abs(written - given) <= VISIBLE_ERROR * abs(given))
+    return bool(abs(written - given) <= TOLERANCE * abs(given))
 
 
-def _told_way(
-    key: str, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
-) -> _UnitAndSign:
+def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -> _Way:
     """Unit and sign that the first row or the heading says.
 
     They are believed until the values say otherwise, of a wrong motion, too.
@@ -406,7 +402,7 @@ def _error_of_motion(key: str, sample: Sample, off_by: Mapping[str, float]) -> f
     """
     others = [x for k, x in off_by.items() if k != key] or [0.0]
     own = off_by.get(key, 0.0)
-    part = max(float(median(others)), FACTOR_SIMILAR * own if FACTOR_CLEAR * own > 1.0 else 0.0)
+    part = max(float(median(others)), AS_GOOD * own if CLEARLY * own > 1.0 else 0.0)
     return part * sample.varies_by(key)
 
 
@@ -414,9 +410,9 @@ def _choose(
     key: str,
     samples: Sequence[Sample],
     errors_of_motion: Sequence[float],
-    found: Interpretations,
-    starts: Mapping[str, _UnitAndSign],
-) -> Interpretation:
+    found: Understandings,
+    starts: Mapping[str, _Way],
+) -> Understanding:
     """Unit and sign, then the definition under them.
 
     Parameters
@@ -432,7 +428,7 @@ def _choose(
     columns = samples[0].definitions[key]
     told = _told_way(key, samples, starts)
     ways = _ways(key, samples)
-    candidates = [Interpretation(c, *way) for way in ways for c in columns]
+    candidates = [Understanding(c, *way) for way in ways for c in columns]
     before = np.array([_before(key, c, found) for c in columns])
     likely = np.tile(before, len(ways)) + np.sum(
         [s.log_likelihoods(key, candidates) for s in samples], axis=0
@@ -452,13 +448,13 @@ def _choose(
     if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
         way = as_told
     # A wrong motion may be nearest to any definition: what is nearer than its error is chance.
-    of_way = [Interpretation(c, *ways[way]) for c in columns]
+    of_way = [Understanding(c, *ways[way]) for c in columns]
     by_definition = before + np.sum(
         [s.log_likelihoods(key, of_way, e) for s, e in zip(samples, errors_of_motion, strict=True)],
         axis=0,
     )
     chosen = int(np.argmax(by_definition))
-    taken = _with_free_zero(key, Interpretation(columns[chosen], *ways[way]), samples)
+    taken = _with_free_zero(key, Understanding(columns[chosen], *ways[way]), samples)
     constant = sum(s.of_a_constant(key, taken) for s in samples)
     if constant - float(likely.max()) > _LOG_ODDS_CLAIMED:
         # One number, such as the speed of the linear equations, is nearest to whichever definition
@@ -477,7 +473,7 @@ def _choose(
     )
 
 
-def _with_free_zero(key: str, u: Interpretation, samples: Sequence[Sample]) -> Interpretation:
+def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Understanding:
     """The column with its zero at the start of the file, where that explains its errors.
 
     It is that of the first maneuver which has the column, and counts if it clearly reduces the
@@ -488,15 +484,15 @@ def _with_free_zero(key: str, u: Interpretation, samples: Sequence[Sample]) -> I
     having = [s for s in samples if key in s.values]
     moved = replace(u, offset=float(having[0].error(key, u)[0]))
     both = zip(_typical(key, u, having), _typical(key, moved, having), strict=True)
-    return moved if all(before >= FACTOR_CLEAR * after for before, after in both) else u
+    return moved if all(before >= CLEARLY * after for before, after in both) else u
 
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
-    if max(len(s.values[key]) for s in samples) >= MIN_ROWS_FOR_SHAPE:
+    if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
         return True
     floors = [sum(s.floor[key]) for s in samples]
-    return all(t <= FACTOR_CLEAR * f for t, f in zip(typical, floors, strict=True))
+    return all(t <= CLEARLY * f for t, f in zip(typical, floors, strict=True))
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
@@ -504,17 +500,15 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
-    varies = any(
-        float(np.ptp(s.expected[key])) >= MEANINGLESS_ERROR * s.scale[key] for s in samples
-    )
-    limit = MEANINGLESS_ERROR if varies else NEAR_STEADY
+    varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
+    limit = HALF if varies else NEAR_STEADY
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
 
 def accuracy(
     sample: Sample,
-    found: Interpretations,
+    found: Understandings,
     without: Collection[str] = (),
     size: Callable[[str], float] | None = None,
 ) -> float:
@@ -535,7 +529,7 @@ def accuracy(
     return max(errors.values()) if is_told else 1.0
 
 
-def _moves_rightly(sample: Sample, found: Interpretations) -> float:
+def _moves_rightly(sample: Sample, found: Understandings) -> float:
     """Return by how much the speed and the kinetic energy are off, in parts of what they vary by.
 
     They vary with the squares of roll and steer, so the motion is off by half as much; 1 if neither
@@ -548,14 +542,14 @@ def _moves_rightly(sample: Sample, found: Interpretations) -> float:
     return max(off, default=1.0)
 
 
-def _leans_rightly(sample: Sample, found: Interpretations) -> float:
+def _leans_rightly(sample: Sample, found: Understandings) -> float:
     """Return by how much roll and steer are off, in scales, as they are taken; 1 without either."""
     errors = [sample.typical(k, found[k]) / sample.scale[k]
               for k in sample.values if k in LATERAL and sample.scale[k]]  # fmt: skip
     return max(errors, default=1.0)
 
 
-def _against_none(key: str, found: Interpretations, samples: Sequence[Sample]) -> Interpretation:
+def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
     """A column as taken, with the odds that it is of none of the definitions."""
     u, having = found[key], [s for s in samples if key in s.values]
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
@@ -563,13 +557,11 @@ def _against_none(key: str, found: Interpretations, samples: Sequence[Sample]) -
         return u
     odds = _LOG_ODDS_OF_KNOWN
     for s in having:
-        if accuracy(s, found) >= VISIBLE_ERROR:
+        if accuracy(s, found) >= TOLERANCE:
             # A motion that is wrong itself tells nothing.
             continue
         off_by = accuracy(s, found, size=s.moves)
-        allowed = max(
-            FACTOR_CLEAR * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u)
-        )
+        allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
@@ -584,14 +576,14 @@ def _against_none(key: str, found: Interpretations, samples: Sequence[Sample]) -
 
 
 def _in_unit(
-    unit: str, keys: Iterable[str], found: Interpretations, samples: Sequence[Sample]
-) -> dict[str, Interpretation]:
+    unit: str, keys: Iterable[str], found: Understandings, samples: Sequence[Sample]
+) -> dict[str, Understanding]:
     """Those of the energies whose headings tell no unit, in this one."""
     untold = [key for key in keys if _named_unit(key, samples) is None]
     return {key: replace(found[key], unit=unit) for key in untold}
 
 
-def _find_offset(found: dict[str, Interpretation], samples: Sequence[Sample]) -> None:
+def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
     """A zero of the energies elsewhere, the same for both.
 
     It is looked for in the potential energy, or in what the mechanical energy is more than the
@@ -622,10 +614,10 @@ def _have_the_same_rows(sample: Sample, key: str, other: str) -> bool:
 
 def _with_offset(
     key: str,
-    taken: Interpretations,
-    before: Interpretations,
+    taken: Understandings,
+    before: Understandings,
     samples: Sequence[Sample],
-) -> Interpretations:
+) -> Understandings:
     """The energies with the zero that explains them; empty if none does."""
     u = taken[key]
     having = [s for s in samples if key in s.values]
@@ -646,16 +638,14 @@ def _with_offset(
         for s in having
     )
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
-    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(
-        FACTOR_CLEAR * off_by, 1.0 / FACTOR_CLEAR
-    )
-    is_zero = is_far and (shows_height or off_by < VISIBLE_ERROR) and _is_shown(key, left, having)
+    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
+    is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
-    is_zero &= all(t <= MEANINGLESS_ERROR * s.varies + sum(s.floor[key])
+    is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
     # The typical error falls by that much in each maneuver.
     fits = all(
-        a / b >= FACTOR_CLEAR
+        a / b >= CLEARLY
         for k, v in moved.items()
         for a, b in zip(_typical(k, before[k], samples), _typical(k, v, samples), strict=True)
     )

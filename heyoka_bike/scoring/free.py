@@ -28,7 +28,7 @@ from heyoka_bike.numbers.unit import size
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import PathTurned, ScalarLast, WholeTurns
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum, Rows
 from heyoka_bike.scoring.units import factor, tried
 
@@ -95,7 +95,7 @@ def _has_scalar_last(rows: Rows, end: str, reference: ReferenceManeuver) -> bool
     expected = reference.approximate(rows.time[good], keys)
     right = np.abs([expected[key] for key in keys])
     first, last = (_rms(x - right) for x in (written[:, good], np.roll(written[:, good], 1, 0)))
-    return last < first / FACTOR_CLEAR
+    return last < first / CLEARLY
 
 
 def _with_scalar_first(rows: _AnyRows, end: str) -> _AnyRows:
@@ -140,7 +140,7 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
             expected = reference.approximate(rows.time[good], [key])[key]
         right = [sign * expected / factor(unit)[0] for sign in (1, -1)]
         best = min((_unwrapped(written, x, one, is_beyond) for x in right), key=lambda x: x[1])
-        if best[1] < best[2] / (FACTOR_DECISIVE if is_beyond else FACTOR_CLEAR):
+        if best[1] < best[2] / (BY_FAR if is_beyond else CLEARLY):
             count = np.zeros(len(values))
             count[good] = best[0]
             return _Turns(count, turn)
@@ -231,7 +231,7 @@ def _heading_of_path(rows: Rows, reference: ReferenceManeuver) -> _Heading | Non
         _rms(np.abs(written - scale * (x * right.real + 1j * y * right.imag)))
         for x, y in product((1, -1), repeat=2)
     )
-    return best[1] if best[0] < as_written / FACTOR_DECISIVE else None
+    return best[1] if best[0] < as_written / BY_FAR else None
 
 
 def _both(values: Mapping[str, Array], place: str, good: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -19,17 +19,17 @@ RIGHT_DIGITS = 6.0
 RIGHT = 10.0**-RIGHT_DIGITS
 """The same as a part of what is right."""
 
-VISIBLE_ERROR = 1e-3
+TOLERANCE = 1e-3
 """Of the column's scale: the error that `time_to_tolerance` waits for; it is seen in a plot."""
 
-MAX_ROUNDING_FLOORS = 4.0
+FLOORS_OF_ROUNDING = 4.0
 """An error of up to so many resolution limits is rounding: a correct file's is one, and sums and
 conversions make it a few."""
 
-MIN_ROWS_FOR_SHAPE = 10
+FEWEST_TELLING_ROWS = 10
 """Fewer rows show no shape of an error, and no definition but by meeting the digits written."""
 
-CLOSE_DIGITS = -log10(VISIBLE_ERROR)
+CLOSE_DIGITS = -log10(TOLERANCE)
 """Correct digits of what is not wrong."""
 
 
@@ -38,7 +38,7 @@ class Grade(IntEnum):
 
     UNKNOWN = 0
     RIGHT = 1
-    UNDECIDED = 2
+    UNTOLD = 2
     CLOSE = 3
     WRONG = 4
 
@@ -98,5 +98,5 @@ def grade(
     if min(found, shown) >= RIGHT_DIGITS:
         return Grade.RIGHT
     if at_most >= RIGHT_DIGITS or found < CLOSE_DIGITS:
-        return Grade.UNDECIDED
+        return Grade.UNTOLD
     return Grade.CLOSE

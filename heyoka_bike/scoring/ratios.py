@@ -10,13 +10,13 @@ Their experiments:
 - Taking a constant from an error that grows leaves half of it.
 """
 
-FACTOR_SIMILAR = 2.0
+AS_GOOD = 2.0
 """What leaves less than so many times as much is as good: the simpler one is meant."""
 
-FACTOR_CLEAR = 10.0
+CLEARLY = 10.0
 """What one value makes so many times smaller is explained by it, beside others."""
 
-FACTOR_DECISIVE = 100.0
+BY_FAR = 100.0
 """What becomes so many times smaller is explained, with nothing else to speak for it."""
 
 FEW_COLUMNS = 2

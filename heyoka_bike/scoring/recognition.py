@@ -32,8 +32,8 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, FREE_ZERO, RATE_OF
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.grades import TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.units import factor, tried
 
 FASTEST_MODE = 0.05
@@ -44,7 +44,7 @@ initial conditions, whatever the equations are."""
 NEAR = 0.01
 # First rows are those of the given initial conditions to this part, or far from others by that:
 # values that differ by a factor of 3. A mistake may make a speed of 4 m/s that of 4.67 m/s.
-EXACT, FAR = VISIBLE_ERROR, 0.5
+EXACT, FAR = TOLERANCE, 0.5
 # More rows of a span show the same.
 MOST_ROWS_OF_SPAN = 16
 # A unit as the heading names it, or SI, is this much likelier than another one; a sign likewise.
@@ -152,10 +152,10 @@ def _is_excluded(
     ]
     both = [(a, b) for a, b in starts if a is not None and b is not None]
     runs = [(near[key].largest, far[key].largest) for key in keys if varies(key, maneuver)]
-    shows = any(a <= EXACT or b >= FAR for a, b in both if FACTOR_CLEAR * a <= b)
-    shows |= any(a <= NEAR and b >= FACTOR_CLEAR * NEAR for a, b in runs)
-    contradicts = any(FACTOR_CLEAR * b <= a for a, b in both)
-    contradicts |= any(b <= NEAR and a >= FACTOR_CLEAR * NEAR for a, b in runs)
+    shows = any(a <= EXACT or b >= FAR for a, b in both if CLEARLY * a <= b)
+    shows |= any(a <= NEAR and b >= CLEARLY * NEAR for a, b in runs)
+    contradicts = any(CLEARLY * b <= a for a, b in both)
+    contradicts |= any(b <= NEAR and a >= CLEARLY * NEAR for a, b in runs)
     return shows and not contradicts
 
 
@@ -182,8 +182,7 @@ def _starts_apart(key: str, one: ReferenceManeuver, other: ReferenceManeuver) ->
     """True if the initial conditions of two maneuvers differ in a column, or in its rate."""
     keys = (key, RATE_OF.get(key, key))
     return any(
-        abs(one[k][0] - other[k][0]) > VISIBLE_ERROR * max(one.scale(k), other.scale(k))
-        for k in keys
+        abs(one[k][0] - other[k][0]) > TOLERANCE * max(one.scale(k), other.scale(k)) for k in keys
     )
 
 

@@ -17,13 +17,7 @@ from heyoka_bike.numbers.double import Array, Double, add, median, with_usual_er
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
-from heyoka_bike.scoring.definitions import (
-    ZEROED,
-    Interpretation,
-    Interpretations,
-    plain,
-    understand,
-)
+from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
 from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.energy_sum import energy_sum
 from heyoka_bike.scoring.judge.rates import RATES, from_derivative
@@ -106,7 +100,7 @@ def scored(
     alignment: Alignment,
     reference: Reference,
     require: str | Sequence[str] = (),
-    understood: Interpretations | None = None,
+    understood: Understandings | None = None,
 ) -> Report:
     """The report of aligned results, with their columns as understood or as they fit best."""
     taken = understand(alignment.parts) if understood is None else understood
@@ -139,7 +133,7 @@ def scored(
     return replace(found, requirements=check(asked, found))
 
 
-def _score_maneuver(part: Part, understood: Interpretations, most_apart: float) -> ManeuverScore:
+def _score_maneuver(part: Part, understood: Understandings, most_apart: float) -> ManeuverScore:
     # In the benchmark's order; without a usable value nothing is understood of a column.
     columns = tuple(
         _score_column(part, key, understood.get(key) or plain(key))
@@ -198,7 +192,7 @@ def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
-def _energy(part: Part, understood: Interpretations, columns: Sequence[ColumnScore]) -> Double:
+def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScore]) -> Double:
     """The file's own mechanical energy [J], or the sum of its parts; empty without."""
     total, *parts = ("mechanical_energy", "potential_energy", "kinetic_energy")
     whole = {c.key for c in columns if not c.missing}
@@ -209,7 +203,7 @@ def _energy(part: Part, understood: Interpretations, columns: Sequence[ColumnSco
     return add(energy, more[0]) if more else energy
 
 
-def _score_column(part: Part, key: str, u: Interpretation) -> ColumnScore:
+def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
     """Compare one column with the definition that it is taken as, with the default, and others."""
     values, error, trace, reading = _taken(part, key, u)
     others = [c for c in part.reference.definitions[key] if c is not u.column]
@@ -237,7 +231,7 @@ def _score_column(part: Part, key: str, u: Interpretation) -> ColumnScore:
     )
 
 
-def _with_exact_zero(understood: Interpretations, parts: Sequence[Part]) -> Interpretations:
+def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Understandings:
     """The zero of the energies to all digits of the file, where they have another one."""
     key = next((k for k in ZEROED if k in understood), "")
     u = understood.get(key)
@@ -272,7 +266,7 @@ def _with_exact_zero(understood: Interpretations, parts: Sequence[Part]) -> Inte
     }
 
 
-def _taken(part: Part, key: str, u: Interpretation) -> tuple[Array, Array, Trace, Reading]:
+def _taken(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
     """A column in SI units and its error, the finite ones of both, and what these measure."""
     values = u.exactly_in_si(part.written(key))
     error = errors(part, values, u.column.name)

@@ -42,8 +42,8 @@ from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Alignment, Part, merge
-from heyoka_bike.scoring.definitions import Interpretation, Interpretations, understand
+from heyoka_bike.scoring.alignment import HALF, Alignment, Part, merge
+from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.several_runs import (
     DefinitionsOfPrograms,
@@ -207,7 +207,7 @@ def _exponent(by: str, found: Sequence[float]) -> ErrorFalls:
 
 def _is_same(a: Array, b: Array) -> bool:
     """True if the errors of two runs are the same curve."""
-    return bool(len(a)) and rms(a - b) < MEANINGLESS_ERROR * rms(b)
+    return bool(len(a)) and rms(a - b) < HALF * rms(b)
 
 
 def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:
@@ -368,7 +368,7 @@ class _Files(NamedTuple):
         self,
         reference: Reference,
         require: str | Sequence[str],
-        understood: Interpretations | None = None,
+        understood: Understandings | None = None,
     ) -> Run:
         report = scored(self.alignment, reference, require, understood)
         return Run(report, self.step, self.cpu, self.name, self.tolerance)
@@ -537,7 +537,7 @@ def _series(
         seen.append(StepsUnknown(is_told))
     understood = [understand(run.alignment.parts) for run in runs]
 
-    def score_all(clearest: Interpretations) -> tuple[tuple[Run, ...], tuple[Convergence, ...]]:
+    def score_all(clearest: Understandings) -> tuple[tuple[Run, ...], tuple[Convergence, ...]]:
         both = zip(runs, understood, strict=True)
         found = tuple(run.scored(known, require, _shared(own, clearest)) for run, own in both)
         return found, converge(found)
@@ -578,9 +578,9 @@ def _same(a: float | None, b: float | None) -> bool:
     return a is not None and b is not None and abs(a - b) <= RIGHT * max(a, b)
 
 
-def _clearest(understood: Sequence[Interpretations]) -> dict[str, Interpretation]:
+def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
     """Each column as taken by the run that leaves the fewest definitions open, the finest such."""
-    found: dict[str, Interpretation] = {}
+    found: dict[str, Understanding] = {}
     for run in understood:
         for key, u in run.items():
             known = found.get(key)
@@ -589,7 +589,7 @@ def _clearest(understood: Sequence[Interpretations]) -> dict[str, Interpretation
     return found
 
 
-def _shared(own: Interpretations, clearest: Interpretations) -> dict[str, Interpretation]:
+def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
     """One choice of definitions for the program, unless a run says more against it."""
     shared = {}
     for key, u in own.items():

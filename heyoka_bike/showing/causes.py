@@ -18,7 +18,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import in_units
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
+from heyoka_bike.scoring.grades import TOLERANCE
 
 _UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 # Of a value, in parts of it.
@@ -28,7 +28,7 @@ _REST_WORTH_A_WORD = 1e-6
 # Of the range of a variable, where values of a law are said.
 _PARTS_OF_RANGE = (1 / 64, 1 / 8, 1.0)
 # A part of a term that is all of it.
-_NEARLY_ALL = 0.02
+_WHOLE = 0.02
 _COUNTS = {1: "one parameter explains", 2: "two parameters explain", 3: "three parameters explain"}
 _INERTIA = re.compile(r"I([BH])(xx|yy|zz|xz)")
 _BODIES = {"B": "rear frame", "H": "fork"}
@@ -338,7 +338,7 @@ def _proof(e: seen.Explained) -> str:
         )
     if e.rest is None and e.left:
         # An integrator's error is seldom seen in a plot.
-        other = ", or another cause" if e.left > VISIBLE_ERROR else ""
+        other = ", or another cause" if e.left > TOLERANCE else ""
         said += (
             f". What is left, typically {_of_scale(e.left)}, is the integrator's error, or what "
             f"this does not describe exactly{other}"
@@ -373,7 +373,7 @@ def _of_parts(found: Sequence[Found]) -> str:
     sums = [
         sum(getattr(told[axes], field) for axes in ("xx", "zz")) for field in ("value", "right")
     ]
-    if abs(sums[0] - sums[1]) < VISIBLE_ERROR * sums[1]:
+    if abs(sums[0] - sums[1]) < TOLERANCE * sums[1]:
         return f". The sum of both is right: the inertia of the {body}, or of a part, is turned"
     if all(x.value < x.right for axes, x in told.items() if axes != "xz"):
         return (
@@ -391,7 +391,7 @@ def _changed(found: Sequence[Found]) -> str:
 
 def _as_part(x: Found) -> str:
     says = FORCES[x.name].says
-    is_all_of_it = abs(x.value - 1.0) < _NEARLY_ALL
+    is_all_of_it = abs(x.value - 1.0) < _WHOLE
     times = "is missing" if is_all_of_it else f"is {1.0 - x.value:.4g} times what it should be"
     return f"the {says} {times}"
 

@@ -27,7 +27,7 @@ from heyoka_bike.scoring.grades import Grade as Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Run, Series
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.scoring.verdict import ALL_COLUMNS, MIN_COVERAGE, DoesNotCount, claim
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, DoesNotCount, claim
 from heyoka_bike.version import __version__
 
 _LONGEST_NAME_SHOWN = 30
@@ -35,15 +35,15 @@ _MOST_LEFT_OUT = 4
 
 WORDS = {
     Grade.RIGHT: "right",
-    Grade.UNDECIDED: "cannot be told at the digits written",
+    Grade.UNTOLD: "cannot be told at the digits written",
     Grade.CLOSE: "close",
     Grade.WRONG: "wrong",
 }
-SIGNS = {Grade.RIGHT: "✓", Grade.UNDECIDED: "?", Grade.CLOSE: "≈", Grade.WRONG: "✗"}
-ASCII_SIGNS = {Grade.RIGHT: "+", Grade.UNDECIDED: "?", Grade.CLOSE: "o", Grade.WRONG: "x"}
+SIGNS = {Grade.RIGHT: "✓", Grade.UNTOLD: "?", Grade.CLOSE: "≈", Grade.WRONG: "✗"}
+ASCII_SIGNS = {Grade.RIGHT: "+", Grade.UNTOLD: "?", Grade.CLOSE: "o", Grade.WRONG: "x"}
 MEANINGS = {
     Grade.RIGHT: f"right: {RIGHT_DIGITS:g} correct digits or more",
-    Grade.UNDECIDED: "cannot be told at the digits written: they allow no more",
+    Grade.UNTOLD: "cannot be told at the digits written: they allow no more",
     Grade.CLOSE: f"close: {CLOSE_DIGITS:g} to {RIGHT_DIGITS:g} digits",
     Grade.WRONG: f"wrong: fewer than {CLOSE_DIGITS:g} digits, off by more than a thousandth of the "
     "column's largest value",
@@ -243,7 +243,7 @@ def _outcome(m: ManeuverScore) -> str:
     # Eq. (1) may not count, whatever it is.
     if reason := claim(m, m.performance_limit).reason:
         return f"does not count: {DOES_NOT_COUNT[reason]}"
-    so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""
+    so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
     limit = limit_words(m.performance_limit)
     return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
 

@@ -13,7 +13,7 @@ import heyoka_bike
 
 _SECTION = re.compile(r"^Attributes\n-+\n(.*?)(?=^\w+\n-+$|\Z)", re.MULTILINE | re.DOTALL)
 _NAMES = re.compile(r"^\w.*", re.MULTILINE)
-MAX_EXACT_VALUES = 3  # fields that their own names may explain
+FEW = 3  # fields that their own names may explain
 
 
 def records():
@@ -39,6 +39,6 @@ def test_attributes_are_the_fields():
         lines = _NAMES.findall(found[1]) if found else ()
         named = [name for line in lines for name in line.partition(" :")[0].split(", ")]
         is_right = [name for name in named if name in own] == own and set(named) <= set(all_fields)
-        if not is_right and (found or len(own) > MAX_EXACT_VALUES):
+        if not is_right and (found or len(own) > FEW):
             wrong[f"{thing.__module__}.{thing.__name__}"] = (named, own)
     assert not wrong, "\n".join(f"{k}: {v}" for k, v in wrong.items())

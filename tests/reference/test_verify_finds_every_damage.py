@@ -18,7 +18,7 @@ from heyoka_bike.errors import DatasetError
 from heyoka_bike.numbers.exact import ZERO, shortest_decimal
 from heyoka_bike.reference.layout import text_files
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manifest
-from heyoka_bike.reference.verification.schema import DatasetLayout, of_text
+from heyoka_bike.reference.verification.schema import SetForm, of_text
 from heyoka_bike.reference.verification.verify import check_files, verify
 from heyoka_bike.system.parallel import using
 
@@ -334,7 +334,7 @@ def test_times_of_no_decimal_are_those_written():
     maneuver = Maneuver("thirds", ZERO, ZERO, Fraction(4), Fraction(1, 3))
     times = [shortest_decimal(maneuver.time(i), 50) for i in range(maneuver.rows)]
     short, _ = text_files([maneuver])
-    form = DatasetLayout(None, [maneuver], {})
+    form = SetForm(None, [maneuver], {})
 
     def problems(texts):
         zeros = " 0" * len(BENCHMARK_COLUMNS)

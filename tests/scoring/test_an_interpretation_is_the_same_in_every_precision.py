@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.scoring.definitions import Interpretation
+from heyoka_bike.scoring.definitions import Understanding
 
 SI_SIZES = {
     "m s-1": Fraction(1),
@@ -36,7 +36,7 @@ def exact(values, unit, sign, offset):
 @pytest.mark.parametrize(("unit", "sign", "offset"), [*product(SI_SIZES, (1, -1), (0.0, OFFSET))])
 def test_both_precisions_are_those_of_rational_arithmetic(unit, sign, offset):
     key = "mechanical_energy" if unit.endswith("J") else "forward_speed"
-    u = Interpretation(COMPARED[key][0], unit, sign, offset)
+    u = Understanding(COMPARED[key][0], unit, sign, offset)
     sizes = np.abs(WRITTEN) * float(SI_SIZES[unit]) + offset
     right = exact(WRITTEN, unit, sign, offset)
     off = [Fraction(x) - y for x, y in zip(u.in_si(WRITTEN), right, strict=True)]

@@ -65,7 +65,7 @@ def a_part_is_enough(monkeypatch):
     """Few columns and a part of the run suffice, so that the defence of the test alone decides."""
     for module in (verdict, requirements):
         monkeypatch.setattr(module, "ALL_COLUMNS", 0)
-        monkeypatch.setattr(module, "MIN_COVERAGE", 0.0)
+        monkeypatch.setattr(module, "WHOLE", 0.0)
 
 
 @pytest.mark.usefixtures("a_part_is_enough")

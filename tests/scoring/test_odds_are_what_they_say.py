@@ -18,7 +18,7 @@ from generators.fixed_steps import Equations
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring import definitions
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.definitions import Interpretation, Sample
+from heyoka_bike.scoring.definitions import Sample, Understanding
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.system.resources import data_folder
@@ -70,7 +70,7 @@ def odds_against_the_truth(reference, errors, rows):
                 continue
             for size in SIZES:
                 sample.values[key] = m[true.name][:rows] + size * apart * unit
-                pair = [Interpretation(c, c.unit) for c in (true, other)]
+                pair = [Understanding(c, c.unit) for c in (true, other)]
                 likely = sample.log_likelihoods(key, pair)
                 found.append((likely[1] - likely[0]) / np.log(10))
     return np.array(found)

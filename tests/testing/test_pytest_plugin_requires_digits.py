@@ -176,7 +176,7 @@ def test_runs_that_are_cut_short_do_not_pass_in_silence(pytester):
     )  # fmt: skip
 
 
-MAX_EXACT_VALUES = """
+FEW = """
         def few(by_name):
             keys = ("time", "roll_angle", "steer_angle")
             return {n: {key: x[key] for key in keys} for n, x in by_name(9).items()}
@@ -186,7 +186,7 @@ MAX_EXACT_VALUES = """
 def test_missing_columns_do_not_pass_in_silence(pytester):
     project(
         pytester,
-        MAX_EXACT_VALUES
+        FEW
         + """
         import pytest
 
@@ -232,7 +232,7 @@ def test_settings_say_how_much_is_enough_for_all_tests(pytester, where):
     options = [f"--{name.replace('_', '-')}={x}" for name, x in SETTINGS.items()]
     project(
         pytester,
-        MAX_EXACT_VALUES
+        FEW
         + """
         def test_good_digits_of_the_settings(by_name, bicycle_score):
             bicycle_score(few(by_name)).require()

@@ -69,7 +69,7 @@ def test_it_is_small_and_the_same_every_time(folder, tmp_path):
 
 def test_its_words_are_those_of_score(folder):
     text = (folder / HEADER).read_text()
-    assert f'"", "{WORDS[Grade.RIGHT]}", "{WORDS[Grade.UNDECIDED]}"' in text
+    assert f'"", "{WORDS[Grade.RIGHT]}", "{WORDS[Grade.UNTOLD]}"' in text
     for name, words in PHRASES.items():
         assert f'#define UB_{name.upper()} "{words}"\n' in text
 

@@ -49,7 +49,7 @@ from heyoka_bike.reference.proof.rows import (
 )
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
-from heyoka_bike.system.jobs import Job, OnStage, Outcome
+from heyoka_bike.system.jobs import Job, Outcome, TellStage
 from heyoka_bike.system.parallel import Progress, all_of
 from heyoka_bike.system.resources import reference_folder
 
@@ -151,7 +151,7 @@ def rounded(
     run: Trajectory,
     certificate: Certificate,
     published: ReferenceManeuver | None,
-    report: OnStage,
+    report: TellStage,
 ) -> tuple[RoundedRows, Dense, Drift]:
     """Compute every number of the columns, and the drift of the run's conserved quantities."""
     rows = round_rows(run, certificate, partial(report, "rows"))
@@ -176,7 +176,7 @@ def moved(
     run: Trajectory,
     certificate: Certificate,
     published: ReferenceManeuver | None,
-    report: OnStage,
+    report: TellStage,
 ) -> tuple[Values, Dense]:
     """Compute every number of the whole motion."""
     dense = None if published is None else published.dense
@@ -186,7 +186,7 @@ def moved(
 
 
 def varied(
-    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: OnStage
+    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: TellStage
 ) -> Sensitivity:
     """Compute every number of the derivatives."""
     found = differentiate(run, certificate, partial(report, "vary"))

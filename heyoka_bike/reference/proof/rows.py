@@ -26,7 +26,7 @@ from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import (
     Certificate,
     Evaluator,
-    OnTime,
+    TellTime,
     Trajectory,
     evaluator,
     row_times,
@@ -280,7 +280,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
 
 
 def round_rows(
-    run: Trajectory, certificate: Certificate, progress: OnTime = lambda _: None
+    run: Trajectory, certificate: Certificate, progress: TellTime = lambda _: None
 ) -> RoundedRows:
     """Round every entry of the rows.
 
@@ -375,7 +375,7 @@ def distance(x: Enclosure, hi: float, lo: float) -> float:
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
-    progress: OnTime = lambda _: None, *, is_proof: bool = True,
+    progress: TellTime = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
     """Yield every column of every row as far as it is known: row 0 and constants, then the others.
 

@@ -61,7 +61,7 @@ from heyoka_bike.reference.verification.outcome import (
     Tally,
     Verification,
 )
-from heyoka_bike.system.jobs import OnStage
+from heyoka_bike.system.jobs import TellStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 
 BITS = 256
@@ -610,7 +610,7 @@ def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
     return Precision.of(digits), Precision.of(more)
 
 
-def agreement(part: StoredManeuver, precision: Precision, report: OnStage) -> Agreement:
+def agreement(part: StoredManeuver, precision: Precision, report: TellStage) -> Agreement:
     """Integrate a maneuver and compare it with what is published."""
     run = part.run
     start = time.perf_counter()

@@ -16,7 +16,7 @@ from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.reference import hdf5, layout
 from heyoka_bike.reference.form import (
     STATES_OF_FORM,
-    DatasetLayout,
+    SetForm,
     Unchecked,
     UnusableError,
     of_instants,
@@ -37,7 +37,7 @@ _ANY_VALUE = object()
 """In a form, what its numbers say, or somebody's words."""
 
 
-def content_differs(raw: bytes, e: DatasetLayout) -> Iterator[str]:
+def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
     with hdf5.opened(raw) as f:
         found = layout.content_sha256(f)
@@ -48,7 +48,7 @@ def content_differs(raw: bytes, e: DatasetLayout) -> Iterator[str]:
         )
 
 
-def of_certificate(raw: bytes, e: DatasetLayout) -> Iterator[str]:
+def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     """Problems of the certificate, apart from what its numbers say."""
     document = json.loads(raw)
     if raw != layout.as_json(document):
@@ -76,7 +76,7 @@ def _is_before_2(certificate: Mapping[str, Any]) -> bool:
     return bool(certificate["statement"] == STATEMENT_1_5_0)
 
 
-def _entry(e: DatasetLayout, found: Mapping[str, Any], later: Sequence[str]) -> dict[str, Any]:
+def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[str, Any]:
     """Return the form of an entry, which may lack the keys of later versions."""
     bounds = {name: {c.name: BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
     form: dict[str, Any] = {
@@ -118,14 +118,14 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
         yield f"{where}found {found!r:.80}, expected {form!r:.80}"
 
 
-def of_states(raw: bytes, e: DatasetLayout, name: str, bicycle: Bicycle) -> Iterator[str]:
+def of_states(raw: bytes, e: SetForm, name: str, bicycle: Bicycle) -> Iterator[str]:
     """Yield the problems of a file of single instants: its form, and values that are not proved."""
     if name == layout.STATES_HDF5:
         yield from of_instants(raw, e)
     yield from states_differ(name, raw, bicycle)
 
 
-def of_description(raw: bytes, e: DatasetLayout, text: bytes) -> Iterator[str]:
+def of_description(raw: bytes, e: SetForm, text: bytes) -> Iterator[str]:
     """A file about the set that says something else."""
     if e.manifest.dataset_version != DATASET_VERSION:
         yield Unchecked("words of another version")
@@ -133,7 +133,7 @@ def of_description(raw: bytes, e: DatasetLayout, text: bytes) -> Iterator[str]:
         yield f"does not follow from {MANIFEST}"
 
 
-def of_text(raw: bytes, e: DatasetLayout, file: layout.TextFile) -> Iterator[str]:
+def of_text(raw: bytes, e: SetForm, file: layout.TextFile) -> Iterator[str]:
     """Problems of a text file: lines, fields, the form of the numbers, the times."""
     maneuver = e.maneuvers[file.numbers[0] - 1]
     lines = raw.decode("ascii").split("\n")

@@ -34,12 +34,7 @@ from heyoka_bike.reference.description import describe
 from heyoka_bike.reference.hdf5 import DAMAGE
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, TEXT, TEXT_50
 from heyoka_bike.reference.load import load_motion, load_reference
-from heyoka_bike.reference.manifest import (
-    MANIFEST,
-    PUBLISHED_MANIFESTS,
-    UNLISTED_FILES_1_5_0,
-    Manifest,
-)
+from heyoka_bike.reference.manifest import BESIDE_1_5_0, MANIFEST, PUBLISHED_MANIFESTS, Manifest
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.verification import numbers, schema
 from heyoka_bike.reference.verification.numbers import run_again
@@ -50,7 +45,7 @@ from heyoka_bike.reference.verification.outcome import (
     Tally,
     Verification,
 )
-from heyoka_bike.system.jobs import OnStage
+from heyoka_bike.system.jobs import TellStage
 from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
@@ -187,7 +182,7 @@ class _File:
     """
 
     name: str
-    problems: Callable[[bytes, form.DatasetLayout], Iterator[str]]
+    problems: Callable[[bytes, form.SetForm], Iterator[str]]
     read: Callable[[], Iterable[tuple[int, Any]]] = tuple
     kind: str = ""
     is_optional: bool = False
@@ -250,11 +245,11 @@ def read_content(
 
 
 def _files(
-    folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: form.DatasetLayout
+    folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: form.SetForm
 ) -> Iterator[_File]:
     """The files that a set has, or may have, in the order in which they are looked at."""
 
-    def groups(name: str) -> Callable[[bytes, form.DatasetLayout], Iterator[str]]:
+    def groups(name: str) -> Callable[[bytes, form.SetForm], Iterator[str]]:
         return partial(form.of_groups, name=name)
 
     def read_text(file: layout.TextFile) -> Iterable[tuple[int, Any]]:
@@ -282,7 +277,7 @@ def _files(
 
 def _structure(
     check: str, name: str, look: Callable[..., Iterator[str]], data: Mapping[str, bytes],
-    expected: form.DatasetLayout,
+    expected: form.SetForm,
 ) -> Check:  # fmt: skip
     """A check of how a file is built."""
     if name not in data:
@@ -326,7 +321,7 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     return Check("file_list", not problems, MANIFEST, message, evidence)
 
 
-def _look(part: StoredManeuver, _: OnStage) -> list[Tally]:
+def _look(part: StoredManeuver, _: TellStage) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
     found: list[Tally] = []
     for look, needed, made in CHECKS:
@@ -421,7 +416,7 @@ def check_files(
     if manifest.sha256 == PUBLISHED_MANIFESTS["1.5.0"] and (
         is_published or layout.AFTER_FOLDER in present
     ):
-        expected |= UNLISTED_FILES_1_5_0
+        expected |= BESIDE_1_5_0
     for name, size_and_digest in expected.items():
         check, content = _file(folder, name, *size_and_digest)
         checks.append(check)

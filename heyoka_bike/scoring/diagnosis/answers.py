@@ -39,8 +39,8 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsBetween,
     RowsRepeated,
 )
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, has_right_digits
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, has_right_digits
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
@@ -129,7 +129,7 @@ def is_whole_cause(x: Evidence) -> bool:
 def is_right(report: Report) -> bool:
     """True if every column is as right as its digits can tell."""
     return all(
-        c.is_at_floor(MAX_ROUNDING_FLOORS) for m in report.maneuvers for c in m.columns if c.values
+        c.is_at_floor(FLOORS_OF_ROUNDING) for m in report.maneuvers for c in m.columns if c.values
     )
 
 
@@ -153,7 +153,7 @@ def _integrated(hypotheses: Sequence[Hypothesis]) -> IntegratedBy | None:
 def _integrator(causes: Residual | None) -> Integrator | None:
     """The integrator that makes the error."""
     methods = tuple(m for m in causes.methods if m.says != CLOCK) if causes else ()
-    return Integrator(methods, methods[0].relief > FACTOR_CLEAR) if methods else None
+    return Integrator(methods, methods[0].relief > CLEARLY) if methods else None
 
 
 def _direction(causes: Residual | None) -> Iterator[Direction]:
@@ -208,9 +208,7 @@ def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
     if h.mistakes[0].kind != "model":
         return ()
     relief = causes.relief(h.mistakes)
-    near = (
-        x for x in _by_relief(causes) if x.relief * FACTOR_CLEAR > relief and x.count <= h.count
-    )
+    near = (x for x in _by_relief(causes) if x.relief * CLEARLY > relief and x.count <= h.count)
     return tuple(x for x in near if not x.parts & h.parts)[: WEIGHTS.refined]
 
 
@@ -233,7 +231,7 @@ def _written_as_given(x: Found, report: Report) -> str:
     """Name the column whose first row has the start that is given, not the one that is fitted."""
     key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):
-        is_small = FACTOR_CLEAR * abs(float(c.trace.error[0])) < abs(x.value - x.right)
+        is_small = CLEARLY * abs(float(c.trace.error[0])) < abs(x.value - x.right)
         if m.maneuver == x.maneuver and c.trace.time[0] == 0.0 and is_small:
             return f"{key} of maneuver {x.maneuver}"
     return ""

@@ -14,9 +14,9 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import BeginsAs, Unsymmetric, WorkFromStart
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import hidden
@@ -57,7 +57,7 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
     late = time >= time[-1] / 2.0
     if np.ptp(time[late]) == 0.0:
         return None
-    is_shown = np.min(np.abs(error[late])) > FACTOR_CLEAR * floor and abs(error[0]) <= floor
+    is_shown = np.min(np.abs(error[late])) > CLEARLY * floor and abs(error[0]) <= floor
     return (time, error) if is_shown else None
 
 
@@ -88,7 +88,7 @@ def _slope(c: ColumnScore) -> float | None:
     middle = int(np.searchsorted(time, time[-1] / 2.0))
     early = float(error[middle] / time[middle])
     late = float((error[-1] - error[middle]) / (time[-1] - time[middle]))
-    return early if FACTOR_DECISIVE * abs(late - early) < abs(early) else None
+    return early if BY_FAR * abs(late - early) < abs(early) else None
 
 
 def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
@@ -103,7 +103,7 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
         slow, fast = (abs(_given(m, "roll_rate")) for m in (small, large))
         # What differs with a power of the speed may differ as much.
         first, second = sorted(_given(m, "forward_speed") for m in (small, large))
-        is_slower = FACTOR_SIMILAR * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
+        is_slower = AS_GOOD * slow * second**_HIGHEST_POWER < fast * first**_HIGHEST_POWER
         if not fast or not is_slower:
             continue
         theirs = {c.key: c for c in large.columns if c.values}
@@ -119,10 +119,7 @@ def _unsymmetric(maneuvers: Sequence[ManeuverScore]) -> Iterator[Unsymmetric]:
             middle = int(np.argmax(late))
             growth = np.log(abs(error[-1] / error[middle])) / np.log(time[-1] / time[middle])
             least = _LEAST_POWER - c.key.endswith("rate")
-            if (
-                1.0 / FACTOR_SIMILAR < np.min(times) <= np.max(times) < FACTOR_SIMILAR
-                and growth > least
-            ):
+            if 1.0 / AS_GOOD < np.min(times) <= np.max(times) < AS_GOOD and growth > least:
                 yield Unsymmetric(c.key, small.maneuver, large.maneuver, float(np.median(times)))
                 return
 
@@ -143,7 +140,7 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
 
 def _is_wrong(c: ColumnScore) -> bool:
     """True if a column is off by what is seen in a plot: integrators are off by less."""
-    return bool(c.values) and (c.as_understood.measures.max_rel_error or 0.0) > VISIBLE_ERROR
+    return bool(c.values) and (c.as_understood.measures.max_rel_error or 0.0) > TOLERANCE
 
 
 def _power(c: ColumnScore) -> int | None:
@@ -152,11 +149,11 @@ def _power(c: ColumnScore) -> int | None:
     floor = hidden(c)
     if time[0] != 0.0 or error[0] > floor:
         return None
-    shown = np.flatnonzero(error > FACTOR_CLEAR * floor)
+    shown = np.flatnonzero(error > CLEARLY * floor)
     if not len(shown) or not 0.0 < time[shown[0]] <= FASTEST_MODE:
         return None
     first = int(shown[0])
-    later = int(np.searchsorted(time, 2.0 * time[first] * (1.0 - 1.0 / FACTOR_DECISIVE)))
+    later = int(np.searchsorted(time, 2.0 * time[first] * (1.0 - 1.0 / BY_FAR)))
     if later >= len(time) or later == first or not error[later] > error[first]:
         return None
     power = np.log(error[later] / error[first]) / np.log(time[later] / time[first])

@@ -8,9 +8,9 @@ from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.judge.own_definitions import FAR_WORSE
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 LINEAR = frozenset(m.code for m in LINEAR_PROGRAMS)
 """Codes of programs of the linear equations."""
@@ -24,7 +24,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     )
     is_hidden = is_mistake and not shows_equations(residual)
     # Each of several explains something where the equations do not show it.
-    least = FACTOR_DECISIVE**h.count if is_hidden else WEIGHTS.explains
+    least = BY_FAR**h.count if is_hidden else WEIGHTS.explains
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
@@ -41,8 +41,8 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
 
 def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
     """True if a further cause can only be beside this one, and small beside one of the output."""
-    is_small = max(h.after.values(), default=1.0) < VISIBLE_ERROR
-    is_large = h.is_possible and h.relief > FACTOR_DECISIVE and explains(h, residual)
+    is_small = max(h.after.values(), default=1.0) < TOLERANCE
+    is_large = h.is_possible and h.relief > BY_FAR and explains(h, residual)
     return is_large and (is_small or any(m.kind == "model" for m in h.mistakes))
 
 
@@ -59,7 +59,7 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
     return {
         k: x
         for k, x in h.after.items()
-        if x > max(WEIGHTS.nothing, MAX_ROUNDING_FLOORS * h.floors.get(k, 0.0))
+        if x > max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * h.floors.get(k, 0.0))
         and (has_energy or not k[1].endswith("_energy"))
     }
 
@@ -76,21 +76,19 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     if not above:
         return None
     worst = max(above, key=above.__getitem__)
-    untouched = {k: x for k, x in above.items() if k not in h.changed and x > VISIBLE_ERROR}
+    untouched = {k: x for k, x in above.items() if k not in h.changed and x > TOLERANCE}
     if untouched:
         return max(untouched, key=untouched.__getitem__)
-    if h.relief < FACTOR_DECISIVE:
+    if h.relief < BY_FAR:
         return worst
     # In another maneuver, say, it explains next to nothing.
-    unexplained = {
-        k: x for k, x in above.items() if x > VISIBLE_ERROR and h.before[k] < FACTOR_CLEAR * x
-    }
+    unexplained = {k: x for k, x in above.items() if x > TOLERANCE and h.before[k] < CLEARLY * x}
     if unexplained:
         return max(unexplained, key=unexplained.__getitem__)
     if residual is not None and residual.leaves_more(h.mistakes):
         return worst
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
     # Columns of roll and steer of one motion may be off by parts of their scales that differ, too.
-    times = FAR_WORSE if worst[1] in LATERAL else FACTOR_CLEAR
+    times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
     is_alone = bool(others) and above[worst] > times * max(*others, WEIGHTS.nothing)
     return worst if is_alone else None

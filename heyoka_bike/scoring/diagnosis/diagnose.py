@@ -157,7 +157,7 @@ def _is_of_times(seen: Evidence) -> bool:
 
 
 def diagnosed_elsewhere(
-    report: Report, reference: Reference, budget: Budget, told: jobs.OnStage
+    report: Report, reference: Reference, budget: Budget, told: jobs.TellStage
 ) -> Report:
     """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
     return diagnosed(report, reference, lambda share: told("diagnose", share), budget)

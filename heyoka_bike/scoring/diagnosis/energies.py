@@ -12,15 +12,15 @@ from fractions import Fraction
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.evidence.error_shape import (
     ContactYields,
     EnergyKept,
     EnergyTrend,
     EnergyVaries,
 )
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, VISIBLE_ERROR, has_right_digits
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
@@ -62,20 +62,20 @@ class _Energy:
     @property
     def is_seen(self) -> bool:
         """True if it changes by more than its digits."""
-        return abs(self.largest[0]) > FACTOR_CLEAR * self.floor
+        return abs(self.largest[0]) > CLEARLY * self.floor
 
     @property
     def trend(self) -> float:
         """The change over the run if it is steady, in parts of the energy; otherwise 0."""
-        if not self.is_seen or len(self.change) < 2 * MIN_ROWS_FOR_SHAPE:
+        if not self.is_seen or len(self.change) < 2 * FEWEST_TELLING_ROWS:
             return 0.0
         means = np.array([np.mean(part) for part in np.array_split(self.change, 10)])
         change = float(means[-1] - means[0])
         back = float(np.min(np.diff(means) * np.sign(change)))
-        if abs(change) <= FACTOR_CLEAR * self.floor or -back * FACTOR_DECISIVE > abs(change):
+        if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
         # No tenth of the run has most of it.
-        if float(np.max(np.abs(np.diff(means)))) > MEANINGLESS_ERROR * abs(change):
+        if float(np.max(np.abs(np.diff(means)))) > HALF * abs(change):
             return 0.0
         return change / self.size
 
@@ -83,10 +83,10 @@ class _Energy:
     def until(self) -> float | None:
         """When it has come to its last value, if that is in the first half of the run [s]."""
         left = np.abs(self.change - self.change[-1])
-        limit = max(abs(self.largest[0]) / FACTOR_DECISIVE, FACTOR_CLEAR * self.floor)
+        limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
         moving = np.flatnonzero(left > limit)
         end = float(self.time[moving[-1]]) if len(moving) else float(self.time[0])
-        return end if end < MEANINGLESS_ERROR * float(self.time[-1]) else None
+        return end if end < HALF * float(self.time[-1]) else None
 
 
 def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKept]:
@@ -132,7 +132,7 @@ def of_contact(report: Report) -> Iterator[ContactYields]:
         for c in columns:
             time = c.trace.time - c.trace.time[0]
             change = _change(c)[(time >= _SUNK[0]) & (time <= _SUNK[1])]
-            if len(change) < _FEWEST_SUNK or np.max(change) >= -FACTOR_CLEAR * (c.floor or 0.0):
+            if len(change) < _FEWEST_SUNK or np.max(change) >= -CLEARLY * (c.floor or 0.0):
                 return
             fallen += [float(np.min(change)), float(np.max(change))]
     if len(fallen) > 2 and min(fallen) > (1 + _ALIKE) * max(fallen):
@@ -148,7 +148,7 @@ def _is_kept(x: _Energy) -> bool:
     Weak springs and dampers do little work, too: a thousandth of what the energies exchange.
     """
     could = max(abs(x.largest[0]), x.floor)
-    return x.exchanged is not None and x.exchanged > FACTOR_DECISIVE**2 * could
+    return x.exchanged is not None and x.exchanged > BY_FAR**2 * could
 
 
 def _is_next_to(x: _Energy, worst: float) -> bool:
@@ -156,14 +156,12 @@ def _is_next_to(x: _Energy, worst: float) -> bool:
 
     The energy of a wrong speed is wrong by twice as much, that of a wrong lean by its square.
     """
-    return _is_kept(x) or (
-        x.exchanged is None and FACTOR_DECISIVE**2 * abs(x.largest[0]) < worst * x.size
-    )
+    return _is_kept(x) or (x.exchanged is None and BY_FAR**2 * abs(x.largest[0]) < worst * x.size)
 
 
 def _does_work(x: _Energy) -> bool:
     """True if it changes by a part of what its parts are off that would be seen in a plot."""
-    return x.exchanged is None or abs(x.largest[0]) > VISIBLE_ERROR * x.exchanged
+    return x.exchanged is None or abs(x.largest[0]) > TOLERANCE * x.exchanged
 
 
 def _energy(m: ManeuverScore) -> _Energy | None:

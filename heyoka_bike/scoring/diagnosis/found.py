@@ -16,7 +16,7 @@ from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
-from heyoka_bike.scoring.ratios import FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -120,7 +120,7 @@ class IntegratedBy(Evidence):
 
         The explicit midpoint rule in other coordinates left a two hundredth beside Ralston's.
         """
-        return self.hypothesis.relief > FACTOR_DECISIVE**2
+        return self.hypothesis.relief > BY_FAR**2
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, fall, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.double import Array
-    from heyoka_bike.scoring.definitions import Interpretations
+    from heyoka_bike.scoring.definitions import Understandings
     from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 
 
@@ -71,7 +71,7 @@ class Hypothesis:
     floors: Mapping[Place, float] = field(default_factory=dict)
     reaches_the_end: bool = True
     expected: Sequence[Mapping[str, Array]] = ()
-    understood: Interpretations = field(default_factory=dict)
+    understood: Understandings = field(default_factory=dict)
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -126,11 +126,10 @@ class Hypothesis:
         return (
             self.gain > 1.0
             and all(
-                self.after[k] < FACTOR_SIMILAR * max(self.before[k], floor, self.floors.get(k, 0.0))
+                self.after[k] < AS_GOOD * max(self.before[k], floor, self.floors.get(k, 0.0))
                 for k in self.before
             )
-            and sum(x > MEANINGLESS_ERROR for x in self.after.values())
-            <= WEIGHTS.strange * len(self.after)
+            and sum(x > HALF for x in self.after.values()) <= WEIGHTS.strange * len(self.after)
         )
 
     @property
@@ -144,20 +143,16 @@ class Hypothesis:
             return None
         others = {k: x for k, x in self.after.items() if k not in self.changed}
         worst = max(others, key=others.__getitem__, default=None)
-        if worst is not None and others[worst] > VISIBLE_ERROR and self.relief < FACTOR_DECISIVE:
+        if worst is not None and others[worst] > TOLERANCE and self.relief < BY_FAR:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
-        limit = FACTOR_CLEAR * max(lateral, WEIGHTS.nothing)
+        limit = CLEARLY * max(lateral, WEIGHTS.nothing)
         # ... or was much less so, whatever else is wrong.
-        if self.changed and FACTOR_CLEAR * max(self.before[k] for k in self.changed) < lateral:
+        if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
         for k in self.changed:
-            is_large = self.after[k] > max(limit, MAX_ROUNDING_FLOORS * self.floors.get(k, 0.0))
-            if (
-                k[1] not in LATERAL
-                and is_large
-                and self.before[k] < FACTOR_DECISIVE * self.after[k]
-            ):
+            is_large = self.after[k] > max(limit, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
+            if k[1] not in LATERAL and is_large and self.before[k] < BY_FAR * self.after[k]:
                 return k
         return None
 
@@ -165,6 +160,6 @@ class Hypothesis:
     def leaves_nothing(self) -> bool:
         """True if no other cause could explain more."""
         return bool(self.after) and all(
-            x <= max(WEIGHTS.nothing, MAX_ROUNDING_FLOORS * self.floors.get(k, 0.0))
+            x <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
             for k, x in self.after.items()
         )

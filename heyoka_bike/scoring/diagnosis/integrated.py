@@ -32,9 +32,9 @@ from heyoka_bike.scoring.diagnosis.programs.program import NumericalMethod
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_multiple, blocks
 from heyoka_bike.scoring.diagnosis.residual.methods import step_of_rows
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.rows.edits import Columns
 
@@ -82,7 +82,7 @@ class Run:
     @property
     def rows(self) -> int:
         """Carried rows from one row of the file to the next."""
-        return ceil(self.spacing / _LONGEST - VISIBLE_ERROR)
+        return ceil(self.spacing / _LONGEST - TOLERANCE)
 
     @cached_property
     def carried(self) -> Carried:
@@ -194,7 +194,7 @@ def integrated(runs: Sequence[Run], deadline: Deadline) -> Iterator[Integrated]:
         deadline.check()
         step = step_of_rows(fit.step, runs[0].spacing, fit.gain)
         # No program takes steps between which its rows lie.
-        if step is None or fit.gain < max(FACTOR_CLEAR, found[0].gain / FACTOR_CLEAR):
+        if step is None or fit.gain < max(CLEARLY, found[0].gain / CLEARLY):
             continue
         method = fit.method
         says = f"{method.says} with a step of {step:.3g} s"
@@ -222,7 +222,7 @@ def _made(runs: Sequence[Run], method: FixedStep, step: float) -> tuple[Columns,
     """What the method leaves that is run from the start, by name [SI]; empty if that is long."""
     starts = [run.start() for run in runs]
     equations, start = starts[0][0], np.concatenate([y for _, y in starts], axis=1)
-    count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - VISIBLE_ERROR)
+    count = ceil(max(float(run.motion.time[-1]) for run in runs) / step - TOLERANCE)
     if count * evaluations(method, equations, start, step) > _EVALUATIONS:
         return ()
     states = steps_made(method, equations, start, step, count)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
@@ -25,11 +25,11 @@ from heyoka_bike.scoring.evidence.error_shape import (
     TooFar,
     TooFewRows,
 )
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, VISIBLE_ERROR, has_right_digits
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.noise import FEWEST_ROWS, Roughness, roughness
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
@@ -55,20 +55,20 @@ class _Rough(NamedTuple):
 def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the numerical causes of the error; at least that it is smooth."""
     columns = [(_error_in_scales(c), m, c) for m in report.maneuvers for c in m.columns]
-    far = [error > MEANINGLESS_ERROR for error, _, c in columns if c.values]
+    far = [error > HALF for error, _, c in columns if c.values]
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
     worst, m, c = max(columns, key=lambda x: x[0])
-    if worst * min(c.scale / _size(c), 1.0) > FACTOR_CLEAR:
+    if worst * min(c.scale / _size(c), 1.0) > CLEARLY:
         first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
         return (BlownUp(m.maneuver, c.key, float(c.trace.time[first]), worst),)
     if worst < ROUNDING:
         return (ErrorOfRounding(worst),)
     single = next(single_precision(report), None)
     # Single precision was seen to leave 1e-5 of a run with steps of 0.01 s, 9e-5 with 0.001 s.
-    if single is not None and worst < VISIBLE_ERROR:
+    if single is not None and worst < TOLERANCE:
         return (single,)
-    if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
+    if max(m.rows for m in report.maneuvers) < FEWEST_TELLING_ROWS:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
@@ -107,7 +107,7 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.shape.at_one < MEANINGLESS_ERROR and r.part > _SMALLEST_TOLD
+        if r is not None and r.shape.at_one < HALF and r.part > _SMALLEST_TOLD
     }
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = {place: r for place, r in jumping.items() if r.shape.is_white}
@@ -121,7 +121,7 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
     elif 2 * len(in_rates) > len(numbers):
         yield IterationNoise(tuple(in_rates))
     # A multistep method that changes its order jumps, too, by less than its error.
-    elif large := [place for place, r in noisy.items() if r.size > VISIBLE_ERROR]:
+    elif large := [place for place, r in noisy.items() if r.size > TOLERANCE]:
         yield RoughError(tuple(f"{number}.{key}" for number, key in large), are_all=False)
 
 
@@ -132,7 +132,7 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
         if rate is None or rate.shape.at_one >= 0 or rate.part < _NOISE:
             return False
         # Noise of velocities hardly shows in the angles, their integrals; that of output does.
-        if angle is not None and rate.part < FACTOR_CLEAR * angle.part:
+        if angle is not None and rate.part < CLEARLY * angle.part:
             return False
     return True
 
@@ -151,6 +151,6 @@ def _roughness(c: ColumnScore) -> _Rough | None:
         return None
     found = roughness(c.trace.error, _FIFTHS)
     spread = float(np.std(c.trace.error))
-    if found.size <= FACTOR_CLEAR * (c.floor or 0.0) or not spread:
+    if found.size <= CLEARLY * (c.floor or 0.0) or not spread:
         return None
     return _Rough(found.size / spread, found.size / (c.scale or 1.0), found)

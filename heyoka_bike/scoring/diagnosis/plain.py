@@ -13,7 +13,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -26,17 +26,11 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsBetween,
     RowsRepeated,
 )
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import (
-    FACTOR_CLEAR,
-    FACTOR_DECISIVE,
-    FACTOR_SIMILAR,
-    FEW_COLUMNS,
-    MOST_ROWS,
-)
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.columns import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
@@ -89,7 +83,7 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
         # Other units of the angle do not lower it.
-        low = height.value < MEANINGLESS_ERROR * height.reference
+        low = height.value < HALF * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
         )
@@ -135,13 +129,13 @@ def _right_rows(c: ColumnScore) -> int:
     The first of these rows is the first of the file.
     """
     error = np.abs(c.trace.error)
-    if float(np.max(error)) <= VISIBLE_ERROR * c.scale:
+    if float(np.max(error)) <= TOLERANCE * c.scale:
         return 0
     # Most of the rows between are as far off, also where these are half of all.
     usual = float(np.quantile(error, 0.75))
-    most = min(len(error) // MIN_ROWS_FOR_SHAPE, _MOST_BETWEEN)
+    most = min(len(error) // FEWEST_TELLING_ROWS, _MOST_BETWEEN)
     for every in range(2, most + 1):
-        if FACTOR_DECISIVE * float(np.max(error[::every])) < usual:
+        if BY_FAR * float(np.max(error[::every])) < usual:
             return every
     return 0
 
@@ -151,7 +145,7 @@ def _flat(c: ColumnScore, order: int) -> float:
 
     Until the last step, after which all stands still.
     """
-    tiny = MAX_ROUNDING_FLOORS * 2.0**order * (c.floor or 0.0)
+    tiny = FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
     rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
@@ -162,15 +156,15 @@ def _flat(c: ColumnScore, order: int) -> float:
         )
     # What is set to zero is not held.
     is_zero = (c.trace.value[rows] == 0.0)[order:]
-    moves = (right > FACTOR_CLEAR * tiny) & ~is_zero
+    moves = (right > CLEARLY * tiny) & ~is_zero
     # Between others it goes on by steps of any size; few digits make many of the same.
-    if len(moves) < MIN_ROWS_FOR_SHAPE or 2 * moves.sum() <= len(moves):
+    if len(moves) < FEWEST_TELLING_ROWS or 2 * moves.sum() <= len(moves):
         return 0.0
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
         return 0.0
     # What goes on between is far above the digits: a motion that hardly moves is below them, too.
-    if not (found > tiny).any() or np.median(found[found > tiny]) < FACTOR_CLEAR * tiny:
+    if not (found > tiny).any() or np.median(found[found > tiny]) < CLEARLY * tiny:
         return 0.0
     # In all parts of the run but one: a motion that dies away ends on a straight line.
     parts = np.array_split(found[moves] <= tiny, _PARTS_OF_RUN)
@@ -187,9 +181,7 @@ def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
     wrong = {
         m.maneuver
         for m in report.maneuvers
-        if any(
-            not (c.is_right or c.is_at_floor(MAX_ROUNDING_FLOORS)) for c in m.columns if c.values
-        )
+        if any(not (c.is_right or c.is_at_floor(FLOORS_OF_ROUNDING)) for c in m.columns if c.values)
     }
     return bool(departs) and departs >= wrong
 
@@ -217,16 +209,16 @@ def _departs(
     floor = max(ROUNDING, *((c.floor or 0.0) / c.scale for c in columns))
     off, time = np.maximum(error, floor), columns[0].trace.time
     rows = _departure(off, time)
-    if rows is None or off[rows[0]] > VISIBLE_ERROR:
+    if rows is None or off[rows[0]] > TOLERANCE:
         return None
     last, row = rows
     # Errors of steps that a tolerance chooses may differ as much, from one step to the next.
-    is_right = off[last] <= max(WEIGHTS.nothing, MAX_ROUNDING_FLOORS * floor)
-    if row > last + 1 and not (is_right and np.max(off) > VISIBLE_ERROR / FACTOR_CLEAR):
+    is_right = off[last] <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * floor)
+    if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
     right = float(np.max(off[: last + 1]))
-    end = int(np.flatnonzero(off > FACTOR_DECISIVE * right)[-1]) + 1
-    is_back = m.rows - end >= MIN_ROWS_FOR_SHAPE
+    end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
+    is_back = m.rows - end >= FEWEST_TELLING_ROWS
     ahead, relief = _shift_from(m, columns, row)
     return Departs(
         m.maneuver,
@@ -261,13 +253,13 @@ def _departure(off: Array, time: Array) -> tuple[int, int] | None:
     """
     most = np.maximum.accumulate(off)
     # Of each row the first that is so much farther off than all until then.
-    far = np.searchsorted(most, FACTOR_DECISIVE * most, side="right")
+    far = np.searchsorted(most, BY_FAR * most, side="right")
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for last in np.flatnonzero((far < len(off)) & (time > 0.0)):
             row = int(far[last])
             if np.log(most[row] / most[last]) > _LARGEST_POWER * np.log(time[row] / time[last]):
                 # Right is what is as good as until then.
-                good = np.searchsorted(most, FACTOR_SIMILAR * most[last], side="right") - 1
+                good = np.searchsorted(most, AS_GOOD * most[last], side="right") - 1
                 return int(good), row
     return None
 
@@ -281,7 +273,7 @@ def other_times(report: Report) -> OtherTimes | None:
         energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
         # Of correct programs two are left a sixth of the error, in one maneuver a thirtieth.
         count = len(columns) - max(len(energies) - 1, 0)
-        if count <= FEW_COLUMNS or m.rows <= MIN_ROWS_FOR_SHAPE:
+        if count <= FEW_COLUMNS or m.rows <= FEWEST_TELLING_ROWS:
             return None
         ahead, left = _ahead(columns)
         if not all(_falls(c, ahead) for c in columns):
@@ -289,10 +281,10 @@ def other_times(report: Report) -> OtherTimes | None:
         relief.append(left)
         low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
         found[m.maneuver] = low, high
-    if not (max(relief) > FACTOR_DECISIVE and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
+    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
-    is_one = FACTOR_CLEAR * (most - least) < abs(most + least)
+    is_one = CLEARLY * (most - least) < abs(most + least)
     return OtherTimes(found, tuple(relief), bool(is_one))
 
 
@@ -304,8 +296,8 @@ def _falls(c: ColumnScore, ahead: Array) -> bool:
     with np.errstate(all="ignore"):
         slope = np.gradient(c.trace.reference, c.trace.time)
         left = c.trace.error - ahead * (slope + ahead / 2.0 * np.gradient(slope, c.trace.time))
-    least = max(MAX_ROUNDING_FLOORS * (c.floor or 0.0), ROUNDING * c.scale)
-    return rms(left) < max(rms(c.trace.error) / FACTOR_CLEAR, least)
+    least = max(FLOORS_OF_ROUNDING * (c.floor or 0.0), ROUNDING * c.scale)
+    return rms(left) < max(rms(c.trace.error) / CLEARLY, least)
 
 
 def _ahead(columns: Sequence[ColumnScore]) -> tuple[Array, float]:
@@ -337,7 +329,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
             meant = m.part.reference.definitions[c.key]
             starts = m.part.reference.approximate(np.zeros(1), [x.name for x in meant])
             off = min(abs(here - float(x[0])) for x in starts.values())
-            if off > max(RIGHT * abs(given), MAX_ROUNDING_FLOORS * (c.floor or 0.0)):
+            if off > max(RIGHT * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
                 told = None
                 if given:
                     ratio, taken = here / given, c.as_understood.unit
@@ -351,7 +343,7 @@ def columns_apart(report: Report) -> ColumnsApart | None:
         m.maneuver: far_worse(m, [c.key for c in m.columns], _whole_error) for m in report.maneuvers
     }
     apart = {key for keys, _ in each.values() for key in keys}
-    if not apart or any(not keys and limit > VISIBLE_ERROR for keys, limit in each.values()):
+    if not apart or any(not keys and limit > TOLERANCE for keys, limit in each.values()):
         return None
     is_sum_with_it = _SUM in apart and bool(apart & _ENERGY_PARTS)
     if is_sum_with_it:
@@ -361,7 +353,7 @@ def columns_apart(report: Report) -> ColumnsApart | None:
         key: tuple(
             m.maneuver
             for m, c in places
-            if key in each[m.maneuver][0] or is_far(c, each[m.maneuver][1], FACTOR_CLEAR)
+            if key in each[m.maneuver][0] or is_far(c, each[m.maneuver][1], CLEARLY)
         )
         for key, places in wrong.items()
     }
@@ -390,9 +382,7 @@ def beside(
     found: list[ColumnBeside | NotDiagnosed] = []
     others = []
     for key, places in report.by_column().items():
-        wrong = [
-            (m, c) for m, c in places if not (c.is_right or c.is_at_floor(MAX_ROUNDING_FLOORS))
-        ]
+        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_at_floor(FLOORS_OF_ROUNDING))]
         if key in BENCHMARK_COLUMNS or not wrong:
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):
@@ -410,7 +400,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
     right = [x for x in m.columns if x.values and x.key in BENCHMARK_COLUMNS]
     errors = [x.max_rel_error or 0.0 for x in right if x.key not in left_out]
     limit = max(errors, default=1.0)
-    return limit < VISIBLE_ERROR and is_far(c, limit, FACTOR_CLEAR)
+    return limit < TOLERANCE and is_far(c, limit, CLEARLY)
 
 
 def _wrong_alone(

@@ -38,9 +38,9 @@ from heyoka_bike.scoring.evidence.output_faults import (
     OtherColumn,
 )
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import VISIBLE_ERROR, has_right_digits
+from heyoka_bike.scoring.grades import TOLERANCE, has_right_digits
 from heyoka_bike.scoring.measures import ROUNDING
-from heyoka_bike.scoring.ratios import FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.columns import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
@@ -137,7 +137,7 @@ class Pursuit:
                 return
         self.seen += undone.seen
         self.view = rest
-        if left.max_rel_error < min(VISIBLE_ERROR, before.max_rel_error / FACTOR_DECISIVE):
+        if left.max_rel_error < min(TOLERANCE, before.max_rel_error / BY_FAR):
             is_all = is_right(rest) or left.max_rel_error < ROUNDING
             self.answer = Answer(rest, () if is_all else (left,))
 
@@ -286,7 +286,7 @@ def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
     right = {
         n: x.max_rel_error for n, x in errors.items()
         if has_right_digits(x.max_rel_error)
-        and x.max_rel_error * FACTOR_DECISIVE**2 < largest
+        and x.max_rel_error * BY_FAR**2 < largest
     }  # fmt: skip
     if not right:
         return report, None

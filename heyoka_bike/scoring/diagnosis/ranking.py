@@ -7,7 +7,7 @@ from heyoka_bike.scoring.diagnosis.claims import explains, left_over
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.ratios import CLEARLY
 
 
 def ranked(
@@ -49,7 +49,7 @@ def _likelier(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
         # Where the two are not all, each of them must explain much: something else is there.
-        least = 1.0 if h.leaves_nothing or left_over(h, file.residual) is None else FACTOR_CLEAR
+        least = 1.0 if h.leaves_nothing or left_over(h, file.residual) is None else CLEARLY
         return all(
             file.log_odds(h, one) > WEIGHTS.said and h.gain > least * one.gain for one in each
         )

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.claims import LINEAR, ends_search, explains_mostly
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
@@ -41,7 +41,7 @@ from heyoka_bike.scoring.diagnosis.residual.residual import (
 )
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.grades import has_right_digits
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 
 OF_MODEL = (
     *(m for m in MISTAKES if m.kind == "model" and m.code not in LINEAR),
@@ -165,7 +165,7 @@ def _goes_on(search: Search) -> bool:
 def _may_be_an_integrator(search: Search) -> bool:
     """True if nothing explains the error, which is small, and no force is left."""
     seen, file = search.residual, search.file
-    is_small = max(file.right.after.values(), default=1.0) < MEANINGLESS_ERROR
+    is_small = max(file.right.after.values(), default=1.0) < HALF
     has_force = seen is not None and (seen.is_open or seen.visibility is Visibility.NOTHING)
     return is_small and not has_force and not any(explains_mostly(h, seen) for h in search.found)
 
@@ -277,7 +277,7 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
     relief = 1.0 / w.also if residual.is_resolved else 0.0
     most = w.some if residual.visibility is Visibility.NOTHING else w.many
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / FACTOR_CLEAR][: w.many]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.many]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
     return [h.mistakes for h in (*likely, *pairs[: w.some])], [h.mistakes for h in others]
@@ -321,7 +321,7 @@ def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothes
     if seen is not None and is_half:
         # Beside what changes the speed, what these equations speak for without showing it.
         names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
-    found = [h for h in _fitted(file, names, counts=counts) if h.relief > FACTOR_DECISIVE]
+    found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found
     keys = {x.key for h in found for x in h.found}
     alike = [m for m in OF_MODEL if differences(apply(file.program, (m,)), file.program) <= keys]
@@ -344,7 +344,7 @@ def _fitted(
         names,
         lambda m: file.judged([(m,)]),
         # Each of several values lets the error fall by far.
-        lambda h: h.leaves_nothing or h.relief > FACTOR_DECISIVE**2,
+        lambda h: h.leaves_nothing or h.relief > BY_FAR**2,
         begun=[m.changes for m in begun],
         counts=counts,
     )
@@ -410,7 +410,7 @@ def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
         found += [
             h
             for h in values
-            if h.log_odds > WEIGHTS.said and max(h.after[k] for k in h.changed) < MEANINGLESS_ERROR
+            if h.log_odds > WEIGHTS.said and max(h.after[k] for k in h.changed) < HALF
         ][:1]
     return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
 

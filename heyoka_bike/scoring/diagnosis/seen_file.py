@@ -12,8 +12,8 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, ROWS_COMPARED, Part, are_even, spread
-from heyoka_bike.scoring.definitions import Interpretations, Sample, understand_samples
+from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, are_even, spread
+from heyoka_bike.scoring.definitions import Sample, Understandings, understand_samples
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
@@ -33,9 +33,9 @@ from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, r
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import FACTOR_DECISIVE, FACTOR_SIMILAR
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.rows.edits import Columns
 from heyoka_bike.scoring.units import factor
 
@@ -146,7 +146,7 @@ class SeenFile:
         self._parts = [_SeenPart(part) for part in parts]
         self.maneuvers = [part.number for part in parts]
         self._seen = {self._key(self.program)}
-        self._usual: Interpretations = {}
+        self._usual: Understandings = {}
         right = [p.right() for p in self._parts]
         understood, typical = self._typical(right)
         self.right = Hypothesis(
@@ -195,11 +195,11 @@ class SeenFile:
         """
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
-        if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
+        if any(len(part.time) < FEWEST_TELLING_ROWS for part in parts):
             # A file that begins later has no beginning.
             parts = [p.part for p in self._parts]
         begun = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
-        known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / FACTOR_SIMILAR]
+        known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
         kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.many]
         self.tried += begun.tried - len(kept)
         return [h.mistakes for h in kept]
@@ -216,7 +216,7 @@ class SeenFile:
                 if (floor := self.right.floors.get((p.part.number, key))) is not None:
                     scale = p.part.reference.scale(key) or 1.0
                     values = in_si(p.part, self.right.understood, key)[p.compared]
-                    shown |= np.abs(values - right[v.column.name]) > FACTOR_DECISIVE * floor * scale
+                    shown |= np.abs(values - right[v.column.name]) > BY_FAR * floor * scale
             if shown.any():
                 until.append(float(p.time[p.pick][np.argmax(shown)]))
         return max(_BEGINNING, max(until)) if until else max(float(p.time[-1]) for p in self._parts)
@@ -256,7 +256,7 @@ class SeenFile:
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
         # As `claims.explains` has it.
-        needed = WEIGHTS.explains if shows_equations(self.residual) else FACTOR_DECISIVE
+        needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
         return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
 
     def _leaves_much(self, residual: Residual) -> bool:
@@ -267,7 +267,7 @@ class SeenFile:
     @property
     def _is_wrong(self) -> bool:
         """True if an error of a column is visible in a plot."""
-        return max(self.right.after.values(), default=0.0) > VISIBLE_ERROR
+        return max(self.right.after.values(), default=0.0) > TOLERANCE
 
     def edited(self) -> ColumnRatio | None:
         """A zero or a ratio of a column that explains the equations together with one value.
@@ -345,7 +345,7 @@ class SeenFile:
             drift[p.part.number] = float(np.ptp(energy)) / scale if len(energy) else 0.0
         return {k: max(x, drift[k[0]]) for k, x in self.right.floors.items()}
 
-    def _limits(self, understood: Interpretations, right: Expected) -> dict[Place, float]:
+    def _limits(self, understood: Understandings, right: Expected) -> dict[Place, float]:
         """Return the resolution limit of each column by its digits, in scales."""
         return {
             (p.part.number, key): (written * factor(understood[key].unit)[0] + known)
@@ -391,8 +391,8 @@ class SeenFile:
     def _residual(self, library: Sequence[Mistake]) -> Residual | None:
         """Put the motion into the equations, as it is understood best."""
         best: Residual | None = None
-        tried: list[Interpretations] = []
-        taken: Interpretations = {}
+        tried: list[Understandings] = []
+        taken: Understandings = {}
         parts = [p.part for p in self._parts]
         for i, understood in enumerate(readings(parts, self.right.understood)):
             # Where nothing explains it, the default definitions may, but no other sign does.
@@ -423,7 +423,7 @@ class SeenFile:
 
     def _put_in(
         self,
-        understood: Interpretations,
+        understood: Understandings,
         library: Sequence[Mistake] = (),
         causes: tuple[Cause, ...] = (),
         converged: float = CONVERGED,
@@ -441,7 +441,7 @@ class SeenFile:
         return Residual(motions, self.program, library, self._deadline) if motions else None
 
     def _by_other_definitions(
-        self, understood: Interpretations, library: Sequence[Mistake]
+        self, understood: Understandings, library: Sequence[Mistake]
     ) -> Residual | None:
         """The residual by other definitions of roll and speed, if a cause explains all by these.
 
@@ -455,7 +455,7 @@ class SeenFile:
                 promise = self._promise(read)
                 if promise > most:
                     taken, most = read, promise
-                if most > FACTOR_DECISIVE * before:
+                if most > BY_FAR * before:
                     break
             made = self._put_in(taken, library) if taken is not begun else None
             if made is not None and made.is_open and made.largest is not None:
@@ -464,7 +464,7 @@ class SeenFile:
                 return made
         return None
 
-    def _promise(self, understood: Interpretations) -> float:
+    def _promise(self, understood: Understandings) -> float:
         """How much one unknown explains if a file is understood so, and how little is left.
 
         Zero where it then shows no motion.
@@ -513,7 +513,7 @@ class SeenFile:
         for p, columns in zip(self._parts, expected, strict=True):
             there = np.any([np.isfinite(v[p.compared]) for v in p.part.values.values()], axis=0)
             reached = np.isfinite(columns["roll_angle"][there])
-            if there.any() and np.mean(reached) < MEANINGLESS_ERROR:
+            if there.any() and np.mean(reached) < HALF:
                 return False
         return True
 
@@ -525,7 +525,7 @@ class SeenFile:
         scale = float(np.max(np.abs(self.right.expected[i][key])))
         return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDING * scale)
 
-    def _typical(self, expected: Expected) -> tuple[Interpretations, dict[Place, float]]:
+    def _typical(self, expected: Expected) -> tuple[Understandings, dict[Place, float]]:
         """The definitions that fit, and typical errors in scales.
 
         They are those of what is written: another unit makes no error smaller.

@@ -185,7 +185,7 @@ def _factor(name: str, key: str, unit: str | None, si: bool, path: str) -> float
     return float(size)
 
 
-def quantities_of_states(
+def of_own(
     bicycle: Bicycle, given: Mapping[str, Array], *, is_linear: bool = True
 ) -> dict[str, Array]:
     """Quantities of states by name, in binary64.
@@ -230,12 +230,12 @@ def binary64_states(bicycle: Bicycle, given: Mapping[str, Array]) -> tuple[Equat
     ]  # fmt: skip
 
 
-STATE_TOLERANCE = 1e-9
+TOLERANCE = 1e-9
 """Of a difference over 1 + abs(expected), in SI units. Rounding in binary64 leaves 1e-13 of the
 equations here, and of none a hundred times that; a wrong digit of any parameter is more."""
 
 # Any parameter that acts on it explains one wrong value; the same one in many rows is no more.
-_MIN_WRONG_VALUES = 2
+_EVIDENCE = 2
 # No pitch puts the front wheel nearer to the floor than this [m].
 _ON_THE_FLOOR = 1e-9
 
@@ -244,11 +244,7 @@ _Quantities = Mapping[str, Array]
 
 @with_usual_errors
 def check(
-    source: Any,
-    *,
-    bicycle: Bicycle | None = None,
-    tolerance: float = STATE_TOLERANCE,
-    si: bool = False,
+    source: Any, *, bicycle: Bicycle | None = None, tolerance: float = TOLERANCE, si: bool = False
 ) -> CheckedTable:
     """Compare what a program computes at single instants with what it is, before it integrates.
 
@@ -313,7 +309,7 @@ def check(
         for key in names
         for x in expected[key][_is_wrong(table, key, expected[key], tolerance)[0]]
     }
-    if len(told) < _MIN_WRONG_VALUES:
+    if len(told) < _EVIDENCE:
         return found
     given = {key: expected[key] for key in (*COORDINATES, *WHERE) if key in expected}
     values = {key: table.values[key] for key in names}
@@ -322,7 +318,7 @@ def check(
 
 def _of_own(bicycle: Bicycle, table: InstantTable) -> dict[str, Array]:
     given = {key: x for key, x in table.values.items() if key in (*COORDINATES, *WHERE)}
-    expected = {**given, **quantities_of_states(bicycle, given)}
+    expected = {**given, **of_own(bicycle, given)}
     off = np.flatnonzero(~(np.abs(expected["height"]) < _ON_THE_FLOOR))
     if len(off):
         i = int(off[0])
@@ -415,7 +411,7 @@ def _explanations(
         moved = replace(x, rational=x.rational + Fraction(change))
         # Not checked: what mistaken programs compute with need not make sense.
         mistaken = Bicycle(bicycle.name, {**bicycle.values, symbol: moved})
-        return quantities_of_states(mistaken, given, is_linear=is_linear)
+        return of_own(mistaken, given, is_linear=is_linear)
 
     def apart(one: _Quantities, other: _Quantities) -> Array:
         # Where the table has no number, nothing is to be explained.

@@ -17,13 +17,13 @@ import numpy as np
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-FAR_WORSE = FACTOR_DECISIVE * FACTOR_CLEAR
+FAR_WORSE = BY_FAR * CLEARLY
 """Columns of one motion are wrong by parts of their scales that differ by up to 100 (the steer rate
 follows the fastest mode, the energies hardly move): one that is worse by more means another
 thing."""
@@ -79,7 +79,7 @@ def far_worse(
         is_shown = any(c.key in LATERAL for c in others) or _shows_lean(
             others, min(map(size, worse))
         )
-        if is_shown and limit < VISIBLE_ERROR and all(is_far(c, limit, size=size) for c in worse):
+        if is_shown and limit < TOLERANCE and all(is_far(c, limit, size=size) for c in worse):
             return frozenset(c.key for c in worse), limit
     return frozenset(), _largest(columns)
 
@@ -91,8 +91,7 @@ def _shows_lean(others: Sequence[ColumnScore], error: float) -> bool:
     """
     heights = [c for c in others if c.key == "potential_energy" and np.ptp(c.trace.reference)]
     return any(
-        FACTOR_DECISIVE * float(np.max(np.abs(c.trace.error)))
-        < error**2 * float(np.ptp(c.trace.reference))
+        BY_FAR * float(np.max(np.abs(c.trace.error))) < error**2 * float(np.ptp(c.trace.reference))
         for c in heights
     )
 

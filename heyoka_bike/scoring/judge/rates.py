@@ -12,9 +12,9 @@ from heyoka_bike.bicycle.columns import DERIVATIVES
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence.contradictions import RateContradiction
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import FACTOR_SIMILAR
+from heyoka_bike.scoring.ratios import AS_GOOD
 from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
@@ -30,7 +30,7 @@ def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
             for m in report.maneuvers
             if key in m.consistency.contradicted
             and (x := getattr(m.consistency, key))
-            > VISIBLE_ERROR * float(abs(m[key].trace.reference).max())
+            > TOLERANCE * float(abs(m[key].trace.reference).max())
         }
         if off:
             yield RateContradiction(tuple(off), key, max(off.values()))
@@ -75,7 +75,7 @@ def from_derivative(
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
     # An error of the integrator moves both alike, differences of a good angle do not.
-    return found, found > max(MAX_ROUNDING_FLOORS * rounding, FACTOR_SIMILAR * rms(slope))
+    return found, found > max(FLOORS_OF_ROUNDING * rounding, AS_GOOD * rms(slope))
 
 
 def _distance_left_open(

@@ -11,10 +11,10 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, ROWS_COMPARED, Part, spread
+from heyoka_bike.scoring.alignment import HALF, ROWS_COMPARED, Part, spread
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FEW_COLUMNS
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
@@ -62,7 +62,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
         return None
     before, after = ([_error(m, shift) for m in motions] for shift in (0.0, best))
     # One value resembles others more in few columns, see `ratios`.
-    needed = FACTOR_CLEAR if sum(len(m.values) for m in motions) > FEW_COLUMNS else FACTOR_DECISIVE
+    needed = CLEARLY if sum(len(m.values) for m in motions) > FEW_COLUMNS else BY_FAR
     if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None
     limit = _AS_GOOD_AS_BEST * _joint(motions, best)
@@ -88,7 +88,7 @@ def _error(part: Part, shift: float, *, exact: bool = True) -> float:
     """
     time, reference = part.time - shift, part.reference
     inside = (time >= 0.0) & (time <= float(reference.duration))
-    if np.mean(inside) < MEANINGLESS_ERROR:
+    if np.mean(inside) < HALF:
         return np.inf
     time = time[inside]
     if exact:

@@ -34,10 +34,10 @@ from heyoka_bike.scoring.evidence.output_faults import (
     SmoothedColumns,
     UnsignedColumn,
 )
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR, MOST_ROWS
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, max_rel_error, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -84,12 +84,12 @@ def deviating_columns(report: Report) -> Undone | None:
     # These are no function of the right column.
     others = {(x.maneuver, key) for x in of_other_maneuvers(report.maneuvers) for key in x.keys}
     for m, c in places(report):
-        is_told = c.values >= MIN_ROWS_FOR_SHAPE and c.scale
+        is_told = c.values >= FEWEST_TELLING_ROWS and c.scale
         # One number in every row is no function of the right column.
         ways = _WAYS if np.ptp(c.trace.value) else _WAYS[:1]
         if is_right_column(c) or not is_told or (m.maneuver, c.key) in others:
             continue
-        best = FACTOR_DECISIVE
+        best = BY_FAR
         for describe in ways:
             if (deviation := describe(m, c, report)) is None:
                 continue
@@ -97,8 +97,8 @@ def deviating_columns(report: Report) -> Undone | None:
             left = rms((c.trace.error - deviation.values)[told])
             relief = rms(c.trace.error[told]) / max(left, (c.floor or 0.0) / 2, ROUNDING * c.scale)
             # Of two the simpler one, which is tried first, unless the other explains more.
-            if relief > best and left < VISIBLE_ERROR * c.scale:
-                found[m.maneuver, c.key], best = deviation, FACTOR_SIMILAR * relief
+            if relief > best and left < TOLERANCE * c.scale:
+                found[m.maneuver, c.key], best = deviation, AS_GOOD * relief
     found = _without_exchanged_everywhere(
         report, _of_one_ratio(report, _alike_everywhere(report, found, others))
     )
@@ -155,7 +155,7 @@ def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
         columns = {m.maneuver: m[key] for m in report.maneuvers if m.maneuver in each}
         left = {n: c.trace.error - found[n, key].values for n, c in columns.items()}
         is_all = all(
-            np.max(np.abs(left[n])) <= max(MAX_ROUNDING_FLOORS * (c.floor or 0.0), RIGHT * c.scale)
+            np.max(np.abs(left[n])) <= max(FLOORS_OF_ROUNDING * (c.floor or 0.0), RIGHT * c.scale)
             for n, c in columns.items()
         )
         if not is_all and scaled([*columns.values()]) is None:
@@ -184,7 +184,7 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
         errors = {c.key: c.as_understood.measures.max_rel_error or 0.0 for c in m.columns}
         mine = {key for n, key in found if n == m.maneuver}
         rest = max((x for key, x in errors.items() if key not in mine), default=0.0)
-        if any(rest > min(VISIBLE_ERROR, errors[key] / FACTOR_CLEAR) for key in mine):
+        if any(rest > min(TOLERANCE, errors[key] / CLEARLY) for key in mine):
             return False
     return True
 
@@ -242,7 +242,7 @@ def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """Values at a bound where the right ones are beyond it."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
-    least = MAX_ROUNDING_FLOORS * (c.floor or 0.0)
+    least = FLOORS_OF_ROUNDING * (c.floor or 0.0)
     bounds = [
         low if np.min(right) < low - least else -np.inf,
         high if np.max(right) > high + least else np.inf,
@@ -263,7 +263,7 @@ def _averaged(m: ManeuverScore, c: ColumnScore, _: Report) -> _Deviation | None:
     sums = np.pad(np.cumsum(right, axis=1), ((0, 0), (1, 0)))
     best: tuple[float, _Deviation] | None = None
     # Ends as long as a fifth of the rows leave enough to tell it.
-    for half in range(1, int(len(time) / FACTOR_CLEAR)):
+    for half in range(1, int(len(time) / CLEARLY)):
         count = 2 * half + 1
         smooth = (sums[:, count:] - sums[:, :-count]) / count
         left = np.sqrt(np.mean((value[half:-half] - smooth) ** 2, axis=1))
@@ -331,29 +331,27 @@ def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
     """Rows that are far worse than most others."""
     error = np.abs(c.trace.error)
     usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
-    return np.flatnonzero(error > FACTOR_DECISIVE * max(usual, hidden(c)))
+    return np.flatnonzero(error > BY_FAR * max(usual, hidden(c)))
 
 
 def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
     """Single rows that do not fit those around them, and whether they hold the row before."""
-    if c.values < m.rows or m.rows < MIN_ROWS_FOR_SHAPE or is_right_column(c):
+    if c.values < m.rows or m.rows < FEWEST_TELLING_ROWS or is_right_column(c):
         return None
     value, least = c.trace.value, hidden(c)
     is_same = np.diff(value) == 0.0
     alone = is_same[1:-1] & ~is_same[:-2] & ~is_same[2:]
     # Far above the digits the column moves on in one direction: at an extremum two rows are alike.
     before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
-    moves = (before * after > 0.0) & (
-        np.minimum(np.abs(before), np.abs(after)) > FACTOR_CLEAR * least
-    )
+    moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
     held = np.flatnonzero(alone & moves) + 2
     # Of few digits so many neighbours are alike by chance.
     chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
     error = np.abs(c.trace.error)
-    if FACTOR_CLEAR * chance < len(held) < _MOST_SINGLE * m.rows:
+    if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
         # Where the motion is right, rows next to these show themselves, too.
-        of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= MAX_ROUNDING_FLOORS * least
-        more = np.flatnonzero(of_before & (error[1:] > FACTOR_CLEAR * least)) + 1
+        of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= FLOORS_OF_ROUNDING * least
+        more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
         return (every if len(every) < _MOST_SINGLE * m.rows else held), True
     far = _far_rows(c)
@@ -363,7 +361,7 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
         # What is off in other columns, too, is the motion.
         return None
     turns = error[far] / (2 * np.pi)
-    is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < VISIBLE_ERROR)
+    is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < TOLERANCE)
     is_single = len(far) and (len(far) == 1 or np.min(np.diff(far)) > 1) and far[0] > 0
     if not is_single or is_turned or far[-1] == m.rows - 1:
         return None
@@ -398,7 +396,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     between its bounds it mostly is, and has many values.
     """
     value = c.trace.value
-    least = FACTOR_CLEAR * hidden(c)
+    least = CLEARLY * hidden(c)
     starts = np.flatnonzero(np.r_[True, np.diff(value) != 0.0])
     lengths = np.diff(np.r_[starts, len(value)])
     at = value[starts]
@@ -407,7 +405,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     inside = value[(value != low) & (value != high)]
     is_coarse = 2 * len(inside) < len(value) or 2 * len(np.unique(inside)) < len(inside)
     is_held = np.max(lengths[~is_bound], initial=0) >= _FEWEST_CLIPPED
-    if c.values < MIN_ROWS_FOR_SHAPE or is_held or is_coarse:
+    if c.values < FEWEST_TELLING_ROWS or is_held or is_coarse:
         return None
     told = []
     for bound, inf in ((low, -np.inf), (high, np.inf)):
@@ -456,7 +454,7 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
     if more:
         return None
     c = _column(report, key)
-    return unit_told_by(by, c.unit, c.as_understood.unit, VISIBLE_ERROR)
+    return unit_told_by(by, c.unit, c.as_understood.unit, TOLERANCE)
 
 
 def _column(report: Report, key: str) -> ColumnScore:
@@ -483,7 +481,7 @@ def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
     a, b = one.trace, other.trace
     n = min(len(a.value), len(b.value))
     if (
-        n < MIN_ROWS_FOR_SHAPE
+        n < FEWEST_TELLING_ROWS
         or not np.ptp(a.value)
         or not np.ptp(a.reference[:n] - b.reference[:n])
     ):
@@ -510,7 +508,7 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
     def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
         rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
         # Each value must let the error fall by far.
-        return FACTOR_DECISIVE**count * rms(rest) < rms(c.trace.error)
+        return BY_FAR**count * rms(rest) < rms(c.trace.error)
 
     one = [
         Scaled(solved(both[:, :1], value)[0], 0.0),

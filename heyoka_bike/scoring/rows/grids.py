@@ -12,9 +12,9 @@ from heyoka_bike.scoring.alignment import MOST_SAMPLED, Part, spread
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.output_faults import CoarseGrid, HalfPrecision
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.table import Undone, places
@@ -68,7 +68,7 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
     # NumPy's function of this name imports masked arrays.
-    if len(set(values.tolist())) < MIN_ROWS_FOR_SHAPE:
+    if len(set(values.tolist())) < FEWEST_TELLING_ROWS:
         return None
     least = np.finfo(np.float64).eps * np.abs(values)
     if quantum is not None:
@@ -76,8 +76,8 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
     for bits in _BITS:
         apart = Quantum(2, digits=bits).at(values)
         off = np.abs(values - apart * np.rint(values / apart))
-        telling = apart > FACTOR_CLEAR * least
-        if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and np.all(off <= _ROUNDED * least):
+        telling = apart > CLEARLY * least
+        if np.sum(telling) >= FEWEST_TELLING_ROWS and np.all(off <= _ROUNDED * least):
             return bits
     return None
 
@@ -114,7 +114,7 @@ def coarse_grids(report: Report) -> Undone | None:
         for (n, key), step in steps.items()
     )
     of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in by_number}
-    if rest < min(VISIBLE_ERROR, max(errors[True]) / FACTOR_DECISIVE) and all(by_grid):
+    if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
         # Beside the others it tells nothing of the motion.
         on_grid = {key for _, key in steps}
         parts = [m.part.only(m.part.values.keys() - on_grid) for m in report.maneuvers]
@@ -134,7 +134,7 @@ def _has_few_bits(m: ManeuverScore, c: ColumnScore) -> bool:
 def _matters(c: ColumnScore, step: float) -> bool:
     """True if a grid hides a part of the error of a column, or more than what is right."""
     error = c.as_understood.measures.max_abs_error or 0.0
-    return bool(step > min(error / FACTOR_DECISIVE, RIGHT * c.scale))
+    return bool(step > min(error / BY_FAR, RIGHT * c.scale))
 
 
 def _steps(levels: Mapping[tuple[int, str], tuple[Array, float]]) -> dict[tuple[int, str], float]:
@@ -186,7 +186,7 @@ def _on_grid(part: Part, steps: Mapping[str, float]) -> Part:
 def step_of(levels: Array, least: float) -> float | None:
     """The step of which all levels are multiples; None if there is none."""
     apart = np.diff(levels)
-    apart = apart[apart > MAX_ROUNDING_FLOORS * least]
+    apart = apart[apart > FLOORS_OF_ROUNDING * least]
     if len(levels) < _FEWEST_LEVELS or not len(apart):
         return None
     step = _common(np.sort(apart)[:_DISTANCES], least)
@@ -206,9 +206,9 @@ def _common(distances: Array, least: float) -> float | None:
     is no longer far above `least`, which the digits can tell. Then there is none.
     """
     step = float(distances[0])
-    while step > FACTOR_DECISIVE * least:
+    while step > BY_FAR * least:
         rest = np.abs(distances - step * np.rint(distances / step))
-        rest = rest[FACTOR_DECISIVE * rest > step]
+        rest = rest[BY_FAR * rest > step]
         if not len(rest):
             return step
         step = float(np.min(rest))
@@ -217,4 +217,4 @@ def _common(distances: Array, least: float) -> float | None:
 
 def _are_multiples(levels: Array, step: float, least: float) -> bool:
     off = float(np.max(np.abs(levels - step * np.rint(levels / step))))
-    return step > FACTOR_DECISIVE * least and off <= MAX_ROUNDING_FLOORS * least
+    return step > BY_FAR * least and off <= FLOORS_OF_ROUNDING * least

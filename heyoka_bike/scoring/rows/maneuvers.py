@@ -8,9 +8,9 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.evidence.output_faults import Mirrored, RowsRepeated, RowsReversed
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR, FEW_COLUMNS
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Mirrored as MirroredRows
 from heyoka_bike.scoring.rows.edits import Reversed
@@ -66,7 +66,7 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
 
     Signs and definitions that a file seems to have tell nothing if its rows are reversed.
     """
-    if m.rows < MIN_ROWS_FOR_SHAPE:
+    if m.rows < FEWEST_TELLING_ROWS:
         return False
     ends = []
     for key in (*LATERAL, "forward_speed"):
@@ -75,11 +75,11 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
             unit = factor(m.part.units.get(key, c.as_understood.unit))[0]
             given = abs(float(m.part.reference.rows[key][0]))
             off = np.abs(np.abs(unit * written[[0, -1]]) - given)
-            ends.append(off / max(MAX_ROUNDING_FLOORS * (c.floor or 0.0), RIGHT * c.scale))
+            ends.append(off / max(FLOORS_OF_ROUNDING * (c.floor or 0.0), RIGHT * c.scale))
     if len(ends) <= FEW_COLUMNS:
         return False
     first, last = np.max(ends, axis=0)
-    return bool(last <= 1.0 and first > FACTOR_DECISIVE)
+    return bool(last <= 1.0 and first > BY_FAR)
 
 
 def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]:
@@ -90,11 +90,11 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
         # Of few digits a motion that dies away stands still for a while, too, and goes on.
         others = [
             c for c in whole
-            if still[c.key] < max(MIN_ROWS_FOR_SHAPE, FACTOR_SIMILAR * _still_before(c))
+            if still[c.key] < max(FEWEST_TELLING_ROWS, AS_GOOD * _still_before(c))
         ]  # fmt: skip
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
-        if not held or any(max_rel_error(c) > VISIBLE_ERROR for c in others):
+        if not held or any(max_rel_error(c) > TOLERANCE for c in others):
             continue
         shown = held if others else standing
         rows = min(still[c.key] for c in shown)
@@ -114,4 +114,4 @@ def last_step(c: ColumnScore) -> int:
 
 def _moves(c: ColumnScore, first: int) -> bool:
     """True if the right column moves, from a row on."""
-    return float(np.ptp(c.trace.reference[first:])) > FACTOR_CLEAR * (c.floor or 0.0)
+    return float(np.ptp(c.trace.reference[first:])) > CLEARLY * (c.floor or 0.0)

@@ -17,9 +17,9 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RateOfDifferences,
     RateOfOtherRow,
 )
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, MOST_ROWS
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Exchanged
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
@@ -59,7 +59,7 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
     if key not in m or angle_key not in m:
         return False
     rate, angle = m[key], m[angle_key]
-    is_whole = rate.values == angle.values == m.rows >= MIN_ROWS_FOR_SHAPE
+    is_whole = rate.values == angle.values == m.rows >= FEWEST_TELLING_ROWS
     time = rate.trace.time
     if not is_whole or not np.all(np.diff(time) > 0.0):
         return False
@@ -68,7 +68,7 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
         rms(local_polynomials(time, one, _DEGREE_OF_SLOPES)[:, 1] - other) / (rms(other) or 1.0)
         for one, other in ((x, v), (v, x))
     )
-    return FACTOR_DECISIVE * off_exchanged < min(off, 1.0)
+    return BY_FAR * off_exchanged < min(off, 1.0)
 
 
 def _rates_of(report: Report) -> list[str]:
@@ -92,7 +92,7 @@ def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScor
     if key not in m or ANGLE_OF[key] not in m:
         return None
     rate, angle = m[key], m[ANGLE_OF[key]]
-    is_told = rate.values >= MIN_ROWS_FOR_SHAPE
+    is_told = rate.values >= FEWEST_TELLING_ROWS
     is_told = is_told and np.array_equal(rate.trace.time, angle.trace.time)
     return (rate, angle) if is_told else None
 
@@ -125,13 +125,13 @@ def _how_differenced(m: ManeuverScore, key: str) -> set[str]:
     }
     smooth = local_polynomials(time, x, _DEGREE_OF_SLOPES)[:, 1]
     step = float(np.min(np.diff(time)))
-    least = MAX_ROUNDING_FLOORS * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
+    least = FLOORS_OF_ROUNDING * ((rate.floor or 0.0) + 2 * (angle.floor or 0.0) / step)
     found = set()
     for how, (slope, rows) in ways.items():
         is_difference = np.abs(rate.trace.value[rows] - slope) <= least
         # Where the digits tell such a difference from the slope of the angle.
-        telling = np.abs(slope - smooth[rows]) > FACTOR_CLEAR * least
-        if np.sum(telling) >= MIN_ROWS_FOR_SHAPE and all(
+        telling = np.abs(slope - smooth[rows]) > CLEARLY * least
+        if np.sum(telling) >= FEWEST_TELLING_ROWS and all(
             np.mean(part) > MOST_ROWS for part in (is_difference, is_difference[telling])
         ):
             found.add(how)
@@ -168,6 +168,6 @@ def _rows_off(m: ManeuverScore, key: str) -> float:
 
     best = min(ROWS_LATE, key=off)
     size = rms(rate.trace.value)
-    is_best = FACTOR_DECISIVE * off(best) < min(off(0.0), VISIBLE_ERROR * FACTOR_DECISIVE * size)
+    is_best = BY_FAR * off(best) < min(off(0.0), TOLERANCE * BY_FAR * size)
     # Differences are nearly that, and seen as such.
     return best if is_best and not _how_differenced(m, key) else 0.0

@@ -9,7 +9,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.output_faults import Remainder
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -50,7 +50,7 @@ def hidden(c: ColumnScore) -> float:
 def is_right_column(c: ColumnScore) -> bool:
     """True if a column is as right as its digits, or binary64 arithmetic, can be."""
     error = c.as_understood.measures.max_rel_error
-    return c.is_at_floor(MAX_ROUNDING_FLOORS) or (error is not None and error < ROUNDING)
+    return c.is_at_floor(FLOORS_OF_ROUNDING) or (error is not None and error < ROUNDING)
 
 
 def places(report: Report) -> Iterator[tuple[ManeuverScore, ColumnScore]]:

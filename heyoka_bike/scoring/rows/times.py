@@ -18,8 +18,8 @@ from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, VISIBLE_ERROR
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR, FEW_COLUMNS
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Clock
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
@@ -34,7 +34,7 @@ class _Wrong(AtOtherTimes):
     """The wrong columns of a maneuver."""
 
     def __init__(self, m: ManeuverScore) -> None:
-        whole = whole_columns(m) if m.rows >= MIN_ROWS_FOR_SHAPE else []
+        whole = whole_columns(m) if m.rows >= FEWEST_TELLING_ROWS else []
         wrong = [c for c in whole if c.key in BENCHMARK_COLUMNS and not is_right_column(c)]
         super().__init__(m, wrong)
 
@@ -46,14 +46,14 @@ class _Wrong(AtOtherTimes):
     @cached_property
     def floors(self) -> Array:
         """What the digits can tell of each column."""
-        return np.array([MAX_ROUNDING_FLOORS * (c.floor or 0.0) / c.scale for c in self.columns])
+        return np.array([FLOORS_OF_ROUNDING * (c.floor or 0.0) / c.scale for c in self.columns])
 
     def are_right(self, left: Array) -> bool:
         """True if so little is left, and so much less than there was, that the times are meant."""
-        falls = (left * FACTOR_DECISIVE < self.before) | (left <= self.floors)
+        falls = (left * BY_FAR < self.before) | (left <= self.floors)
         # To fall to the digits from next to them shows nothing.
-        is_shown = bool(np.any(left * FACTOR_DECISIVE < self.before))
-        return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < VISIBLE_ERROR)
+        is_shown = bool(np.any(left * BY_FAR < self.before))
+        return is_shown and bool(np.all(falls) and np.max(left, initial=0.0) < TOLERANCE)
 
 
 def other_unit(report: Report) -> Undone | None:
@@ -185,7 +185,7 @@ def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
     right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
     left = right.left(meant_by(right.time, clock))
     limits = [hidden(c) / c.scale for c in right.columns]
-    return bool(np.any(left > FACTOR_CLEAR * np.array(limits)))
+    return bool(np.any(left > CLEARLY * np.array(limits)))
 
 
 def _on_clock(part: Part, scale: float, shift: float) -> Part:
@@ -208,7 +208,7 @@ def _own_clock(m: ManeuverScore) -> tuple[float, float] | None:
     # Where both together lead too far, nothing is held against one of them.
     least = found[-1][1] if clocks[-1] is not None else np.inf
     for clock, left in found:
-        is_as_good = np.all(left <= np.maximum(FACTOR_SIMILAR * least, wrong.floors))
+        is_as_good = np.all(left <= np.maximum(AS_GOOD * least, wrong.floors))
         if is_as_good and wrong.are_right(left):
             return 1.0 + float(clock[0]), float(clock[1])
     return None

@@ -10,7 +10,7 @@ from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.explanation import Curve, Explanation
-from heyoka_bike.scoring.grades import VISIBLE_ERROR
+from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.runs import Run, Series
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing.charts import chart as draw
@@ -37,7 +37,7 @@ _MOST_DECADES, _MOST_OF_PROGRAMS = 10, 16
 _LOWEST_ERROR = 1e-40
 _MOST_ORDER = 12  # of the guides
 _RELATIVE = "error / scale of the column"
-_LEVEL_OF_TOLERANCE = Level(VISIBLE_ERROR, "tolerance", "1e-3 of the scale")
+_LEVEL_OF_TOLERANCE = Level(TOLERANCE, "tolerance", "1e-3 of the scale")
 
 
 def legend(items: Sequence[tuple[str, str, str]]) -> str:
@@ -85,7 +85,7 @@ def all_errors(m: ManeuverScore) -> str:
         return empty("Nothing could be compared.")
     if not peaks:
         return empty("The error is exactly 0 in every row of every column.")
-    low, high = min(peaks + [n.value for n in notches]), max(*peaks, 2 * VISIBLE_ERROR)
+    low, high = min(peaks + [n.value for n in notches]), max(*peaks, 2 * TOLERANCE)
     about = f"Errors of all columns of maneuver {m.maneuver} over time, relative to the scale of "
     about += "each, logarithmic"
     drawn = chart(
@@ -187,7 +187,7 @@ def _error(time: ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
         low, high = min(low, c.floor), max(high, c.floor)
     low = max(low, high * 10.0**-_MOST_DECADES)
     levels = [Level(c.floor, "floor", "")] if c.floor and c.floor >= low else []
-    tolerance = VISIBLE_ERROR * c.scale
+    tolerance = TOLERANCE * c.scale
     if high > 0.01 * tolerance > 0:
         high = max(high, tolerance)
         levels.append(Level(tolerance, _LEVEL_OF_TOLERANCE.style, _LEVEL_OF_TOLERANCE.text))
@@ -306,7 +306,7 @@ def _programs(series: Series, maneuver: int, key: str, time: ChartAxis) -> str:
     peak = float(every.max())
     low = max(float(np.quantile(every, 0.05)), peak * 10.0**-_MOST_OF_PROGRAMS)
     drawn = chart(
-        time, draw.decades(low, max(peak, 2 * VISIBLE_ERROR), 6), lines,
+        time, draw.decades(low, max(peak, 2 * TOLERANCE), 6), lines,
         about=f"Error of the {label(key)} of each program over time, logarithmic",
         title=_RELATIVE, height=_PROGRAMS_HEIGHT, levels=[_LEVEL_OF_TOLERANCE],
     )  # fmt: skip

@@ -22,7 +22,7 @@ LABEL = "uncontrolled bicycle"
 COLORS = {
     Grade.UNKNOWN: "lightgrey",
     Grade.RIGHT: "brightgreen",
-    Grade.UNDECIDED: "yellow",
+    Grade.UNTOLD: "yellow",
     Grade.CLOSE: "yellow",
     Grade.WRONG: "red",
 }

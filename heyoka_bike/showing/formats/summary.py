@@ -185,7 +185,7 @@ def _next(report: Report, in_python: bool) -> str:
         return f"write the missing columns too: {named(missing)}"
     if not report.is_whole:
         return "write rows over the whole run, as dense as the motion is fast"
-    if found == Grade.UNDECIDED:
+    if found == Grade.UNTOLD:
         return "write 17 digits, to show what the program can do"
     shown = (c.shown("scd") for m in report.maneuvers for c in m.columns)
     digits = math.floor(min(filter(None, shown), default=6.0))

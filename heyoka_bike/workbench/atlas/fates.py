@@ -53,7 +53,7 @@ from heyoka_bike.workbench.atlas.runs import (
     WINDOW,
     Runs,
 )
-from heyoka_bike.workbench.fast.vector_code import STATE_SIZE
+from heyoka_bike.workbench.fast.vector_code import STATE
 
 
 def tops(values: Array) -> tuple[Array, Array]:
@@ -103,10 +103,10 @@ def first_negative(values: Array) -> Array:
 SECONDS = 10
 """The magnification is the largest over this time [s]."""
 
-EARLY_OVERSAMPLING = 2
+EARLY = 2
 """Oversampling within these seconds, because magnification comes in bursts."""
 
-_SECONDS_OF_STEP = 2 * SPACING / EARLY_OVERSAMPLING
+_SECONDS_OF_STEP = 2 * SPACING / EARLY
 _TERMS_OF_EXPONENTIAL = 12  # of its series
 _SHIFT_OF_PITCH = 1e-5  # the pitch is even about straight running: slopes are good to 1e-10
 _AROUND = 2  # samples on either side of the largest one
@@ -152,7 +152,7 @@ def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
 
 def _start(runs: Runs, states: Array, which: Array, length: Array) -> Array:
     """Return derivatives of the state by the start (see `START`), shape (motions, 6, 5)."""
-    found = np.zeros((len(states), STATE_SIZE, len(START)))
+    found = np.zeros((len(states), STATE, len(START)))
     for column, row in enumerate(LATERAL):
         found[:, row, column] = 1.0
     found[:, SPIN, -1] = 1 / length
@@ -264,7 +264,7 @@ class _Course:
         for name in ("largest_lean", "largest_steer", "fate_time"):
             self.found[name][:] = 0.0
         self.steps = np.abs(starts[:, -1])
-        self.before = np.full((count, 1, STATE_SIZE), np.nan)
+        self.before = np.full((count, 1, STATE), np.nan)
         self.recent = np.full((count, _WINDOWS_OF_WEAVE * WINDOW, 2), np.nan)
         self.left = np.flatnonzero(np.isfinite(self.states).all(axis=1))
 
@@ -275,18 +275,18 @@ class _Course:
             left = self.left
             if not len(left):
                 break
-            part = EARLY_OVERSAMPLING if begin < SECONDS else 1
+            part = EARLY if begin < SECONDS else 1
             samples, ends, self.steps[left] = self.runs.follow(
                 self.states[left], self.which[left], self.steps[left],
                 spacing=SPACING / part, count=WINDOW * part,
             )  # fmt: skip
             if begin < SECONDS and not is_brief:
-                whole = np.full((len(self.states), WINDOW * part + 1, STATE_SIZE), np.nan)
+                whole = np.full((len(self.states), WINDOW * part + 1, STATE), np.nan)
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
             self._measure(samples, begin, SPACING / part)
             # Index of the sample before the next window, at the spacing of that window.
-            then = EARLY_OVERSAMPLING if begin + _SECONDS_OF_WINDOW < SECONDS else 1
+            then = EARLY if begin + _SECONDS_OF_WINDOW < SECONDS else 1
             self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
         self._give_up(longest)

@@ -22,7 +22,7 @@ from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine
 from heyoka_bike.reference.exports.formats import Selection, about, commented
 from heyoka_bike.reference.following import FOLLOWS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, VISIBLE_ERROR
+from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
 from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
@@ -38,7 +38,7 @@ _STATES_STORED = (
     "yaw",
 )
 # Chebyshev coefficients whose sum is below this fraction of the scale are left out.
-_NEGLIGIBLE = 2.0**-57
+_UNSEEN = 2.0**-57
 _PER_LINE = 4
 
 
@@ -79,7 +79,7 @@ def _kept(m: ReferenceManeuver) -> list[list[Array]]:
     found = []
     for piece in range(len(m.breaks) - 1):
         rows = [m.dense.hi[name][piece] for name in _STATES_STORED]
-        limits = [_NEGLIGIBLE * m.scale(name) for name in _STATES_STORED]
+        limits = [_UNSEEN * m.scale(name) for name in _STATES_STORED]
         found.append([_seen(c, limit) for c, limit in zip(rows, limits, strict=True)])
     return found
 
@@ -113,7 +113,7 @@ def _data(
     yield f"#define UB_MOST_APART {reference.most_apart!r} /* [s], of rows that cover the run */"
     yield f"#define BICYCLE_RIGHT_DIGITS {RIGHT_DIGITS!r} /* or more is right */"
     yield f"#define BICYCLE_CLOSE_DIGITS {CLOSE_DIGITS!r} /* or more is close */"
-    yield f"#define UB_TOLERANCE {VISIBLE_ERROR!r}\n"
+    yield f"#define UB_TOLERANCE {TOLERANCE!r}\n"
     for n, pieces in kept.items():
         yield f"static const ub_piece ub_pieces_{n}[] = {{"
         ends = reference[n].breaks.tolist()

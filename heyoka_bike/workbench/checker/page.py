@@ -21,8 +21,8 @@ from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.straight_line import JAVASCRIPT, StraightLine
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import recognition
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import KEYS, TIME, may_mean
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.units import UNITS
@@ -104,8 +104,8 @@ def _recognition_data(reference: Reference) -> dict[str, Any]:
         "near": recognition.NEAR,
         "exact": recognition.EXACT,
         "far": recognition.FAR,
-        "clearly": FACTOR_CLEAR,
-        "farthest": MEANINGLESS_ERROR,
+        "clearly": CLEARLY,
+        "farthest": HALF,
         "mostRows": recognition.MOST_ROWS_OF_SPAN,
         "logOdds": recognition.LOG_ODDS_AS_WRITTEN,
         "roundoff": recognition.ROUNDOFF,
@@ -169,7 +169,7 @@ def _replay_data(bicycle: Bicycle) -> dict[str, Any]:
         "smallestGap": scenes.SMALLEST_GAP,
         "outOfSight": scenes.OUT_OF_SIGHT,
         "derived": scenes.DERIVED,
-        "brought": scenes.CONVERTED_NOTE,
+        "brought": scenes.BROUGHT,
     }
 
 

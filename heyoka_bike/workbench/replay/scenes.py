@@ -49,7 +49,7 @@ DERIVED = (
     "rate that rolling without slip gives this state; the place from the forward speed along "
     "that heading; the turning of the wheels from rolling."
 )
-CONVERTED_NOTE = (
+BROUGHT = (
     "(a different definition is brought to the default one by its difference from the reference)"
 )
 """Text of notes, here and on the page of the checker."""
@@ -328,7 +328,7 @@ def _understood(found: ManeuverScore) -> str:
             taken.append(f"{label(c.key)} taken as {', '.join(how)}")
     if not taken:
         return ""
-    return f"; {'; '.join(taken)} {CONVERTED_NOTE}"
+    return f"; {'; '.join(taken)} {BROUGHT}"
 
 
 def _listed(items: Sequence[str]) -> str:

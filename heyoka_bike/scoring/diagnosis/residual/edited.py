@@ -15,7 +15,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.numbers.double import SMALL_STEP, Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.definitions import Interpretations
+from heyoka_bike.scoring.definitions import Understandings
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
@@ -29,7 +29,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE
+from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.units import factor
 
 _ZERO, _RATIO = "zero ", "ratio "
@@ -50,7 +50,7 @@ class _Edited:
     """
 
     parts: Sequence[Part]
-    understood: Interpretations
+    understood: Understandings
     program: Program
     deadline: Deadline
     _known: dict[tuple[tuple[str, float], ...], Residual | None] = field(default_factory=dict)
@@ -128,7 +128,7 @@ def _is_edit(name: str) -> bool:
 
 
 def edit_beside_a_value(
-    parts: Sequence[Part], understood: Interpretations, program: Program, deadline: Deadline
+    parts: Sequence[Part], understood: Understandings, program: Program, deadline: Deadline
 ) -> ColumnRatio | None:
     """A zero or a ratio of a column that together with one value explains the residual.
 
@@ -171,9 +171,9 @@ def edit_beside_a_value(
     left, name, size = min(found)
     ones = [asked.refined([every[k]], np.zeros(1))[1] for k in (*edits[:2], *values[:2])]
     # Errors of integrators resemble the best pair by 7, two and a half times as much as one of it.
-    is_both = FACTOR_CLEAR * left < min(ones, default=start.left)
+    is_both = CLEARLY * left < min(ones, default=start.left)
     gain = start.left / left
-    if not (is_both and gain > max(FACTOR_DECISIVE, right.limit / WEIGHTS.nearly)):
+    if not (is_both and gain > max(BY_FAR, right.limit / WEIGHTS.nearly)):
         return None
     kind, key = name.split(" ")
     by, more = (1.0, size) if f"{kind} " == _ZERO else (1.0 + size, 0.0)

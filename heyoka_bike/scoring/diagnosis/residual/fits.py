@@ -28,7 +28,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     solve,
     uncertain,
 )
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR, FACTOR_DECISIVE, FACTOR_SIMILAR
+from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 
 SPLIT = 4
 """Parts of a run whose errors have a size each: those of values grow, at first in proportion."""
@@ -147,7 +147,7 @@ class Fits:
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
                     most = max(1, WEIGHTS.some // size // len(views))
                     # Whole runs tell those apart that to first order explain as much, by far.
-                    alike = subsets.gains > max(subsets.gains[0] / FACTOR_SIMILAR, FACTOR_DECISIVE)
+                    alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
                     count = max(most, np.sum(alike)) if size == 1 else most
                     found |= dict.fromkeys(map(tuple, subsets.members[:count].tolist()))
             if size in counts:
@@ -207,7 +207,7 @@ class Fits:
 
 def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
     """True if one cause explains nearly as much as another with further values."""
-    return one.parts < other.parts and other.relief < FACTOR_CLEAR * one.relief
+    return one.parts < other.parts and other.relief < CLEARLY * one.relief
 
 
 def _size_of(bicycle: Bicycle, name: str) -> float:

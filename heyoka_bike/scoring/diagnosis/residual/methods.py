@@ -23,7 +23,7 @@ from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.ratios import CLEARLY
 
 # Places of the angles whose rates are in the file, and of their accelerations and the rolling rate.
 _ANGLES, _PLACES_OF_SPEEDS = [0, 2], [3, 4, 5]
@@ -181,5 +181,5 @@ def step_of_rows(step: float, spacing: float, relief: float) -> float | None:
     """
     near = spacing / round(spacing / step) if step < spacing else spacing * round(step / spacing)
     # Times are sums of steps, or their binary64 numbers.
-    is_near = abs(step - near) < near / max(relief, FACTOR_CLEAR)
+    is_near = abs(step - near) < near / max(relief, CLEARLY)
     return float(f"{near:.9g}") if is_near else None

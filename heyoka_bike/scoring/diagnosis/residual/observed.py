@@ -16,8 +16,8 @@ from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.following import following, in_binary64
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part, spread
-from heyoka_bike.scoring.definitions import Interpretation
+from heyoka_bike.scoring.alignment import HALF, Part, spread
+from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 from heyoka_bike.scoring.rows.rates import ANGLE_OF
@@ -114,13 +114,13 @@ class Observed:
         return float(np.max(np.maximum(off, known) / size))
 
 
-def upright(part: Part, understood: Mapping[str, Interpretation]) -> Part:
+def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
     if "roll_angle" not in part.values or "roll_angle" not in understood:
         return part
     is_up = np.abs(in_si(part, understood, "roll_angle")) <= _LARGEST_LEAN
     height = part.values.get("potential_energy", np.zeros_like(part.time))
-    lies = ~is_up & (height < MEANINGLESS_ERROR * height[0])
+    lies = ~is_up & (height < HALF * height[0])
     # Without a height: angles in degrees come back.
     row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
     if row == len(is_up) or row < _FEWEST_ROWS_OF_WINDOWS:
@@ -130,7 +130,7 @@ def upright(part: Part, understood: Mapping[str, Interpretation]) -> Part:
 
 def observe(
     part: Part,
-    understood: Mapping[str, Interpretation],
+    understood: Mapping[str, Understanding],
     equations: Equations,
     parameters: Mapping[str, float] | None = None,
     converged: float = CONVERGED,
@@ -173,7 +173,7 @@ def observe(
 
 
 def _rows_that_move(
-    part: Part, understood: Mapping[str, Interpretation]
+    part: Part, understood: Mapping[str, Understanding]
 ) -> tuple[Array, dict[str, Array], dict[str, str]] | None:
     """Return times, columns of `STATE` [SI] and their definitions.
 
@@ -222,12 +222,12 @@ def start_shown(m: Observed, equations: Equations) -> tuple[Array, Array]:
     return np.median(found, axis=1), np.ptp(found, axis=1)
 
 
-def in_si(part: Part, understood: Mapping[str, Interpretation], key: str) -> Array:
+def in_si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
     """Return a column in SI, with the sign and the zero of the definition."""
     return understood[key].in_si(part.values[key])
 
 
-def _digits(part: Part, understood: Mapping[str, Interpretation], key: str) -> float:
+def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> float:
     """Standard deviation of the last digit written [SI]."""
     if key not in part.values:
         return (

@@ -9,14 +9,14 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.definitions import Interpretation
+from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.residual.observed import in_si
 
 
 def readings(
-    parts: Sequence[Part], understood: Mapping[str, Interpretation]
-) -> Iterator[Mapping[str, Interpretation]]:
+    parts: Sequence[Part], understood: Mapping[str, Understanding]
+) -> Iterator[Mapping[str, Understanding]]:
     """Ways to understand a file, the likeliest by the correct motion first.
 
     Beside the correct motion the file of another one may seem to have other definitions and signs.
@@ -34,8 +34,8 @@ def readings(
 
 
 def other_definitions(
-    understood: Mapping[str, Interpretation], keys: Sequence[str]
-) -> Iterator[Mapping[str, Interpretation]]:
+    understood: Mapping[str, Understanding], keys: Sequence[str]
+) -> Iterator[Mapping[str, Understanding]]:
     """Ways to understand some columns by other definitions, the likeliest first.
 
     Without those that are refuted even by a motion that is wrong: it is nearer to another one by
@@ -60,7 +60,7 @@ def other_definitions(
 
 
 def _turns_back(
-    parts: Sequence[Part], understood: Mapping[str, Interpretation], angle: str, rate: str
+    parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
 ) -> bool:
     """True if an angle mostly falls where its rate says that it grows."""
     total = 0.0

@@ -19,7 +19,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
@@ -52,8 +52,8 @@ from heyoka_bike.scoring.diagnosis.residual.observed import (
     start_shown,
     state_vector,
 )
-from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, VISIBLE_ERROR
-from heyoka_bike.scoring.ratios import FACTOR_CLEAR
+from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.ratios import CLEARLY
 
 EQUATIONS = ("roll", "steer", "speed")
 """Whose accelerations the blocks of a maneuver are, in order."""
@@ -154,7 +154,7 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        is_blown_up = max(slopes) > MEANINGLESS_ERROR or bool(np.max(rest) == _NO_LIMIT)
+        is_blown_up = max(slopes) > HALF or bool(np.max(rest) == _NO_LIMIT)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
         is_judged = is_resolved or bool(np.median(rest / resolved) < share)
@@ -202,7 +202,7 @@ class Residual:
     @cached_property
     def as_good_as_known(self) -> tuple[Hypothesis, ...]:
         """Single parameters that explain nearly as much as the best mistake of the library."""
-        least = _largest_relief(*self.known) / FACTOR_CLEAR
+        least = _largest_relief(*self.known) / CLEARLY
         found = self._fits().fewest(
             [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
         )
@@ -236,7 +236,7 @@ class Residual:
             self.blocks(self._weights * (self.observed - self._right)),
             self._floors,
         )
-        return found if found and found.relief > FACTOR_CLEAR else None
+        return found if found and found.relief > CLEARLY else None
 
     @cached_property
     def promise(self) -> float:
@@ -254,12 +254,12 @@ class Residual:
         if not self.is_resolved or not self.is_large:
             return True
         largest = _largest_relief(*self.known, *self._of_unknowns)
-        return largest > min(WEIGHTS.nearly, self.limit / FACTOR_CLEAR)
+        return largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
 
     @property
     def is_large(self) -> bool:
         """True if accelerations are off by what a plot shows: those of most integrators are not."""
-        return max(self.shares.values()) > VISIBLE_ERROR
+        return max(self.shares.values()) > TOLERANCE
 
     @property
     def promising(self) -> tuple[str, ...]:
@@ -285,7 +285,7 @@ class Residual:
     @property
     def is_met(self) -> bool:
         """True if the right equations leave no more than the digits and the rows do."""
-        return bool(np.all(self._before * self._sizes <= MAX_ROUNDING_FLOORS * self._floors))
+        return bool(np.all(self._before * self._sizes <= FLOORS_OF_ROUNDING * self._floors))
 
     def leaves_force(self, relief: float) -> bool:
         """True if a cause of some relief leaves what no integrator does.
@@ -453,7 +453,7 @@ class Residual:
 
     def _fitted(self, names: Sequence[str]) -> tuple[Hypothesis, ...]:
         """The fewest unknowns that are likelier than fewer are, and than the library is."""
-        enough = self.limit / FACTOR_CLEAR
+        enough = self.limit / CLEARLY
         known = self.known[0]
         if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
             return ()
@@ -518,7 +518,7 @@ class Residual:
             off = start - _given(self.program, m.number)
             size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
             # By more than the rows disagree, and not next to nothing of what is off most.
-            least = WEIGHTS.sure * scatter + VISIBLE_ERROR * np.max(np.abs(off) / size) * size
+            least = WEIGHTS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
             changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}

@@ -22,7 +22,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     maneuvers_in,
     time_among,
 )
-from heyoka_bike.scoring.reading.names.left_out import column_within
+from heyoka_bike.scoring.reading.names.left_out import name_held
 from heyoka_bike.scoring.reading.names.words import names_found
 from heyoka_bike.scoring.reading.not_read import PRINT_ALL, SHORTENED
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
@@ -321,7 +321,7 @@ def _heading_that_holds_names(
     """
     for i, names in of_width(above, width):
         plain = [name.strip(" \"'") for name in names]
-        if any(column_within(name, request)[0] for name in plain):
+        if any(name_held(name, request)[0] for name in plain):
             return plain, i
     return None, None
 
