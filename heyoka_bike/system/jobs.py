@@ -352,7 +352,11 @@ def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
         except Exception as e:
             error = (e, f"\n{format_exc()}") if limits is None else (None, fault(e))
             answer = encoded("error", error)
-        pipe.send_bytes(answer)
+        try:
+            pipe.send_bytes(answer)
+        except OSError:
+            # The parent is gone, and nobody waits for the answer.
+            return
 
 
 def _end_with_parent() -> None:
