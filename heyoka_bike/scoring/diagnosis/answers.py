@@ -52,6 +52,14 @@ _STIFFEST = 3.0
 """Time constant of the stiffest stable contact, in steps: two in MuJoCo."""
 
 
+def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
+    """Return the evidence that most columns contain only zeros, if they do."""
+    columns = [c for places in report.by_column().values() for _, c in places]
+    return (
+        (MostlyZeros(),) if 2 * sum(not c.trace.value.any() for c in columns) > len(columns) else ()
+    )
+
+
 def answers(
     diagnosis: Diagnosis, report: Report, first: Sequence[plain.AtOnce]
 ) -> tuple[Evidence, ...]:
@@ -60,8 +68,6 @@ def answers(
     `first` is what was seen at once.
     """
     columns = [(m, c) for places in report.by_column().values() for m, c in places]
-    if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
-        return (MostlyZeros(),)
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linear(diagnosis.classes[0][0]), *units)

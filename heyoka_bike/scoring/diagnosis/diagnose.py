@@ -8,6 +8,7 @@ from typing import Any
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
+from heyoka_bike.scoring.diagnosis.answers import mostly_zeros
 from heyoka_bike.scoring.diagnosis.budget import (
     SECONDS,
     USUAL,
@@ -132,6 +133,8 @@ def _pursued(
     """What explains a report; of few rows whose times are wrong no more than that."""
     if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < _FEWEST_ROWS:
         return Answer(report, ())
+    if zeros := mostly_zeros(report):
+        return Answer(report, zeros)
     return pursue(report, reference, progress, deadline)
 
 
