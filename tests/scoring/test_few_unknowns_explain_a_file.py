@@ -201,7 +201,7 @@ def test_a_value_that_is_nearly_a_mistake_of_the_library_is_told_by_whole_runs(
     """An axial inertia as small as the diametral one: no gyroscopic moment of a tumbling wheel."""
     program = right_program(bicycle, reference)
     value = Bicycle(bicycle.name, {**bicycle.values, "IFyy": bicycle["IFxx"]})
-    made = simulated(simulator, replace(program, bicycle=value), ("roll_angle", "steer_angle"))
+    made = simulated(simulator, program.moving(bicycle=value), ("roll_angle", "steer_angle"))
     table = {k: made[k][:301] for k in ("time", "roll_angle_3", "steer_angle_3")}
     found = diagnose(table, reference).diagnosis[0]
     ((change,),) = found.evidence["changes"]
