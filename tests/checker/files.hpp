@@ -13,10 +13,11 @@ inline void readable(bool good, const std::string& message) {
     if (!good) throw std::runtime_error(message);
 }
 
-// A pipe would wait for a writer, a device may never end.
+// Only regular files are opened: reading a pipe would wait for a writer, a device may never end.
 inline const std::string& regular(const std::string& path) {
     struct stat found;
-    readable(stat(path.c_str(), &found) == 0 && S_ISREG(found.st_mode), path + " is not a regular file");
+    readable(stat(path.c_str(), &found) == 0, path + " cannot be read");
+    readable(S_ISREG(found.st_mode), path + " is not a regular file");
     return path;
 }
 
@@ -84,7 +85,7 @@ inline const std::string& at(const Json& j, const std::string& place) {
     return j.at(place);
 }
 
-// Bytes of a data set; the largest of the published set has 2 million.
+// Size limit of an HDF5 dataset [bytes]; the largest published one has 2 million.
 constexpr std::size_t MOST_BYTES = 500'000'000;
 
 // HDF5 files and groups; they are closed when the program ends.
@@ -93,7 +94,7 @@ H good(H h, const std::string& what) {
     readable(h >= 0, "cannot read " + what);
     return h;
 }
-// An object that is stored in the file itself: neither a link leads to it, nor are its numbers kept elsewhere.
+// Opens an object of a group. Links are refused, because they may lead to other files.
 inline hid_t member(hid_t group, const std::string& name) {
     H5L_info_t link;
     expect(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT) >= 0, "there is no " + name);

@@ -445,12 +445,15 @@ def forged_set(folder, bicycle, maneuver):
     inputs = describe_inputs(bicycle, [maneuver])
     (folder / CANDIDATE).write_bytes(candidate_file.render([run], inputs, "custom"))
     bounds = {state: {"interval": "1e-62", "end": "1e-62"} for state in run.states}
-    entry = {"maneuver": maneuver.name, "steps": run.steps, "bound": "1e-62", "bound_end": "1e-62"}
-    document = {"inputs": inputs, "maneuvers": [entry | {"state_bounds": bounds}]}
+    entry = {"maneuver": maneuver.name, "steps": run.steps, "ambiguous": 0,
+             "bound": "1e-62", "bound_end": "1e-62", "state_bounds": bounds}  # fmt: skip
+    document = {"inputs": inputs, "maneuvers": [entry]}
     (folder / CERTIFICATE).write_text(json.dumps(document, indent=2))
     at = evaluator(run, run.bits + 64)
     texts = {TEXT: "", TEXT_50: ""}
     stored = {name + tag: [] for name in BENCHMARK_COLUMNS for tag in ("", "_lo", "_bound")}
+    times = [Enclosure.of(maneuver.time(i)) for i in range(maneuver.rows)]
+    stored |= zip(("time", "time_lo"), zip(*(hi_lo(t, "time") for t in times), strict=True))
     with at.balls.precision():
         for i in range(maneuver.rows):
             found = {name: exact(at.columns(maneuver.time(i))[name]) for name in BENCHMARK_COLUMNS}
@@ -458,7 +461,7 @@ def forged_set(folder, bicycle, maneuver):
                 given = {"roll_angle": maneuver.roll, "roll_rate": maneuver.roll_rate,
                          "forward_speed": maneuver.speed, "steer_angle": maneuver.steer,
                          "steer_rate": maneuver.steer_rate}  # fmt: skip
-                found |= {name: x.rational for name, x in given.items()}
+                found |= {name: x.rational for name, x in given.items() if not x.pi_multiple}
             words = {name: [shortest_decimal(maneuver.time(i), 50)] for name in texts}
             for name, x in ((name, Enclosure.of(x)) for name, x in found.items()):
                 hi, lo = hi_lo(x, name)
@@ -501,8 +504,12 @@ def pitch_is_another_root(monkeypatch, bicycle):
 
 @pytest.mark.proof
 def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuvers):
-    """The dataset of the next test is accepted if nothing is forged."""
-    forged_set(tmp_path, bicycle, replace(maneuvers[0], **SHORT))
+    """As the dataset of the next test, without a forgery.
+
+    The last row is at a whole second, where the remainder of the time is zero.
+    """
+    second = {"duration": Fraction(1), "spacing": Fraction(1, 10)}
+    forged_set(tmp_path, bicycle, replace(maneuvers[2], **second))
     code, out, err = check(tmp_path, "--any-inputs")
     assert (code, err) == (0, "")
     assert f"accepted: {tmp_path}, for inputs that may be others than the benchmark's" in out
@@ -525,7 +532,8 @@ def test_the_pitch_that_grows_from_zero_steer_is_followed(
     check, tmp_path, bicycle, maneuvers, angles
 ):
     roll, steer = map(Exact.parse, angles)
-    forged_set(tmp_path, bicycle, replace(maneuvers[2], roll=roll, steer=steer, **SHORT))
+    short = {"duration": Fraction(1, 20), "spacing": Fraction(1, 100)}
+    forged_set(tmp_path, bicycle, replace(maneuvers[2], roll=roll, steer=steer, **short))
     code, out, err = check(tmp_path, "--any-inputs")
     assert (code, err) == (0, ""), out
 
@@ -604,7 +612,7 @@ def test_what_is_said_not_to_be_decided_has_to_be_near(check, published, change,
 
 
 def of_rows(change, maneuver="maneuver_1"):
-    """A damage of the rows; `change` gets the group of a maneuver."""
+    """Return a damage of the rows; `change` is called with a maneuver's group and the folder."""
 
     def damage(folder):
         with h5py.File(folder / HDF5, "r+") as f:
@@ -661,7 +669,7 @@ def test_other_times_are_refused(check, published, name):
 def test_numbers_kept_elsewhere_are_refused_before_anything_is_proved(
     check, published, change, said
 ):
-    """The last maneuver has them: 5 s are far more than reading needs, a proof takes minutes."""
+    """The damage is in the last maneuver. Reading takes far less than 5 s, a proof minutes."""
     of_rows(change, "maneuver_3")(published)
     limit = os.times().children_user + 5.0
     code, out, error = check(published)
