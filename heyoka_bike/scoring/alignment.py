@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from math import log
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +34,7 @@ from heyoka_bike.scoring.free import with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.reading.names.columns import TIME
-from heyoka_bike.scoring.reading.results import Results, Rows
+from heyoka_bike.scoring.reading.results import Results, Rows, renamed
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
 from heyoka_bike.scoring.recognition import Recognised, recognised
 from heyoka_bike.scoring.units import factor, tried
@@ -51,13 +50,12 @@ MOST_SAMPLED = 4001
 
 # A column farther from the reference than half its scale says nothing about what it is.
 HALF = 0.5
-# Beyond this a product of two values overflows on the way; no program means it. Values below its
-# inverse, whose products vanish, are zero.
+# A product of two larger values overflows; no program means such values. Values below the inverse
+# of this limit are read as zero, because their products underflow.
 _LARGEST_VALUE = 1e150
-_AnyRows = TypeVar("_AnyRows", bound=Rows)
 # Units in which times are so many times as large as in seconds.
 _SMALLER_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-# Seconds in the units in which times are that much smaller.
+# Larger units of times, in seconds.
 _LARGER_UNITS = {"minutes": 60.0, "hours": 3600.0}
 # Of the reference's: times of a shorter run in a smaller unit may as well be of a longer one.
 _SHORTEST_RUN = 0.1
@@ -122,7 +120,7 @@ class Part(Rows):
         return self.at((self.time >= 0.0) & (self.time <= float(self.reference.duration)))
 
     def at_distinct_times(self) -> Part:
-        """The rows less those at the time of the row before, to the rounding of summed times."""
+        """The rows without those at the time of the row before, to the rounding of summed times."""
         later = np.diff(self.time) > SUMMED * float(self.reference.duration)
         return self if later.all() else self.at(np.append(True, later))
 
@@ -331,20 +329,8 @@ def _as_meant(results: Results, reference: Reference) -> Results:
         meant[key] = k = nearest if is_kept else None
         if k != key:
             seen.append(MeantByValues(k, tuple(open_[key])))
-    maneuvers = tuple(_renamed(rows, meant) for rows in results.maneuvers)
+    maneuvers = tuple(renamed(rows, meant) for rows in results.maneuvers)
     return replace(results, maneuvers=maneuvers, seen=tuple(seen))
-
-
-def _renamed(rows: _AnyRows, names: Mapping[str, str | None]) -> _AnyRows:
-    """Rows whose columns have other keys; those without one are left out."""
-
-    def of(columns: Mapping[str, Any]) -> dict[str, Any]:
-        named = {names.get(key, key): x for key, x in columns.items()}
-        return {key: x for key, x in named.items() if key is not None}
-
-    return replace(
-        rows, values=of(rows.values), lo=of(rows.lo), quantum=of(rows.quantum), units=of(rows.units)
-    )
 
 
 def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> float:
@@ -352,9 +338,10 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
     found: float = 1.0
     for rows in results.maneuvers:
         if key in rows.values:
-            alone = _renamed(rows.only({key}), {key: meaning})
-            numbers = [n for n in reference if rows.maneuver in (None, n)]
-            found *= min(_distances(alone, reference, numbers).values(), default=1.0)
+            alone = renamed(rows.only({key}), {key: meaning})
+            numbers = (n for n in reference if rows.maneuver in (None, n))
+            away = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+            found *= min(away, default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
 
 
@@ -374,9 +361,9 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
 
 
 def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Evidence, ...]]]:
-    """The number of the maneuver of each block of rows, and how it was recognised if not named.
+    """Return the maneuver of each block of rows, and evidence of how an unnamed one was recognised.
 
-    Blocks that may be of several maneuvers are of those that no other block is of.
+    A block that may belong to several maneuvers gets one that no other block has, if there is one.
     """
     found = {
         i: _recognised(results, rows, reference)
@@ -388,21 +375,19 @@ def _numbers(results: Results, reference: Reference) -> list[tuple[int, tuple[Ev
     }
     numbers |= {i: x.maneuver for i, x in found.items() if not x.rivals}
     guessed: dict[int, Evidence] = {}
-    # The surest first: those with the fewest rivals.
+    # The blocks with the fewest rivals are the surest, so they come first.
     for i in sorted(found.keys() - numbers.keys(), key=lambda i: len(found[i].rivals)):
         possible = [found[i].maneuver, *found[i].rivals]
         free = [n for n in possible if n not in numbers.values()] or possible
         numbers[i] = free[0]
-        others = tuple(free[1:])
-        option = "maneuver=N" if results.format == "array" else "--maneuver N"
-        if others:
-            guessed[i] = ManeuverGuessed(free[0], others, option)
+        if others := tuple(free[1:]):
+            guessed[i] = ManeuverGuessed(free[0], others, _option(results, "maneuver", "N"))
     seen = {i: guessed.get(i, ManeuverRecognised(numbers[i])) for i in found}
     return [(numbers[i], (seen[i],) if i in seen else ()) for i in range(len(results.maneuvers))]
 
 
 def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognised:
-    """The maneuver that rows are of, by their values.
+    """Recognise the maneuver of rows by their values.
 
     Raises
     ------
@@ -415,14 +400,13 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     found = recognised(telling)
     if found is None or found.apart[found.maneuver] >= _FAR_FROM_MANEUVER:
         orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
-        moved = {n: _renamed(parts[n], order) for n, order in orders.items()}
+        moved = {n: renamed(parts[n], order) for n, order in orders.items()}
         # A clock may have run before the motion.
         began = {n: replace(part, time=part.time - part.time[0]) for n, part in telling.items()}
         others = (x for x in (found, recognised(moved), recognised(began)) if x is not None)
         found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
     if found is not None and found.apart[found.maneuver] < HALF:
         return found
-    option = "maneuver=N" if results.format == "array" else "--maneuver N"
     hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
     larger = () if found is None else _of_larger_unit(parts[found.maneuver])
     hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
@@ -430,8 +414,13 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     raise NothingScoredError(
         f"{results.path}: found columns that fit no maneuver clearly (relative distances "
         + ", ".join(f"{n}: {x:.2g}" for n, x in sorted(apart.items()))
-        + f"), expected those of one; say which with {option}{hint}"
+        + f"), expected those of one; say which with {_option(results, 'maneuver', 'N')}{hint}"
     )
+
+
+def _option(results: Results, name: str, value: str) -> str:
+    """How a user sets an option: as a keyword for arrays, and on the command line for files."""
+    return f"{name}={value}" if results.format == "array" else f"--{name} {value}"
 
 
 def _not_zero_at_start(part: Part) -> list[str]:
@@ -455,8 +444,7 @@ def _of_another(
                 for r in results.maneuvers
                 for key in r.values
             ]
-            option = "columns=" if results.format == "array" else "--columns "
-            told = f"{option}time,{','.join(names)}"
+            told = _option(results, "columns", f"time,{','.join(names)}")
         return (OtherOrder(tuple(order.values()), told),)
     if _distance(part) < TOLERANCE:
         return ()
@@ -500,11 +488,6 @@ def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
             return {}
     is_moved = any(far(key, key) >= limit for key, meaning in order.items() if key != meaning)
     return order if is_moved and {*order.values()} == {*keys} else {}
-
-
-def _distances(rows: Rows, reference: Reference, numbers: Iterable[int]) -> dict[int, float]:
-    """Return the distance of the rows from each of the maneuvers, see `_distance`."""
-    return {n: _distance(_within(rows, n, reference[n])[0]) for n in numbers}
 
 
 def _distance(part: Part) -> float:
@@ -565,7 +548,7 @@ def _within(
 
 
 def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
-    """Tell whether angles change far more than their rates allow, unless times are in this unit."""
+    """Return evidence of a larger unit of times: angles change far more than their rates allow."""
     span, end = float(np.ptp(part.time)), float(part.reference.duration)
     units = {unit: size for unit, size in _LARGER_UNITS.items() if _is_whole_run(span * size, end)}
     if not units or max(_change_over_rate(part, kind) for kind in ("roll", "steer")) <= CLEARLY:
@@ -574,12 +557,12 @@ def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
 
 
 def _is_whole_run(span: float, duration: float) -> bool:
-    """True if times span a good part of the run, and not more, to the digits they may have."""
+    """True if times span at least a tenth of the run, and at most all of it within tolerance."""
     return _SHORTEST_RUN * duration <= span <= duration * (1.0 + TOLERANCE)
 
 
 def _change_over_rate(part: Part, kind: str) -> float:
-    """How much an angle changes from row to row, over what its rate adds up to; 0 if unknown."""
+    """Return the total change of an angle over the integral of its rate's size; 0 if unknown."""
     keys = (f"{kind}_angle", f"{kind}_rate")
     if not all(key in part.values for key in keys):
         return 0.0

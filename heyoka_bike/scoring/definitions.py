@@ -22,9 +22,10 @@ that was found before: the derivative of the angle beside it, the pitch and yaw 
 attitude. What the odds against it are below 20 to 1 is left open: nothing is claimed without
 evidence.
 
-A wrong motion may be nearest to any definition. So errors that are smaller than that of the motion
-count as large as that. It is the part of its variation by which the middle one of the other columns
-is off; or twice that of the column itself in its nearest definition, from a tenth of its variation.
+A wrong motion may be nearest to any definition by chance. So errors that are smaller than the error
+of the motion count as if they were as large as it. The error of the motion is a fraction of the
+column's variation: the median of this fraction over the other columns. A column that is off by over
+a tenth of its variation in its nearest definition shows the error, too: at least twice its own.
 
 *None of these* is a hypothesis, too: once in a hundred files a column is of a definition that is
 not known here. It would be as far from those known as they are from each other. So the odds against
@@ -33,8 +34,8 @@ the column itself are nearer than the next definition. An error of the motion mo
 motion does, so errors are compared in parts of what each column varies by. A speed that is off by a
 constant varies no more for it: where no kinetic energy shows that, they are compared in scales.
 
-The heading, the places on the floor and the angles of the wheels have no zero at all: they may
-start from any value.
+The heading, the places on the floor and the angles of the wheels have no natural zero: a program
+may start them from any value.
 
 The zero of the energies is free, and the same for both. A constant is taken for it that is ten
 times what any other column is off by: no error of the motion is so large and so even.
@@ -63,6 +64,7 @@ from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
+from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.units import UNITS, factor, to_si, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
@@ -84,8 +86,6 @@ _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 # One file in so many has a column of a definition that is not known here.
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
-ZEROED = ("potential_energy", "mechanical_energy")
-"""Energies whose zero is a convention."""
 
 _Way = tuple[str, int]
 """Unit and sign of a column."""
@@ -147,7 +147,7 @@ class Understanding:
         return self.factor * values - self.offset
 
     def exactly_in_si(self, values: Double) -> Double:
-        """The same to 32 digits, as hi + lo; lo is often zero."""
+        """Written values in SI units to 32 digits, as hi + lo; lo is often zero."""
         hi, lo = to_si(values, self.unit)
         if self.sign < 0:
             hi, lo = -hi, -lo
@@ -259,7 +259,8 @@ class Sample:
         ----------
         key, candidates
         error_of_motion
-            Error that the motion itself may have in this column [SI]: a smaller one is chance.
+            Error that the motion itself may have in this column [SI]. Smaller errors are chance, so
+            they count as this one.
         """
         factors = np.array([u.factor for u in candidates])
         expected = np.array([self.expected[u.column.name] for u in candidates])
@@ -291,14 +292,14 @@ class Sample:
         return self.varies_by(key)
 
     def varies_by(self, key: str) -> float:
-        """Return the root mean square of what a column varies by [SI]."""
+        """Return the root mean square of a column's expected values about their median [SI]."""
         expected = self.expected[self.definitions[key][0].name]
         return rms(expected - median(expected))
 
     def off_by(self, key: str) -> float | None:
-        """Return the error of a column as it is nearest, in parts of what it varies by.
+        """Return the error of a column in its nearest reading, as a fraction of its variation.
 
-        None of columns that tell nothing: the mechanical energy is constant whatever the motion is.
+        None for columns that do not show the motion: the mechanical energy is always constant.
         """
         if key not in BENCHMARK_COLUMNS or key == "mechanical_energy":
             return None
@@ -395,10 +396,10 @@ def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -
 
 
 def _error_of_motion(key: str, sample: Sample, off_by: Mapping[str, float]) -> float:
-    """Return an error that the motion of a sample may have in a column [SI].
+    """Estimate the error that the motion of a sample may have in a column [SI].
 
-    The other columns show it, of which one may be bad. A column that is far from its nearest
-    definition shows it, too.
+    The median over the other columns shows it, even if one of them is bad. A column that is far
+    from its nearest definition shows it, too.
     """
     others = [x for k, x in off_by.items() if k != key] or [0.0]
     own = off_by.get(key, 0.0)
@@ -419,7 +420,7 @@ def _choose(
     ----------
     key, samples
     errors_of_motion
-        In each sample, see `_error_of_motion`.
+        Error of the motion in each sample, see `_error_of_motion`.
     found
         How other columns are taken.
     starts
@@ -447,7 +448,7 @@ def _choose(
         way = max((as_told, *possible), key=lambda i: table[i].max())
     if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
         way = as_told
-    # A wrong motion may be nearest to any definition: what is nearer than its error is chance.
+    # A wrong motion may be nearest to any definition: errors below that of the motion are chance.
     of_way = [Understanding(c, *ways[way]) for c in columns]
     by_definition = before + np.sum(
         [s.log_likelihoods(key, of_way, e) for s, e in zip(samples, errors_of_motion, strict=True)],
@@ -474,16 +475,15 @@ def _choose(
 
 
 def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Understanding:
-    """The column with its zero at the start of the file, where that explains its errors.
+    """Return the understanding with the offset of the file's first row, if it explains the errors.
 
-    It is that of the first maneuver which has the column, and counts if it clearly reduces the
-    typical error in every maneuver.
+    The first row is that of the first maneuver that has the column. The offset explains the errors
+    if it clearly reduces the typical error in every maneuver.
     """
     if key not in FREE_ZERO:
         return u
-    having = [s for s in samples if key in s.values]
-    moved = replace(u, offset=float(having[0].error(key, u)[0]))
-    both = zip(_typical(key, u, having), _typical(key, moved, having), strict=True)
+    moved = replace(u, offset=float(samples[0].error(key, u)[0]))
+    both = zip(_typical(key, u, samples), _typical(key, moved, samples), strict=True)
     return moved if all(before >= CLEARLY * after for before, after in both) else u
 
 

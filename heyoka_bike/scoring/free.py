@@ -1,4 +1,4 @@
-"""What a program may choose: whole turns of an angle, the order of a quaternion, and the start.
+"""Free choices of programs: whole turns of an angle, the order of a quaternion, and the start.
 
 An angle and the same angle plus a whole turn are one attitude. Programs write angles within one
 turn, from 0 to 360 degrees or from minus pi to pi. The whole turns between two rows follow from the
@@ -7,8 +7,9 @@ angle by which the reference turns between them.
 A quaternion is written with its scalar first or last.
 
 The equations of motion contain neither the heading nor the place on the floor (see
-`columns.FREE_ZERO`): a program may start anywhere, in any direction. In another direction the path
-on the floor is turned, and it is turned back. Constants that remain are found by `definitions`.
+`columns.FREE_ZERO`): a program may start anywhere, in any direction. If it starts in another
+direction, the path on the floor is turned; this module turns it back. `definitions` finds the
+constants that remain.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,17 +30,16 @@ from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import PathTurned, ScalarLast, WholeTurns
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
-from heyoka_bike.scoring.reading.results import Quantum, Rows
+from heyoka_bike.scoring.reading.results import AnyRows, Quantum, Rows, renamed
 from heyoka_bike.scoring.units import factor, tried
 
-# Part of a turn by which angles within one turn may exceed it, for the digits written.
+# Fraction of a turn by which rounding may widen the range of angles within one turn.
 _ROUNDING = 1e-3
-# A turn, and what an angle of the benchmark reaches on either side of it.
+# Largest size of an angle that is written within one turn [turns]: angles of the benchmark may
+# reach a quarter of a turn beyond it.
 _MOST_TURNS = 1.25
-# Fewer rows do not show a direction.
+# Least number of rows that shows a direction.
 _FEWEST_ROWS_OF_PATH = 3
-_AnyRows = TypeVar("_AnyRows", bound=Rows)
-_Any = TypeVar("_Any")
 _ANGLES = tuple(key for key, columns in COMPARED.items() if columns[0].unit == "rad")
 _PLACES = tuple(
     key.removesuffix("_x") for key in FREE_ZERO if key.endswith("_x") and key in COMPARED
@@ -47,18 +47,18 @@ _PLACES = tuple(
 
 
 def with_free_values(
-    rows: _AnyRows, reference: ReferenceManeuver
-) -> tuple[_AnyRows, tuple[Evidence, ...]]:
-    """The rows with whole turns added to angles that jump, and with their path turned back.
+    rows: AnyRows, reference: ReferenceManeuver
+) -> tuple[AnyRows, tuple[Evidence, ...]]:
+    """Return the rows with whole turns added to angles that jump, and the path turned back.
 
-    Quaternions have their scalar first.
+    Quaternions get their scalar first. The evidence tells what was changed.
 
     Parameters
     ----------
     rows
         Rows of one maneuver, within the run.
     reference : ReferenceManeuver
-        That of the same maneuver.
+        The reference of the same maneuver.
     """
     seen: list[Evidence] = []
     last = [end for end in ("rear", "front") if _has_scalar_last(rows, end, reference)]
@@ -83,7 +83,7 @@ def _quaternion(end: str) -> list[str]:
 def _has_scalar_last(rows: Rows, end: str, reference: ReferenceManeuver) -> bool:
     """True if the quaternion of a frame is clearly nearer with its last part as the scalar.
 
-    In other axes its parts have other signs.
+    Only sizes are compared, because the parts have other signs in other axes.
     """
     keys = _quaternion(end)
     if not rows.values.keys() >= {*keys}:
@@ -98,27 +98,20 @@ def _has_scalar_last(rows: Rows, end: str, reference: ReferenceManeuver) -> bool
     return last < first / CLEARLY
 
 
-def _with_scalar_first(rows: _AnyRows, end: str) -> _AnyRows:
+def _with_scalar_first(rows: AnyRows, end: str) -> AnyRows:
     keys = _quaternion(end)
-    moved = dict(zip(keys, [*keys[1:], keys[0]], strict=True))
-
-    def of(columns: Mapping[str, _Any]) -> dict[str, _Any]:
-        return {moved.get(key, key): x for key, x in columns.items()}
-
-    return replace(
-        rows, values=of(rows.values), lo=of(rows.lo), quantum=of(rows.quantum), units=of(rows.units)
-    )
+    return renamed(rows, dict(zip(keys, [*keys[1:], keys[0]], strict=True)))
 
 
 class _Turns(NamedTuple):
-    """The whole turns to add to each row of an angle, and how many a turn is in its unit."""
+    """The number of whole turns to add to each row of an angle, and a turn in the angle's unit."""
 
     number: NDArray[np.float64]
     turn: Fraction
 
 
 def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
-    """The turns that an angle lacks; None if it is not written within one turn."""
+    """Return the whole turns that an angle lacks; None if it is not written within one turn."""
     values = rows.values.get(key)
     if values is None:
         return None
@@ -131,7 +124,7 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
         turn = _turn(unit)
         one = float(turn)
         within = float(np.ptp(written)) <= (1 + _ROUNDING) * one
-        # An angle that has a zero is at most one turn away from it.
+        # An angle with a fixed zero is also near it.
         within &= key in FREE_ZERO or float(np.abs(written).max()) <= _MOST_TURNS * one
         is_beyond = key not in FREE_ZERO and bool(np.abs(written).min() > one / 2)
         if not within or not (is_beyond or np.abs(np.diff(written)).max() > one / 2):
@@ -150,9 +143,10 @@ def _turns(rows: Rows, key: str, reference: ReferenceManeuver) -> _Turns | None:
 def _unwrapped(
     written: Array, expected: Array, turn: float, is_beyond: bool
 ) -> tuple[Array, float, float]:
-    """The turns that each row lacks, and how far off its steps are with these and without.
+    """Return the turns that each row lacks, and the rms errors with and without these turns.
 
-    Of an angle that never comes near its zero (`is_beyond`), how far off it is itself.
+    The errors are those of the steps between rows. For an angle that never comes near its zero
+    (`is_beyond`), they are those of the angle itself.
     """
     off = written - expected
     count = -np.rint(np.concatenate([off[:1], np.diff(off)]) / turn).cumsum()
@@ -169,15 +163,12 @@ def _turn(unit: str) -> Fraction:
     return Fraction(2) / one * (1 if half_turns else PI)
 
 
-def _with_turns(rows: _AnyRows, wrapped: Mapping[str, _Turns]) -> _AnyRows:
+def _with_turns(rows: AnyRows, wrapped: Mapping[str, _Turns]) -> AnyRows:
     values, lo, quantum = dict(rows.values), dict(rows.lo), dict(rows.quantum)
     for key, (count, turn) in wrapped.items():
         one = float(turn)
         of_turn = np.full(len(count), one), np.full(len(count), float(turn - Fraction(one)))
-        hi, rest = _sum(
-            (values[key], lo.get(key, np.zeros(len(count)))),
-            multiply((count, np.zeros(len(count))), of_turn),
-        )
+        hi, rest = _sum(rows.written(key), multiply((count, np.zeros(len(count))), of_turn))
         if key in quantum:
             quantum[key] = _step(quantum[key], values[key])
         values[key] = hi
@@ -192,7 +183,7 @@ def _sum(a: Double, b: Double) -> Double:
 
 
 def _step(quantum: Quantum, *written: Array) -> Quantum:
-    """How finely numbers were written before they were changed: as the largest of them."""
+    """Return the resolution of changed numbers: that of the largest one as it was written."""
     largest = max(float(np.nanmax(np.abs(x))) for x in written)
     return Quantum(2, places=0, step=float(quantum.at(np.array(largest))))
 
@@ -205,7 +196,7 @@ class _Heading(NamedTuple):
 
 
 def _heading_of_path(rows: Rows, reference: ReferenceManeuver) -> _Heading | None:
-    """The heading at the start; None if turning the path back does not bring it far nearer."""
+    """Return the heading at the start; None if the path is not far nearer when turned back."""
     places = [p for p in _PLACES if f"{p}_x" in rows.values and f"{p}_y" in rows.values]
     if not places:
         return None
@@ -226,7 +217,7 @@ def _heading_of_path(rows: Rows, reference: ReferenceManeuver) -> _Heading | Non
             best = off, _Heading(float(np.angle(ratio)), is_left)
             scale = abs(ratio)
     assert best is not None
-    # The axes as they are, in any of their signs.
+    # The path is also compared as written, with any signs of its axes.
     as_written = min(
         _rms(np.abs(written - scale * (x * right.real + 1j * y * right.imag)))
         for x, y in product((1, -1), repeat=2)
@@ -243,8 +234,8 @@ def _centred(x: Array, y: Array) -> NDArray[np.complex128]:
     return np.asarray(path - path.mean())
 
 
-def _turned_back(rows: _AnyRows, heading: float, is_left: bool) -> _AnyRows:
-    """The rows with the positions on the floor along the axes of the start."""
+def _turned_back(rows: AnyRows, heading: float, is_left: bool) -> AnyRows:
+    """Return the rows with the positions on the floor along the axes at the start."""
     values, lo, quantum = dict(rows.values), dict(rows.lo), dict(rows.quantum)
     turn = np.exp((1j if is_left else -1j) * heading)
     for x, y in ((f"{p}_x", f"{p}_y") for p in _PLACES):

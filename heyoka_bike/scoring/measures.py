@@ -74,7 +74,7 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
 
 
 def rms(error: Array) -> float:
-    """Root of the mean square, without overflow; NaN of no values, which meets no condition."""
+    """Root of the mean square, without overflow; NaN without values, which meets no condition."""
     if not len(error):
         return nan
     largest = float(np.maximum.reduce(np.abs(error)))

@@ -85,16 +85,16 @@ class SignContradicted:
 
 @dataclass(frozen=True, slots=True)
 class InPart:
-    """The value suffices, and less was compared than a requirement refers to.
+    """The value suffices, but less was compared than the requirement refers to.
 
     Attributes
     ----------
     maneuvers
-        Those of which a column or a part of the run is missing.
+        Maneuvers that lack a column or a part of the run.
     columns
-        The fewest columns of these that were compared; None if they have all.
+        Least number of columns that were compared in one of these maneuvers; None if all were.
     coverage
-        The least covered fraction of the run, rounded down to thousandths; None if it is the whole.
+        Least fraction of the run that is covered, rounded down to thousandths; None if all is.
     """
 
     maneuvers: tuple[int, ...]
@@ -103,7 +103,7 @@ class InPart:
 
     @property
     def enough(self) -> tuple[str, ...]:
-        """Requirements that would say that this much is enough."""
+        """Requirements that would accept this much."""
         found = (("columns", self.columns), ("coverage", self.coverage))
         return tuple(f"{name} >= {least:g}" for name, least in found if least is not None)
 

@@ -2,18 +2,19 @@
 
 A wrong program begins as the right one does, and departs from it later. So rows are compared with
 each maneuver over spans of time, each twice as long as the one before, and all spans count alike:
-the first hundredth of a second as much as the last five seconds. A column differs from a maneuver
-by a part of itself, |x - y| / (|x| + |y|), in the unit, the sign and the zero in which it is
-nearest. Columns that hardly vary differ by a part of what they vary by. The logarithms of these
-parts are added. Digits, noise or a late error hide a difference in some spans: there all maneuvers
-are equally far, and the other spans decide.
+the first hundredth of a second as much as the last five seconds. The difference of a column from a
+maneuver is relative, |x - y| / (|x| + |y|), in the unit, the sign and the zero in which it is
+nearest. For columns that hardly vary, it is relative to their variation. The logarithms of the
+differences are added. Digits, noise or a late error hide a difference in some spans: there all
+maneuvers are equally far, and the other spans decide.
 
 The nearest maneuver is a guess while another one cannot be excluded. Two things exclude it:
 
 - The initial conditions of the two differ in a column of the file, or in the rate of an angle, and
   the first rows are those of the nearest by far.
-- All rows of a column are near to the one, and some are far from the other. Wrong equations can
-  make many motions from the same initial conditions, but hardly the right one of another maneuver.
+- All rows of a column are near the nearest maneuver, and some are far from the other. Wrong
+  equations can make many motions from the same initial conditions, but hardly the right one of
+  another maneuver.
 
 Nothing excludes a maneuver if a column excludes the nearest one instead.
 """
@@ -37,20 +38,25 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.units import factor, tried
 
 FASTEST_MODE = 0.05
-"""Time in which the fastest mode of the benchmark decays by e [s]: rows up to it are those of the
+"""Time in which the fastest mode of the benchmark decays by e [s]: rows up to this time show the
 initial conditions, whatever the equations are."""
 
-# Rows are near to a maneuver if they differ by no more than this part, beyond their digits.
+# Largest relative difference of rows that are near a maneuver, beyond that of their digits.
 NEAR = 0.01
-# First rows are those of the given initial conditions to this part, or far from others by that:
-# values that differ by a factor of 3. A mistake may make a speed of 4 m/s that of 4.67 m/s.
+# Largest relative difference of first rows that have given initial conditions, and least one of
+# first rows that surely do not: values that differ by a factor of 3. A mistake may turn a speed of
+# 4 m/s into 4.67 m/s.
 EXACT, FAR = TOLERANCE, 0.5
-# More rows of a span show the same.
+# Rows of a span that are compared; more rows would show the same.
 MOST_ROWS_OF_SPAN = 16
-# A unit as the heading names it, or SI, is this much likelier than another one; a sign likewise.
+# Log odds of the unit that the heading names, or else SI, against another unit. A sign or a zero as
+# written has the same odds against another one.
 LOG_ODDS_AS_WRITTEN = log(5.0)
 ZEROED = ("potential_energy", "mechanical_energy")
-# Other columns, such as heights and normal forces, vary little about nearly the same value.
+"""Energies whose zero is a convention."""
+
+# Columns whose sizes show the maneuver. Others, such as heights and normal forces, vary little
+# about nearly the same value.
 SIZED = {*BENCHMARK_COLUMNS} - {"potential_energy"}
 ROUNDOFF = 1e-15  # relative to the scale of a column
 
@@ -66,8 +72,8 @@ class Recognised:
     rivals : tuple of int
         Maneuvers that cannot be excluded, the nearest first; without any, the maneuver is no guess.
     apart : mapping of int to float
-        By maneuver, the typical difference from it, in parts of the columns: 1 for rows that have
-        nothing in common with it.
+        Typical relative difference from each maneuver, by its number: 1 for rows that have nothing
+        in common with it.
     """
 
     maneuver: int
@@ -88,7 +94,7 @@ class _Column:
     at_start
         The difference in the first rows, where the initial conditions show; None without.
     cost
-        The logarithm of the odds against the way in which it is read.
+        Logarithm of the odds against the unit, sign and zero in which it is read.
     """
 
     spans: Array
@@ -121,7 +127,7 @@ def recognised(candidates: Mapping[int, Candidate]) -> Recognised | None:
     Parameters
     ----------
     candidates
-        The rows beside each maneuver, by its number.
+        The rows within the run of each maneuver, by its number.
     """
     maneuvers = {n: rows.reference for n, rows in candidates.items()}
     near = {n: _nearness(rows) for n, rows in candidates.items() if len(rows.time)}
@@ -160,12 +166,12 @@ def _is_excluded(
 
 
 def varies(key: str, maneuver: ReferenceManeuver) -> bool:
-    """True if a column is near to a maneuver only if it moves as in the maneuver."""
+    """True if a column has to move as in the maneuver to be near it."""
     return key not in SIZED or float(np.ptp(maneuver[key])) >= FAR * maneuver.scale(key)
 
 
 def middle(key: str, maneuver: ReferenceManeuver) -> float:
-    """The value of a column from which its sizes count in a maneuver [SI]."""
+    """Return the value of a column in a maneuver from which its sizes are measured [SI]."""
     return 0.0 if key in SIZED else float(median(maneuver[key]))
 
 
@@ -228,7 +234,7 @@ def _spans(time: Array) -> Iterator[NDArray[np.intp]]:
 
 
 _Way = tuple[float, bool, float]
-"""Factor to SI with the sign, whether the zero is that of the first row, and what it costs."""
+"""Factor to SI with the sign, whether the first row is the zero, and the log odds against it."""
 
 
 def _ways(key: str, named: str | None, maneuver: ReferenceManeuver) -> Iterator[_Way]:
@@ -250,10 +256,10 @@ class _Compared:
     Attributes
     ----------
     values, half
-        As written, and half of what the last digit of each is worth.
+        Values as written, and half the worth of the last digit of each.
     expected, middle, scale
-        The values of the maneuver at these rows, the value from which sizes count, and the largest
-        [SI].
+        Values of the maneuver at these rows, the value from which sizes are measured, and the scale
+        of the column [SI].
     is_finite, is_start
         Rows with a value; rows that show the initial conditions.
     ends
@@ -270,7 +276,7 @@ class _Compared:
     ends: Sequence[int]
 
     def read(self, way: _Way) -> _Column:
-        """The column as it is written in one way."""
+        """Compare the column, read in one way, with the maneuver."""
         times, is_moved, cost = way
         x, y = times * self.values, self.expected
         if is_moved:
@@ -287,7 +293,7 @@ class _Compared:
             if not good.any():
                 logs.append(0.0)
                 continue
-            # Medians, for a few rows may be of anything.
+            # Medians, so that a few bad rows do not decide.
             whole = float(median(s[good]))
             logs.append(log(float(median(a[good])) / whole))
             largest = max(largest, float(median(b[good])) / whole)

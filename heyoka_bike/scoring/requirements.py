@@ -48,9 +48,9 @@ OF_MANEUVER = ("performance", "columns", "coverage", "gap")
 """Metrics of a maneuver, see `scores.ManeuverScore`; columns is its `column_count`."""
 
 ENOUGH = ("columns", "coverage")
-"""Metrics that say how much is enough, of themselves and of what is required with them."""
+"""Metrics whose requirements set how much is enough, for themselves and all those with them."""
 
-# The attributes of a maneuver that have other names.
+# Attributes of `ManeuverScore` whose names differ from those of their metrics.
 _ATTRIBUTES = {"columns": "column_count"}
 _COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
@@ -153,7 +153,7 @@ def _checked(text: str, r: Parsed, report: Report, told: Sequence[Parsed]) -> Re
 
 
 def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None:
-    """How much was compared, if that is less than a requirement refers to."""
+    """Return how much was compared, if it is less than a requirement refers to; else None."""
     about = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     columns = [
         m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)
@@ -242,7 +242,8 @@ def _of_maneuver(m: ManeuverScore, r: Parsed) -> Outcome:
 def _lost(r: Parsed, report: Report, told: Sequence[Parsed]) -> LeftOut | NeverFilledIn | None:
     """Columns of the file that a requirement speaks of and that were not compared.
 
-    Columns that were never filled in are of no matter where fewer columns are enough.
+    Columns that were never filled in do not matter where a requirement says how many columns are
+    enough, unless this requirement names one of them.
     """
     enough = {m.maneuver for m in report.maneuvers if _is_told("columns", m, told)}
 

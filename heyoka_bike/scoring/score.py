@@ -17,7 +17,7 @@ from heyoka_bike.numbers.double import Array, Double, add, median, with_usual_er
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
-from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
+from heyoka_bike.scoring.definitions import Understanding, Understandings, plain, understand
 from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.energy_sum import energy_sum
 from heyoka_bike.scoring.judge.rates import RATES, from_derivative
@@ -25,6 +25,7 @@ from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.measures import errors, is_small, largest_errors, rounding
 from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.recognition import ZEROED
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.scoring.scores import (
@@ -177,8 +178,8 @@ def _consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
 def _coverage(part: Part, most_apart: float) -> tuple[float, float, float, float]:
     """First and last time with a value in every column, the part of the run covered, and the gap.
 
-    Two rows cover the time between them if they are no farther apart than `most_apart` [s]: over
-    more than that a motion may do anything unseen.
+    Two rows cover the time between them if they are no farther apart than `most_apart` [s]: between
+    rows that are farther apart, a wrong motion may remain unseen.
     """
     duration = float(part.reference.duration)
     complete = np.all([np.isfinite(v) for v in part.values.values()], axis=0)

@@ -11,11 +11,9 @@ if TYPE_CHECKING:
 
 
 class Scored(Displayed):
-    """A report or a series, in every format that the command ``score`` writes.
+    """A report or a series, in every format that the command ``score`` writes."""
 
-    What shows it takes these two classes, of which this one is the base.
-    """
-
+    # The functions of `showing` accept only these two subclasses, hence the casts below.
     __slots__ = ()
     _view = "report"
 

@@ -1,9 +1,9 @@
 """The one decision of what is right: every word about a result follows these functions.
 
 A file is right if all eight columns of the benchmark are right (see `grades`), over the whole run,
-in each maneuver of the file. A column that was not compared, or a part of the run that no rows
-show, may be wrong unseen: so the file is not whole, and no name has to be understood to know that.
-The file is not whole either if it has a compared quantity twice, with different values.
+in each maneuver of the file. A column that was not compared, or a part of the run without rows, may
+be wrong unseen. So such a file is not whole, whether or not its other names are understood. A file
+that has a compared quantity twice, with different values, is not whole either.
 
 Eq. (1) is met by an energy that is the file's own potential plus kinetic energy within rounding, or
 the true one where one of these is not there, and that is written finely enough to show the limit.
@@ -95,7 +95,7 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     elif apart is not None and apart <= explained:
         # Parts that are written more coarsely than the limit do not tell.
         apart = 0.0 if 100 * rounding <= limit * scale else None
-    # The digits written may hide the true energy, but do not show that this is another one.
+    # An error that rounding explains does not show that the energy differs from the true one.
     true_error = (total and total.unexplained) or 0.0
     if total and "potential_energy" not in columns:
         # Any constant has another zero, if its parts do not show which.

@@ -1,4 +1,7 @@
-"""The sentences of what a diagnosis found; other evidence has its own, see `scoring.evidence`."""
+"""The sentences about what a diagnosis found.
+
+Other evidence makes its own sentences, see `scoring.evidence`.
+"""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -44,7 +47,7 @@ _OF_STARTS = (
 
 @singledispatch
 def finding(evidence: Evidence) -> Finding:
-    """Return the sentence of what a diagnosis found, with its code and its numbers."""
+    """Return the code, the sentence and the numbers of evidence, also of what a diagnosis found."""
     return evidence.finding()
 
 
@@ -362,7 +365,7 @@ def _advice(e: seen.Explained) -> str:
 
 
 def _of_parts(found: Sequence[Found]) -> str:
-    """What an inertia of one body looks like that has several values."""
+    """Describe the pattern in several wrong inertias of one body; empty if there is none."""
     told = {m[2]: x for x in found if (m := _INERTIA.fullmatch(x.name))}
     if len(told) < len(found) or not {"xx", "zz"} <= told.keys():
         return ""
@@ -370,10 +373,9 @@ def _of_parts(found: Sequence[Found]) -> str:
     if len(bodies) > 1:
         return ""
     body = _BODIES[bodies.pop()]
-    sums = [
-        sum(getattr(told[axes], field) for axes in ("xx", "zz")) for field in ("value", "right")
-    ]
-    if abs(sums[0] - sums[1]) < TOLERANCE * sums[1]:
+    xx, zz = told["xx"], told["zz"]
+    right = xx.right + zz.right
+    if abs(xx.value + zz.value - right) < TOLERANCE * right:
         return f". The sum of both is right: the inertia of the {body}, or of a part, is turned"
     if all(x.value < x.right for axes, x in told.items() if axes != "xz"):
         return (

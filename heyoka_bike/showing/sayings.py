@@ -4,7 +4,6 @@ from collections.abc import Iterable, Sequence
 from math import inf
 
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.column_meaning import contradiction_words
 from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.outcomes import (
@@ -25,7 +24,7 @@ from heyoka_bike.showing.wording import DOES_NOT_COUNT
 
 
 def findings(evidence: Iterable[Evidence]) -> tuple[Finding, ...]:
-    """What is said of each, in the same order."""
+    """Return the findings of all evidence, in the same order."""
     return tuple(e.finding() for e in evidence)
 
 
@@ -69,7 +68,7 @@ def outcome(found: Outcome) -> str:
             are = "is" if found.missing == 1 else "are"
             return f"{where}: {found.missing} of {counted(found.values, 'value')} {are} not finite"
         case SignContradicted():
-            return f"maneuver {found.maneuver}, {contradiction_words(found.contradiction)}"
+            return f"maneuver {found.maneuver}, {found.contradiction.message()}"
         case InPart():
             return in_part(found)
         case NothingCompared():
@@ -82,7 +81,7 @@ def outcome(found: Outcome) -> str:
 
 
 def in_part(found: InPart) -> str:
-    """How much was compared, and what says that this is enough."""
+    """Say how much was compared, and which requirements accept this much."""
     covered = None if found.coverage is None else f"{100 * found.coverage:g} % of the run"
     columns = None if found.columns is None else f"{found.columns} of {ALL_COLUMNS} columns"
     what = " and ".join(filter(None, (columns, covered)))

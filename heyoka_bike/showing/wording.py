@@ -455,13 +455,16 @@ def judgement(report: Report) -> str:
 
 
 def columns_words(report: Report) -> str:
-    """Return how many of the eight columns were compared; empty if all were."""
-    counts = {m.maneuver: m.column_count for m in report.maneuvers}
-    least = min(counts, key=counts.__getitem__, default=None)
-    if least is None or counts[least] >= ALL_COLUMNS:
+    """Return how many of the eight columns were compared; empty if all were.
+
+    The maneuver with the fewest columns counts.
+    """
+    least = min(report.maneuvers, key=lambda m: m.column_count, default=None)
+    if least is None or least.column_count >= ALL_COLUMNS:
         return ""
-    where = "" if len({*counts.values()}) == 1 else f" in {PHRASES['maneuver']} {least}"
-    return f"{counts[least]} {PHRASES['of_all']} {ALL_COLUMNS} {PHRASES['columns']}{where}"
+    is_everywhere = all(m.column_count == least.column_count for m in report.maneuvers)
+    where = "" if is_everywhere else f" in {PHRASES['maneuver']} {least.maneuver}"
+    return f"{least.column_count} {PHRASES['of_all']} {ALL_COLUMNS} {PHRASES['columns']}{where}"
 
 
 def style_of(report: Report) -> str:

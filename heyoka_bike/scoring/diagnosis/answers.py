@@ -39,25 +39,22 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsBetween,
     RowsRepeated,
 )
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, has_right_digits
+from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # In which columns a start is written.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 
 
 _STIFFEST = 3.0
-"""Time constant of the stiffest stable contact, in steps: two in MuJoCo."""
+"""Time constant of the stiffest stable contact, in integrator steps. MuJoCo's limit is two."""
 
 
 def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
     """Return the evidence that most columns contain only zeros, if they do."""
-    columns = [c for places in report.by_column().values() for _, c in places]
-    return (
-        (MostlyZeros(),) if 2 * sum(not c.trace.value.any() for c in columns) > len(columns) else ()
-    )
+    are_zeros = [not c.trace.value.any() for _, c in report.places]
+    return (MostlyZeros(),) if 2 * sum(are_zeros) > len(are_zeros) else ()
 
 
 def answers(
@@ -67,7 +64,6 @@ def answers(
 
     `first` is what was seen at once.
     """
-    columns = [(m, c) for places in report.by_column().values() for m, c in places]
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linear(diagnosis.classes[0][0]), *units)
@@ -84,7 +80,7 @@ def answers(
         return tuple(first)
     integrator = _integrator(diagnosis.causes)
     step = integrator.methods[0].step if integrator is not None else 0.0
-    # A contact as stiff as the step allows becomes stiffer with a smaller step.
+    # Report a soft contact only if it could be stiffer with the same step.
     yields = tuple(x for x in of_contact(report) if x.constant > _STIFFEST * step)
     if not diagnosis.is_whole:
         # What follows is concluded from that nothing else explains the file.
@@ -98,7 +94,7 @@ def answers(
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained
     whole = plain.columns_apart(report) or (integrator if is_integrator else None)
-    nothing = _no_cause(diagnosis, columns)
+    nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
         # Their first rows are those of no start.
         first = [x for x in first if not (isinstance(x, AnotherStart) and x.key in whole.columns)]
@@ -116,7 +112,7 @@ def answers(
         described = tuple(x for x in described if not x.may_be_explicit)
     if forces or (described and not described[0].may_be_explicit):
         shape = tuple(x for x in shape if not isinstance(x, SmoothError))
-    # A method that is only the nearest is no more than a remark.
+    # A method that merely resembles the error most is reported last.
     nearest = () if integrator is None else (integrator,)
     told = (*yields, *forces, *described, *first)
     if not told:
@@ -134,9 +130,7 @@ def is_whole_cause(x: Evidence) -> bool:
 
 def is_right(report: Report) -> bool:
     """True if every column is as right as its digits can tell."""
-    return all(
-        c.is_at_floor(FLOORS_OF_ROUNDING) for m in report.maneuvers for c in m.columns if c.values
-    )
+    return all(c.is_hidden for _, c in report.places)
 
 
 def _linear(h: Hypothesis) -> LinearMotion:
@@ -210,7 +204,7 @@ def _explained(
 
 
 def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
-    """Other causes that let what remains of the equations fall nearly as much."""
+    """Other causes that reduce the residual of the equations nearly as much."""
     if h.mistakes[0].kind != "model":
         return ()
     relief = causes.relief(h.mistakes)
@@ -219,7 +213,7 @@ def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
 
 
 def _by_relief(causes: Residual) -> list[Hypothesis]:
-    """Plausible causes that explain something of what the equations leave, the best first."""
+    """Plausible causes that explain a part of the residual of the equations, the best first."""
     every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
     return sorted((x for x in every if x.relief > WEIGHTS.explains), key=lambda x: -x.relief)
 
@@ -243,15 +237,10 @@ def _written_as_given(x: Found, report: Report) -> str:
     return ""
 
 
-def _no_cause(
-    diagnosis: Diagnosis, columns: Sequence[tuple[ManeuverScore, ColumnScore]]
-) -> NoCauseFound:
-    def error(c: ColumnScore) -> float:
-        return c.as_understood.measures.max_rel_error or 0.0
-
-    # Of equal ones the last, by name.
-    m, c = max(columns, key=lambda x: (error(x[1]), f"{x[1].key} of maneuver {x[0].maneuver}"))
+def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
+    # Of equal errors the last by name.
+    m, c = max(report.places, key=lambda x: (x[1].error, f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
     closest = _by_relief(seen)[: WEIGHTS.refined] if seen is not None and seen.visibility else ()
-    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, error(c), is_met, tuple(closest))
+    return NoCauseFound(diagnosis.tried, m.maneuver, c.key, c.error, is_met, tuple(closest))

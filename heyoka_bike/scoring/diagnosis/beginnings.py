@@ -19,7 +19,7 @@ from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 from heyoka_bike.scoring.recognition import FASTEST_MODE
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import hidden
+from heyoka_bike.scoring.rows.table import floor_of
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 # The beginning [s]: the bicycle still is nearly where it was. Rows that it must have.
@@ -53,7 +53,7 @@ def _error(c: ColumnScore) -> tuple[Array, Array] | None:
     time, error = c.trace.time[first], c.trace.error[first]
     if np.sum(first) <= _FEWEST or time[0] != 0.0:
         return None
-    floor = hidden(c)
+    floor = floor_of(c)
     late = time >= time[-1] / 2.0
     if np.ptp(time[late]) == 0.0:
         return None
@@ -140,13 +140,13 @@ def _powers(maneuvers: Sequence[ManeuverScore]) -> Iterator[BeginsAs]:
 
 def _is_wrong(c: ColumnScore) -> bool:
     """True if a column is off by what is seen in a plot: integrators are off by less."""
-    return bool(c.values) and (c.as_understood.measures.max_rel_error or 0.0) > TOLERANCE
+    return c.error > TOLERANCE
 
 
 def _power(c: ColumnScore) -> int | None:
     """The power of the time with which a column's error begins; None if the rows do not show it."""
     time, error = c.trace.time, np.abs(c.trace.error)
-    floor = hidden(c)
+    floor = floor_of(c)
     if time[0] != 0.0 or error[0] > floor:
         return None
     shown = np.flatnonzero(error > CLEARLY * floor)

@@ -30,8 +30,8 @@ SECONDS = 20.0
 
 
 OVERRUN = 5.0
-"""Processor time beyond the budget after which a diagnosis is interrupted, and again each time that
-it goes on for as long [s]."""
+"""Processor time beyond the budget after which a diagnosis is interrupted; it is interrupted again
+each time that it continues for as long [s]."""
 
 _SECONDS_BETWEEN_LOOKS = 0.25  # [s]
 
@@ -74,12 +74,12 @@ NEVER = Deadline()
 
 
 class Watch:
-    """Interrupt the thread that enters the block where it goes on after a deadline.
+    """Context manager that interrupts its thread if the block runs far past a deadline.
 
     Parameters
     ----------
     deadline : Deadline
-        One of another clock than the processor's is not watched.
+        It is not watched if it has another clock than that of processor time.
     """
 
     def __init__(self, deadline: Deadline) -> None:
@@ -89,7 +89,7 @@ class Watch:
 
     def __enter__(self) -> None:
         if self._end < inf:
-            # Systems without threads, and processes that may not start another one.
+            # RuntimeError: the system has no threads, or allows the process no further one.
             with suppress(RuntimeError):
                 Thread(target=self._look, args=(get_ident(),), daemon=True).start()
 
@@ -100,12 +100,12 @@ class Watch:
         self.end()
 
     def end(self) -> None:
-        """Stop watching, in the thread that is watched; a second call does nothing."""
+        """Stop watching; call it in the watched thread. A second call does nothing."""
         while True:
             with suppress(BudgetSpentError), self._lock:
                 self._is_over.set()
                 if self._has_raised:
-                    # One that has not arrived yet would do so after the block.
+                    # Cancel an exception that has not arrived yet, or it would be raised later.
                     _raise_in(get_ident(), None)
                 return
 
@@ -122,7 +122,7 @@ class Watch:
 
 
 def _raise_in(thread: int, error: type[Exception] | None) -> None:
-    """Let a thread raise an exception, or none of those that have not arrived yet."""
+    """Raise an exception in a thread; None cancels one that has not arrived yet."""
     import ctypes
 
     with suppress(AttributeError):

@@ -28,7 +28,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
-        # Several share what none of them is.
+        # Several values with a force among them can share an error that none of them causes.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:
@@ -53,7 +53,8 @@ def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:
     """What a cause leaves beyond digits: typical errors in scales, where they are more."""
-    # What energy a force stores, and a rotor in the place of a program's own, is not agreed on.
+    # Programs do not agree on the energy of forces that store some, nor on that of a rotor in the
+    # place of their own.
     stores = any(x.name in FORCES and x.name not in WITHOUT_POTENTIAL for x in h.found)
     has_energy = not stores and OF_TENSORS.isdisjoint(h.codes)
     return {

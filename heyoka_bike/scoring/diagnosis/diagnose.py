@@ -17,6 +17,7 @@ from heyoka_bike.scoring.diagnosis.budget import (
     Deadline,
     Watch,
 )
+from heyoka_bike.scoring.diagnosis.explain import FEWEST_ROWS
 from heyoka_bike.scoring.diagnosis.found import NothingWrong
 from heyoka_bike.scoring.diagnosis.pursue import Answer, pursue
 from heyoka_bike.scoring.evidence.as_compared import RowsOutside, TimesInLargerUnit
@@ -29,9 +30,6 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 from heyoka_bike.system.threads import one_thread_of_linear_algebra
-
-# The first row is given, and one more shows no motion.
-_FEWEST_ROWS = 3
 
 
 @with_usual_errors
@@ -108,7 +106,7 @@ def diagnosed(
     stopped = () if found.is_whole else (StoppedEarly(budget.seconds),)
     said = (*filter(_is_of_times, report.seen), *found.seen)
     if distinct is not report:
-        # The other rows are right: no more is wrong than their times.
+        # Do not report that nothing is wrong: rows that repeat a time were left out.
         said = tuple(x for x in said if not (isinstance(x, NothingWrong) and x.signs is None))
     odd = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
     if odd is not None and not any(isinstance(x, NothingWrong) and x.signs for x in said):
@@ -130,8 +128,8 @@ def _pursued(
     progress: Callable[[float], None],
     deadline: Deadline,
 ) -> Answer:
-    """What explains a report; of few rows whose times are wrong no more than that."""
-    if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < _FEWEST_ROWS:
+    """Find what explains a report; nothing beyond wrong times if it has too few rows for more."""
+    if any(map(_is_of_times, report.seen)) and max(m.rows for m in report.maneuvers) < FEWEST_ROWS:
         return Answer(report, ())
     if zeros := mostly_zeros(report):
         return Answer(report, zeros)
@@ -139,7 +137,7 @@ def _pursued(
 
 
 def _at_distinct_times(report: Report, reference: Reference) -> Report:
-    """The report without rows at the time of the row before them, between which nothing moves.
+    """The report without rows that repeat the time of the row before.
 
     Its evidence stays that of the whole file.
     """
@@ -150,7 +148,7 @@ def _at_distinct_times(report: Report, reference: Reference) -> Report:
 
 
 def _is_of_times(seen: Evidence) -> bool:
-    """True for evidence that the times are written wrongly, which comes before any cause."""
+    """True for evidence that the times are written wrongly; it is reported before any cause."""
     match seen:
         case TimesRepeated():
             return not seen.are_identical

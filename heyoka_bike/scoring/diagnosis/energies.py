@@ -26,10 +26,10 @@ from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
 _PARTS = ("potential_energy", "kinetic_energy")
 _SUNK = (0.05, 0.12)
-"""When a wheel has sunk into a soft floor, and roll errors are still small [s]: MuJoCo's contact
-with its own settings comes to rest within 0.05 s."""
-_FEWEST_SUNK = 3  # rows between these times
-_ALIKE = 0.2  # relative spread of the sinking in all maneuvers; MuJoCo's is 0.05
+"""Interval in which a wheel has sunk into a soft floor, and roll errors are still small [s].
+MuJoCo's contact with its default settings comes to rest within 0.05 s."""
+_FEWEST_SUNK = 3  # rows in this interval
+_ALIKE = 0.2  # largest relative spread of the energy over all maneuvers; MuJoCo's is 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,14 +74,14 @@ class _Energy:
         back = float(np.min(np.diff(means) * np.sign(change)))
         if abs(change) <= CLEARLY * self.floor or -back * BY_FAR > abs(change):
             return 0.0
-        # No tenth of the run has most of it.
+        # A steady change has at most half of its size in one tenth of the run.
         if float(np.max(np.abs(np.diff(means)))) > HALF * abs(change):
             return 0.0
         return change / self.size
 
     @property
     def until(self) -> float | None:
-        """When it has come to its last value, if that is in the first half of the run [s]."""
+        """Time after which it keeps its last value [s]; None if that is not in the first half."""
         left = np.abs(self.change - self.change[-1])
         limit = max(abs(self.largest[0]) / BY_FAR, CLEARLY * self.floor)
         moving = np.flatnonzero(left > limit)
@@ -96,8 +96,7 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
     if len(known) < len(each):
         return
     numbers, trends = tuple(known), tuple(x.trend for x in known.values())
-    errors = (c.max_rel_error or 0.0 for m in report.maneuvers for c in m.columns)
-    worst = max(errors, default=0.0)
+    worst = max((c.error for m in report.maneuvers for c in m.columns), default=0.0)
     varying = {n: x.largest for n, x in known.items() if x.is_seen and not _is_next_to(x, worst)}
     # What integrators leave of a right file says nothing of forces.
     is_right = has_right_digits(worst)
@@ -116,17 +115,18 @@ def of_energy(report: Report) -> Iterator[EnergyTrend | EnergyVaries | EnergyKep
 
 
 def of_contact(report: Report) -> Iterator[ContactYields]:
-    """The energy by which the bicycle sinks into a soft floor, if it does.
+    """The potential energy that the bicycle loses by sinking into a soft floor, if it does.
 
-    It is one number in maneuvers whose roll angles differ by a factor of ten. An error of the roll
-    angle, a mass or a length changes the potential energy as the roll angle does.
+    This energy is the same in all maneuvers, although their roll angles differ by a factor of ten.
+    An error of the roll angle, a mass or a length would change it more where the roll angle is
+    larger.
     """
     fallen, masses = [], []
     for m in report.maneuvers:
         first = {c.key: float(c.trace.reference[0]) for c in m.columns if c.values}
         if not first.get("forward_speed") or "kinetic_energy" not in first:
             return
-        # The moving mass is a twentieth more than the weight's: wheels turn, too.
+        # The rotation of the wheels makes this mass a twentieth larger than the bicycle's.
         masses.append(2 * first["kinetic_energy"] / first["forward_speed"] ** 2)
         columns = [c for c in m.columns if c.key == "potential_energy" and c.values == m.rows > 1]
         for c in columns:

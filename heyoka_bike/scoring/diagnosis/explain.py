@@ -5,7 +5,7 @@ mistakes of the model, which parameters and which forces can be the cause, witho
 The likeliest are then simulated, with mistakes of the start and of what is written, which leave
 nothing in the equations, and the file is compared with each motion as it is with the reference.
 Where a file does not show its motion (columns are missing, rows are few) all mistakes of the
-library are simulated (`search`). All are compared by their odds (`evidence`, `ranking`).
+library are simulated (`search`). All are compared by their odds (`odds`, `ranking`).
 A search that has no time left (`budget`) ends with what was found until then.
 """
 
@@ -31,8 +31,9 @@ from heyoka_bike.scoring.explanation import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
-# The first row is given, and of one more the error may have any size: that tells nothing.
-_FEWEST_ROWS_DIAGNOSED = 3
+FEWEST_ROWS = 3
+"""Fewer rows show nothing: the first one is given, and the error of one more may have any size."""
+
 # Of the work, by putting the file's motion into the equations.
 _SHARE_OF_EQUATIONS = 0.3
 _MOTION = followed.Step("motion", "what does the file's motion leave of the equations?")
@@ -64,7 +65,8 @@ class Diagnosis:
         True if two mistakes at once, and other starts, were not tried: the equations leave a force
         of which no cause explains anything.
     edit : ColumnRatio or None
-        A zero or a ratio of a column beside a wrong value: the rows without it are to be diagnosed.
+        An offset or a ratio of a column that was found together with a wrong value: it is to be
+        undone, and the rows diagnosed again.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -85,12 +87,12 @@ def explain(
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file.
 
-    With `only_output` of what is written only; with `asks_for_edit` also of a column that has
-    another zero or a ratio beside a wrong value. `progress` is called with the part of the work
-    that is done, 0 to 1. At the `deadline` what was found until then is compared.
+    With `only_output` only mistakes of the output are tried. With `asks_for_edit` an offset or a
+    ratio of a column is also looked for, together with a wrong value. `progress` is called with the
+    part of the work that is done, 0 to 1. At the `deadline` what was found until then is compared.
     """
     parts = [upright(part, understand(parts)) for part in parts]
-    if max(len(part.time) for part in parts) < _FEWEST_ROWS_DIAGNOSED:
+    if max(len(part.time) for part in parts) < FEWEST_ROWS:
         return Diagnosis((), 0)
     library = () if only_output else OF_MODEL
     try:

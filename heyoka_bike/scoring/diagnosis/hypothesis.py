@@ -1,4 +1,4 @@
-"""Causes as an explanation of a file, and what they leave of its error."""
+"""Hypotheses: causes that may explain a file, and the errors that they leave."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 KNOWN = log(len(MISTAKES) + len(EQUATION_MISTAKES))
 UNKNOWN = log(len(PARAMETERS) + sum(f.is_fitted for f in FORCES.values()) + len(OF_THE_STATE))
 OF_START = log(len(START) * MANEUVERS)
-"""Logarithms of the odds against one of the mistakes of the library, one of the parameters and
-forces, and one of the values of the initial conditions: of how many there are."""
+"""Logarithms of the prior odds against a mistake of the library, a parameter or force, and a value
+of the initial conditions: the logarithm of how many of them there are."""
 
 
 def log_odds_before(mistakes: Collection[Cause]) -> float:

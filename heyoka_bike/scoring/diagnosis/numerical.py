@@ -54,7 +54,7 @@ class _Rough(NamedTuple):
 
 def causes(report: Report) -> tuple[Evidence, ...]:
     """Return the numerical causes of the error; at least that it is smooth."""
-    columns = [(_error_in_scales(c), m, c) for m in report.maneuvers for c in m.columns]
+    columns = [(c.error, m, c) for m in report.maneuvers for c in m.columns]
     far = [error > HALF for error, _, c in columns if c.values]
     if 2 * sum(far) >= len(far):
         return (TooFar(),)
@@ -95,10 +95,6 @@ def _size(c: ColumnScore) -> float:
     An angle or rate of a maneuver that hardly turns may well be off by many times its scale.
     """
     return max(c.scale, 1.0) if c.unit in ("rad", "rad s-1") else c.scale
-
-
-def _error_in_scales(c: ColumnScore) -> float:
-    return c.as_understood.measures.max_rel_error or 0.0
 
 
 def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise]:

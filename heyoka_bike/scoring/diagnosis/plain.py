@@ -41,7 +41,7 @@ from heyoka_bike.scoring.units import unit_told_by
 
 # Of the rows in each part of the run, so many are between others.
 _BETWEEN, _PARTS_OF_RUN = 0.2, 4
-# Rows from one that is right to the next, at most.
+# Largest distance, in rows, from one right row to the next.
 _MOST_BETWEEN = 200
 # Of the time: no error that begins at the start grows so fast.
 _LARGEST_POWER = 20.0
@@ -96,9 +96,10 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
 
 
 def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
-    """Rows held, or on lines or curves between fewer rows, in angles and rates.
+    """Rows that repeat others, or lie on lines or curves between fewer rows, in angles and rates.
 
-    In most of them, as one of these may be computed from the others, row by row; or in a few.
+    Most of these columns suffice, as one may be computed from the others row by row. If only a few
+    show it, the evidence names them.
     """
     found = {m.maneuver: x for m in maneuvers if (x := _rows_between(m)) is not None}
     for (order, keys, every), each in grouped(
@@ -109,7 +110,7 @@ def _between(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsBetween]:
 
 
 def _rows_between(m: ManeuverScore) -> RowsBetween | None:
-    """How the rows of a maneuver are between fewer rows; None if they are not."""
+    """How the rows of a maneuver lie between fewer rows; None if they do not."""
     lateral = [c for c in m.columns if c.key in LATERAL and c.values == m.rows]
     for order in (1, 2):
         shares = {c.key: x for c in lateral if (x := _flat(c, order)) > _BETWEEN}
@@ -124,14 +125,14 @@ def _rows_between(m: ManeuverScore) -> RowsBetween | None:
 
 
 def _right_rows(c: ColumnScore) -> int:
-    """Of which count every row is right by far, while those between are off as a plot shows; or 0.
+    """Return n if every nth row, from the first on, is right, and those between are not; or 0.
 
-    The first of these rows is the first of the file.
+    Errors between them are visible in a plot, and larger by far.
     """
     error = np.abs(c.trace.error)
     if float(np.max(error)) <= TOLERANCE * c.scale:
         return 0
-    # Most of the rows between are as far off, also where these are half of all.
+    # The upper quartile is an error of the rows between, even if these are only half of all rows.
     usual = float(np.quantile(error, 0.75))
     most = min(len(error) // FEWEST_TELLING_ROWS, _MOST_BETWEEN)
     for every in range(2, most + 1):
@@ -172,17 +173,13 @@ def _flat(c: ColumnScore, order: int) -> float:
 
 
 def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
-    """True if every maneuver that is wrong departs from the right motion, or comes back to it.
+    """True if every wrong maneuver leaves the right motion later than at its start.
 
-    It departs later than its start, or rows that are right show that those between are not.
+    Or some of its rows are right, and only those between them are not.
     """
     departs = {x.maneuver for x in seen if isinstance(x, Departs)}
     departs |= {n for x in seen if isinstance(x, RowsBetween) and x.every for n in x.maneuvers}
-    wrong = {
-        m.maneuver
-        for m in report.maneuvers
-        if any(not (c.is_right or c.is_at_floor(FLOORS_OF_ROUNDING)) for c in m.columns if c.values)
-    }
+    wrong = {m.maneuver for m, c in report.places if not (c.is_right or c.is_hidden)}
     return bool(departs) and departs >= wrong
 
 
@@ -296,7 +293,7 @@ def _falls(c: ColumnScore, ahead: Array) -> bool:
     with np.errstate(all="ignore"):
         slope = np.gradient(c.trace.reference, c.trace.time)
         left = c.trace.error - ahead * (slope + ahead / 2.0 * np.gradient(slope, c.trace.time))
-    least = max(FLOORS_OF_ROUNDING * (c.floor or 0.0), ROUNDING * c.scale)
+    least = max(c.hidden, ROUNDING * c.scale)
     return rms(left) < max(rms(c.trace.error) / CLEARLY, least)
 
 
@@ -329,7 +326,7 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[AnotherStart]:
             meant = m.part.reference.definitions[c.key]
             starts = m.part.reference.approximate(np.zeros(1), [x.name for x in meant])
             off = min(abs(here - float(x[0])) for x in starts.values())
-            if off > max(RIGHT * abs(given), FLOORS_OF_ROUNDING * (c.floor or 0.0)):
+            if off > max(RIGHT * abs(given), c.hidden):
                 told = None
                 if given:
                     ratio, taken = here / given, c.as_understood.unit
@@ -382,7 +379,7 @@ def beside(
     found: list[ColumnBeside | NotDiagnosed] = []
     others = []
     for key, places in report.by_column().items():
-        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_at_floor(FLOORS_OF_ROUNDING))]
+        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_hidden)]
         if key in BENCHMARK_COLUMNS or not wrong:
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):
@@ -397,9 +394,8 @@ def beside(
 
 def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bool:
     """True if the benchmark's columns of the maneuver are right, and this one far from that."""
-    right = [x for x in m.columns if x.values and x.key in BENCHMARK_COLUMNS]
-    errors = [x.max_rel_error or 0.0 for x in right if x.key not in left_out]
-    limit = max(errors, default=1.0)
+    right = {*BENCHMARK_COLUMNS} - {*left_out}
+    limit = max((x.error for x in m.compared if x.key in right), default=1.0)
     return limit < TOLERANCE and is_far(c, limit, CLEARLY)
 
 
@@ -407,7 +403,7 @@ def _wrong_alone(
     key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
 ) -> Iterator[ColumnBeside]:
     """Yield what is seen in a column that is wrong alone, by the number of the maneuver."""
-    worst = max(c.max_rel_error or 0.0 for c in columns.values())
+    worst = max(c.error for c in columns.values())
     unit = next(iter(columns.values())).unit
     # The number in every row, where the right one moves.
     held = [float(c.trace.value[0]) for c in columns.values()

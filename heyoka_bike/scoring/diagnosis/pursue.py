@@ -46,28 +46,28 @@ from heyoka_bike.scoring.rows.columns import without_ratio
 from heyoka_bike.scoring.rows.table import Undone, worst
 from heyoka_bike.scoring.score import scored
 
-# Whose runs have a figure.
+# Causes whose simulated run is drawn in the report.
 _SHOWN = Explained | IntegratedBy | LinearMotion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Answer:
-    """What a diagnosis found.
+    """The result of a diagnosis, or of one step of it.
 
     Attributes
     ----------
     report : Report
-        The score that it is about.
+        The score that was diagnosed.
     seen : tuple of Evidence
-        What is said, in this order.
+        The evidence to report, in this order.
     cause : Evidence or None
-        What explains the file, for its figure.
+        The cause that explains the file, if its run is drawn.
     curves : tuple of Curve
-        What that leaves.
+        The errors that this cause leaves.
     is_whole
         False if the time was spent before every cause was tried.
     edit : ColumnRatio or None
-        A zero or a ratio of a column that is to be undone first.
+        An offset or a ratio of a column that is to be undone first.
     """
 
     report: Report
@@ -80,7 +80,7 @@ class Answer:
 
 @dataclass(eq=False)
 class Pursuit:
-    """A diagnosis on its way.
+    """The state of a diagnosis.
 
     Attributes
     ----------
@@ -91,13 +91,13 @@ class Pursuit:
         Called with the part of the work that is done, 0 to 1.
     deadline : Deadline
     view : Report
-        The score of the rows with all undone that was seen.
+        The score of the rows with everything undone that was seen so far.
     seen : list of Evidence
-        What was undone, in this order.
+        Evidence of what was undone, in this order.
     explained : set of str
         Keys of columns of unknown definition whose error a cause explains.
     asks_for_edit
-        False once an edit was found beside a wrong value.
+        False once such an edit was found, see `explain`.
     answer : Answer or None
         The end of the diagnosis, once it is reached.
     """
@@ -116,13 +116,14 @@ class Pursuit:
         self.view = self.root
 
     def undo(self, undone: Undone) -> None:
-        """Go on with the rows that are left once something was undone.
+        """Continue with the rows in which something was undone.
 
-        What is left of these is no cause of its own where it is right, or far less than before. A
-        known mistake of what is written that leaves nothing takes the place of a ratio, of a clock
-        of all maneuvers, or of a column that is in the place of another in all maneuvers.
+        The diagnosis ends if these rows are right, or their error is far smaller than before. It
+        also ends if a known mistake of the output leaves no error. That mistake is reported instead
+        of a ratio, a clock of all maneuvers, or a column that is in the place of another in all
+        maneuvers.
         """
-        # A maneuver whose columns were all put aside has nothing to lay beside it.
+        # A maneuver whose columns were all left out cannot be compared.
         parts = tuple(part for part in undone.parts if part.has_values())
         if not parts:
             self.seen += undone.seen
@@ -147,16 +148,16 @@ class Pursuit:
         return isinstance(x, ColumnRatio) or is_everywhere or is_one_clock
 
     def of_motion(self) -> Answer:
-        """What explains the rows that are left, by the motions of programs."""
+        """Find what explains the current rows by simulating the motions of programs."""
         report = self.view
         unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
-        # A column of unknown meaning shows its meaning, not what the program does.
+        # The error of a column with an unknown definition says nothing about the program.
         keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
         found = self.of_columns(keys)
         if found.edit is not None:
             return found
         if unknown and found.cause is None:
-            # It may be another column, or be computed wrongly.
+            # A mistake of the output may explain the columns with unknown definitions.
             other = self.of_columns(BENCHMARK_COLUMNS, only_output=True)
             if any(_is_mistake(x) for x in other.seen[:1]):
                 self.explained |= unknown
@@ -168,12 +169,12 @@ class Pursuit:
             return found
         more = plain.beside(report, unknown)
         if any(isinstance(x, NothingWrong) for x in found.seen):
-            # What is wrong comes first.
+            # Report wrong columns before those that are right.
             return replace(found, seen=(*more, _right(report, keys)))
         return replace(found, seen=(*found.seen, *more))
 
     def of_columns(self, keys: Sequence[str], *, only_output: bool = False) -> Answer:
-        """What explains these columns; with `only_output` of mistakes of what is written."""
+        """Find what explains these columns; with `only_output` only by mistakes of the output."""
         report = self.view
         maneuvers = tuple(
             replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
@@ -187,11 +188,11 @@ class Pursuit:
             return Answer(report, (NothingWrong(),))
         at_once = plain.shown(asked)
         if plain.are_departures(at_once, asked):
-            # What is wrong in the model or at the start is wrong from the start.
+            # Mistakes of the model or of the initial conditions would show from the start.
             return Answer(report, at_once)
         asked, elsewhere = _wrong_alone(asked)
         parts = [m.part for m in asked.maneuvers]
-        # Beside columns that show the right motion, what is wrong is how others are written.
+        # If some columns show that the motion is right, the others are written wrongly.
         only_output = only_output or plain.columns_apart(asked) is not None
         found = explain(
             parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
@@ -200,7 +201,7 @@ class Pursuit:
         if found.edit is not None:
             return Answer(report, (), edit=found.edit)
         seen = answers(found, asked, at_once)
-        # Nothing is said of a search that was stopped before it found anything.
+        # A search that was stopped may have found nothing.
         first = next(iter(seen), None)
         cause = first if found.curves and isinstance(first, _SHOWN) else None
         if elsewhere is not None and not _is_of_starts(first):
@@ -208,7 +209,7 @@ class Pursuit:
         return Answer(report, seen, cause, found.curves, found.is_whole)
 
     def whole_answer(self, end: Answer) -> Answer:
-        """The end of the diagnosis, after what was undone on the way."""
+        """Combine the last answer with the evidence of what was undone before it."""
         is_late = any(isinstance(x, TimeShift) for x in self.seen)
         more = (
             x for x in end.seen
@@ -216,7 +217,7 @@ class Pursuit:
             and not (is_late and isinstance(x, NoCauseFound))
         )  # fmt: skip
         explained = self.explained | {getattr(x, "key", "") for x in self.seen}
-        # A column whose error is explained needs no definition of its own.
+        # Do not ask for the definition of a column whose error is explained.
         seen = tuple(
             x
             for x in self.root.seen
@@ -228,9 +229,9 @@ class Pursuit:
 def pursue(
     report: Report, reference: Reference, progress: Callable[[float], None], deadline: Deadline
 ) -> Answer:
-    """What explains a report: each source is asked once, and what it sees is undone.
+    """Find what explains a report: ask each source once, and undo what it sees.
 
-    What was seen until a diagnosis is interrupted stays.
+    If the diagnosis is interrupted, the answer has what was seen until then.
     """
     pursuit = Pursuit(report, reference, progress, deadline)
     try:
@@ -241,7 +242,7 @@ def pursue(
 
 
 def _end_of(pursuit: Pursuit) -> Answer:
-    """Ask all sources, and at last for motions."""
+    """Ask all sources, and at last search among the motions of programs."""
     for source in SOURCES:
         with followed.taken(source) as told:
             undone = source.look(pursuit.view)
@@ -260,7 +261,7 @@ def _end_of(pursuit: Pursuit) -> Answer:
 
 
 def _is_mistake(seen: Evidence) -> bool:
-    """True of a mistake of the library, and not of values that were found."""
+    """True for a mistake of the library; False for fitted values and other evidence."""
     return isinstance(seen, Explained) and not seen.hypotheses[0].found
 
 
@@ -269,7 +270,7 @@ def _leaves_nothing(seen: Evidence) -> bool:
 
 
 def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
-    """All columns that are diagnosed are right, each by itself; named where there are others."""
+    """Evidence that the diagnosed columns are right; it names them if the file has others."""
     every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
     told = tuple(key for key in every if key in keys)
     signs = next((x for x in report.seen if isinstance(x, SignContradiction)), None)
@@ -277,9 +278,9 @@ def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
 
 
 def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
-    """The report without the maneuvers that are right, beside others that are far from it.
+    """Return the report without its right maneuvers if others are far worse, and the evidence.
 
-    A model that is wrong is so in all of them.
+    A wrong model would be wrong in all maneuvers.
     """
     errors = {m.maneuver: worst(replace(report, maneuvers=(m,))) for m in report.maneuvers}
     largest = max(x.max_rel_error for x in errors.values())
@@ -297,6 +298,6 @@ def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
 
 
 def _is_of_starts(seen: Evidence | None) -> bool:
-    """True if all that was found are starts, which are of one maneuver each."""
+    """True if only initial conditions were found: each belongs to one maneuver."""
     found = seen.hypotheses[0].found if isinstance(seen, Explained) else ()
     return bool(found) and all(x.maneuver is not None for x in found)

@@ -48,7 +48,7 @@ def _likelier(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
-        # Where the two are not all, each of them must explain much: something else is there.
+        # If the pair leaves an error, there is a further cause: each of the two must explain much.
         least = 1.0 if h.leaves_nothing or left_over(h, file.residual) is None else CLEARLY
         return all(
             file.log_odds(h, one) > WEIGHTS.said and h.gain > least * one.gain for one in each

@@ -104,8 +104,7 @@ class Search:
     @property
     def is_over(self) -> bool:
         """True if no single cause that is tried later could take the place of one found."""
-        every = (*self.found, *self.starts)
-        return any(ends_search(h, self.residual) for h in every)
+        return any(ends_search(h, self.residual) for h in (*self.found, *self.starts))
 
     @property
     def best(self) -> Hypothesis | None:
@@ -290,7 +289,7 @@ def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
-        # Rows that are far apart show less of a value than whole runs do.
+        # A likely value with a small relief is kept too: rows far apart show less than whole runs.
         likely = [h for h in likely if h.relief > WEIGHTS.explains or h.log_odds > WEIGHTS.said]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
         # Where a force is left, or no motion is seen, no values are those of the file.
@@ -314,12 +313,9 @@ def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothes
     starts = _names_of_starts(file)
     # What the equations of roll and steer show they have shown.
     seen = file.residual
-    is_half = (
-        seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open
-    )
     names = [*UNKNOWNS, *starts]
-    if seen is not None and is_half:
-        # Beside what changes the speed, what these equations speak for without showing it.
+    if seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open:
+        # Values that change the speed, and those that these equations favour without proving them.
         names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
     found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found

@@ -90,7 +90,7 @@ class _SeenPart:
     def written_by(self, program: Program, columns: Columns) -> Columns:
         """Columns that a program writes of a motion at the rows that are simulated."""
         if any(name not in WITHOUT_POTENTIAL for name, _ in program.motion.amounts):
-            # What energy a force stores is not agreed on.
+            # Programs do not agree on the energy that such a force stores.
             unknown = np.full_like(self.time, np.nan)
             columns = {**columns, **dict.fromkeys(_OF_POTENTIAL, unknown)}
         columns = program.written(columns, self.time)
@@ -121,8 +121,8 @@ class SeenFile:
     tried
         Number of programs that were compared.
     edit : ColumnRatio or None
-        A zero or a ratio of a column beside a wrong value, if it was asked for: the rows without it
-        are to be diagnosed.
+        An offset or a ratio of a column that was found together with a wrong value, if it was asked
+        for: it is to be undone, and the rows diagnosed again.
     """
 
     def __init__(
@@ -260,7 +260,7 @@ class SeenFile:
         return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
 
     def _leaves_much(self, residual: Residual) -> bool:
-        """True if a wrong file shows the equations, and no value explains what is left of them."""
+        """True if a wrong file shows the equations, and nothing explains their residual."""
         is_seen = self._is_wrong and shows_equations(residual) and residual.is_resolved
         return is_seen and not residual.is_explained
 
@@ -270,7 +270,7 @@ class SeenFile:
         return max(self.right.after.values(), default=0.0) > TOLERANCE
 
     def edited(self) -> ColumnRatio | None:
-        """A zero or a ratio of a column that explains the equations together with one value.
+        """Find an offset or a ratio of a column that explains the residual together with one value.
 
         Raises
         ------
@@ -395,7 +395,8 @@ class SeenFile:
         taken: Understandings = {}
         parts = [p.part for p in self._parts]
         for i, understood in enumerate(readings(parts, self.right.understood)):
-            # Where nothing explains it, the default definitions may, but no other sign does.
+            # Default definitions are tried if nothing explains the residual. Other signs are tried
+            # only if it shows a force, or no motion.
             if i > 1 and best is not None and best.visibility and not best.is_open:
                 break
             if understood in tried:

@@ -1,7 +1,7 @@
 """The looks at the rows that a diagnosis takes, in this order, before anything is simulated.
 
-To add one: a function in a module of `scoring.rows`, which returns what it sees and the rows with
-that undone; a line here; and the sentence of its evidence in `showing.sayings`.
+To add one, write a function in a module of `scoring.rows` that returns what it sees and the rows
+with that undone. Add a line here, and the sentence of its evidence in `showing.sayings`.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from heyoka_bike.scoring.rows.times import (
 
 @dataclass(frozen=True, slots=True)
 class Source(Step):
-    """A look at the rows.
+    """A step of the diagnosis that looks at the rows.
 
     Attributes
     ----------

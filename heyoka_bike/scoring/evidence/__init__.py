@@ -1,1 +1,1 @@
-"""What was seen in a result file: one class for each thing, with its code, values and sentence."""
+"""Evidence seen in a result file: one class for each kind, with its code, values and sentence."""

@@ -1,4 +1,4 @@
-"""Evidence about how the rows lie beside the reference: maneuvers, columns, the run's end."""
+"""Evidence from aligning the rows with the reference: maneuvers, columns, the run's end."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -33,9 +33,9 @@ class ManeuverGuessed(Evidence):
     Attributes
     ----------
     maneuver
-        The nearest, with which the file is compared.
+        The nearest maneuver, with which the file is compared.
     may_be
-        The others, the nearest first.
+        The other possible maneuvers, the nearest first.
     option
         The option that names the maneuver.
     """
@@ -66,9 +66,9 @@ class NoReference(Evidence):
     ----------
     keys
     folder
-        Of the reference.
+        Folder of the reference.
     lacks
-        The file that the reference lacks; empty if it has that, without these columns.
+        The file that the reference lacks; empty if that file exists without these columns.
     """
 
     keys: tuple[str, ...]
@@ -132,9 +132,9 @@ class OtherOrder(Evidence):
     Attributes
     ----------
     keys
-        What the columns are, in the order of the file.
+        The keys that the values fit, in the order of the file.
     told
-        The option that tells it, if one does.
+        The option that states this order; empty without one.
     """
 
     keys: tuple[str, ...]
@@ -161,7 +161,7 @@ class OtherManeuver(Evidence):
     ----------
     maneuver, nearest
     distance, own_distance
-        Typical difference from the nearest maneuver and from their own, in parts of the columns.
+        Typical difference from the nearest maneuver and from their own, relative to the columns.
     """
 
     maneuver: int
@@ -190,11 +190,11 @@ class TimesInLargerUnit(Evidence):
     Attributes
     ----------
     unit
-        Its name.
+        Name of the unit.
     seconds
         Seconds in the unit.
     span
-        Of the times, as seconds [s].
+        Span of the times, read as seconds [s].
     """
 
     unit: str
@@ -221,11 +221,11 @@ class RowsOutside(Evidence):
     Attributes
     ----------
     rows
-        How many.
+        Number of these rows.
     t_first, t_last
         The earliest and the latest of their times [s].
     duration
-        Of the reference [s].
+        Duration of the reference [s].
     may_be_in
         The smaller unit that most times may have, in words; None if they fit none.
     """

@@ -11,7 +11,7 @@ from heyoka_bike.scoring.evidence.words import counted
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 
 _NAMES_OF_EVIDENCE = 100
-"""Names that the evidence of a finding has, each cut as in a message."""
+"""Maximum number of names in the JSON of a finding; each is shortened as in a message."""
 
 
 class Reason(Enum):
@@ -34,9 +34,9 @@ class NotCompared(Evidence):
     ----------
     reason : Reason
     columns : tuple of LostColumn
-        The key of an unknown name is that of the quantity whose name it is like.
+        A column of unknown name has the key of the quantity whose name resembles its own.
     how_to_tell
-        The words of the option by which a user can tell the columns.
+        Words on the option that names the columns.
     """
 
     reason: Reason
@@ -46,7 +46,7 @@ class NotCompared(Evidence):
     def lost(self, compared: Collection[str]) -> Iterable[LostColumn]:
         if self.reason in (Reason.UNKNOWN_NAME, Reason.NOT_UNDERSTOOD):
             return ()
-        # Where a quantity is not compared at all, the count of the columns says so.
+        # A quantity that no column gives is already missing from the count of compared columns.
         return (x for x in self.columns if x.key is None or x.key in compared)
 
     def _finding(self) -> Finding:
@@ -132,7 +132,7 @@ class LinesNotRead(Evidence):
     ----------
     count
     first : tuple of (int, str)
-        The number of each of the first few lines, and what it holds.
+        Number and text of each of the first few lines.
     """
 
     count: int
@@ -194,9 +194,9 @@ class NamesNotUsed(Evidence):
     columns
         Numbers of the columns whose names contradict their place, from 1.
     name
-        Of the first of these.
+        Name of the first of these columns.
     unknown
-        The names for whose sake no name is used.
+        The unknown names: because of them no name is used.
     """
 
     columns: tuple[int, ...]
@@ -269,13 +269,13 @@ class TimesAsDecimals(Evidence):
     Attributes
     ----------
     places
-        Digits after the point of the decimals.
+        Digits of the decimals after the point.
     unit
         ``s`` or ``ms``.
     changed
-        How many times are not exactly the binary number.
+        Number of times whose decimal differs from the binary number.
     example
-        The first of those.
+        The first of these times.
     """
 
     places: int
@@ -305,7 +305,7 @@ class TimeUnitContradicted(Evidence):
     named
         The unit that the heading names.
     span
-        Of the times as they are written.
+        Span of the times as they are written.
     """
 
     named: str
@@ -397,20 +397,19 @@ class TimesRepeated(Evidence):
     Attributes
     ----------
     count
-        Number of the rows whose time another row has.
+        Number of rows that repeat a time.
     are_identical
-        True if rows of one time also have the same values in every column.
+        True if rows with the same time also have the same values in every column.
     """
 
     count: int
     are_identical: bool
 
     def _finding(self) -> Finding:
+        repeat = counted(self.count, "row repeats", "rows repeat")
         if self.are_identical:
-            repeat = counted(self.count, "row repeats", "rows repeat")
             said = f"{repeat} another row, with the same time and the same values"
             return info("times_repeated", said, count=self.count, identical=True)
-        repeat = counted(self.count, "row repeats", "rows repeat")
         said = f"{repeat} the time of another row: the time column has too few digits"
         return warning("times_repeated", said, count=self.count, identical=False)
 

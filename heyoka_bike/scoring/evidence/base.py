@@ -1,8 +1,8 @@
-"""What every class of evidence has: a code, a severity, values, and the sentence made from them.
+"""Base class of evidence: a code, a severity, values, and the sentence made from them.
 
-Evidence is what was seen in a result file, as numbers, whole names and places. `verdict` and
-`requirements` decide by its class and its fields. The sentence is for people: nothing is decided by
-it.
+Evidence describes one thing seen in a result file, as numbers, complete names and places. `verdict`
+and `requirements` decide by its class and its fields. Its sentence is only for people: no decision
+depends on it.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -15,7 +15,6 @@ MAX_LOG10_ODDS = 6
 """Decimal logarithm of the largest odds in a sentence."""
 
 Errors = tuple[float | None, ...]
-
 """The largest absolute error of a column in each maneuver that has it [SI unit]; None without a
 value."""
 
@@ -27,7 +26,7 @@ class Evidence:
     Attributes
     ----------
     file
-        The file in which it was seen, if a run consists of several; else empty.
+        The file that shows the evidence, if a run consists of several; otherwise empty.
     """
 
     file: str = ""
@@ -51,7 +50,7 @@ class Evidence:
         return {}
 
     def finding(self) -> Finding:
-        """Return code, sentence and numbers; the sentence names the file if there are several."""
+        """Return the code, the sentence and the numbers; `file` precedes the sentence."""
         found = self._finding()
         if not self.file:
             return found
@@ -61,7 +60,7 @@ class Evidence:
         return Finding(self.code, self.message(), self.severity, self.numbers())
 
     def lost(self, compared: Collection[str]) -> Iterable["LostColumn"]:
-        """Columns of the result that were not compared for this reason.
+        """Return the columns of the result that were not compared because of this evidence.
 
         Parameters
         ----------
@@ -78,11 +77,11 @@ class LostColumn:
     Attributes
     ----------
     name
-        Its name in the file, whole; of columns without names their place (``2.roll_angle``).
+        Its complete name in the file; a column without a name has its place (``2.roll_angle``).
     key
-        The column that it is, or whose name it is like; None if its name is like none.
+        The known column that it is, or whose name resembles its own; None if there is none.
     maneuver
-        Number of the maneuver that it is of; None if that is not known, or if it is of all.
+        Number of its maneuver; None if the maneuver is unknown, or if it belongs to all.
     """
 
     name: str
@@ -97,9 +96,9 @@ class Odds:
     Attributes
     ----------
     log10
-        Their decimal logarithm.
+        Decimal logarithm of the odds.
     against
-        The other definition; None for all that are not known here.
+        The other definition; None stands for every definition unknown to the package.
     """
 
     log10: float

@@ -8,7 +8,7 @@ from typing import Any
 from heyoka_bike.bicycle.columns import COMPARED, FREE_ZERO
 from heyoka_bike.scoring.evidence.base import Errors, Evidence, Odds
 from heyoka_bike.scoring.evidence.words import (
-    _KEYS_NAMED,
+    KEYS_NAMED,
     errors_words,
     odds_words,
     open_words,
@@ -38,7 +38,7 @@ class TakenDefinition:
     ----------
     key, definition
     odds : Odds or None
-        None where nothing tells.
+        None if the odds are unknown.
     may_also_be
         Definitions that fit as well.
     """
@@ -58,12 +58,11 @@ class WholeTurns(Evidence):
     code = "whole_turns"
 
     def message(self) -> str:
-        keys = named(self.keys, _KEYS_NAMED)
-        said = (
-            f"{keys} {'is' if len(self.keys) == 1 else 'are'} written within one turn, which is no "
-            "error"
+        are = "is" if len(self.keys) == 1 else "are"
+        return (
+            f"{named(self.keys, KEYS_NAMED)} {are} written within one turn, which is no error: "
+            "whole turns were added where the values jump"
         )
-        return f"{said}: whole turns were added where the values jump"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}
@@ -114,10 +113,10 @@ class Conventions(Evidence):
     turned
         Columns with the other sign.
     units, offsets
-        By key, the unit, and the zero [SI unit].
+        Unit, and offset of the zero [SI unit], by column key.
     definitions : tuple of TakenDefinition
     are_signs_contradicted
-        True if other signs of the file contradict each other, which are none of these.
+        True if the signs of further columns contradict each other.
     """
 
     turned: tuple[str, ...]
@@ -158,7 +157,7 @@ class Convention(Evidence):
     ----------
     key
     errors, errors_as_written
-        As understood, and taken as the default definition in SI units.
+        Errors as understood, and errors if read as the default definition in SI units.
     """
 
     key: str
@@ -186,8 +185,7 @@ class OtherDefinition(Convention):
         )
 
     def numbers(self) -> Mapping[str, Any]:
-        taken = self.taken
-        return {**_of_convention(self), "definition": taken.definition}
+        return {**_of_convention(self), "definition": self.taken.definition}
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,7 +271,11 @@ class SignContradiction(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        return contradiction_words(self)
+        if len(self.keys) == 2:
+            one, other = self.keys
+            return f"{one} and {other} have opposite signs: one of them is turned round"
+        said = f"{named(self.keys)} have signs that no axes give together: some are turned round"
+        return said + (", or they are of an inverse attitude" if "frame_" in self.keys[0] else "")
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}
@@ -310,7 +312,7 @@ class DefinitionUnknown(Evidence):
     nearest
         The nearest definition.
     log10_odds
-        Of that definition against all that are not known.
+        Decimal logarithm of the odds of that definition against all unknown ones.
     errors : Errors
     digits_of_others
         Correct digits of the worst other column.
@@ -346,27 +348,27 @@ class DefinitionUnknown(Evidence):
 
 
 def _senses(turned: Sequence[str]) -> Iterable[str]:
-    """Say which way is positive, of the columns with the other sign."""
+    """State the positive direction of the columns with the other sign."""
     left = [name for name, keys in _COLUMNS_OF_SIDE.items() if set(keys) & set(turned)]
     if left:
         yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
     yield from (text for key, text in _TURNED.items() if key in turned)
     known = {*_TURNED, *(key for keys in _COLUMNS_OF_SIDE.values() for key in keys)}
     if others := [key for key in turned if key not in known]:
-        yield f"{named(others, _KEYS_NAMED)} with the other sign, as in other axes"
+        yield f"{named(others, KEYS_NAMED)} with the other sign, as in other axes"
 
 
 def in_units(units: Mapping[str, str]) -> Iterable[str]:
     """Units of columns, as "roll_angle, steer_angle in degree"."""
     for unit in dict.fromkeys(units.values()):
         keys = [key for key, u in units.items() if u == unit]
-        yield f"{named(keys, _KEYS_NAMED)} in {unit}"
+        yield f"{named(keys, KEYS_NAMED)} in {unit}"
 
 
 def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
     for offset in dict.fromkeys(zeros.values()):
         keys = [key for key, x in zeros.items() if x == offset]
-        which = named(keys, _KEYS_NAMED)
+        which = named(keys, KEYS_NAMED)
         if keys[0] in FREE_ZERO:
             verb = "starts" if len(keys) == 1 else "start"
             yield f"{which} {verb} elsewhere, {_off(keys[0], offset)}"
@@ -376,7 +378,7 @@ def _zeros(zeros: Mapping[str, float]) -> Iterable[str]:
 
 
 def _off(key: str, offset: float) -> str:
-    """A constant with its sign and the unit of the column."""
+    """An offset with its sign and the unit of the column."""
     return f"{offset:+.9g} {unit_text(COMPARED[key][0].unit)}"
 
 
@@ -396,11 +398,3 @@ def taken_words(taken: TakenDefinition) -> str:
     """Return the odds of a definition, and what else it may be."""
     odds = odds_words(taken.odds) if taken.odds else ""
     return ", ".join(x for x in (odds, open_words(taken.may_also_be)) if x)
-
-
-def contradiction_words(e: SignContradiction) -> str:
-    """Return the sentence of signs that contradict each other, without a full stop."""
-    if len(e.keys) == 2:
-        return f"{e.keys[0]} and {e.keys[1]} have opposite signs: one of them is turned round"
-    said = f"{named(e.keys)} have signs that no axes give together: some are turned round"
-    return said + (", or they are of an inverse attitude" if "frame_" in e.keys[0] else "")

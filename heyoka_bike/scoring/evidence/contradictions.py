@@ -15,7 +15,7 @@ class TimeShift(Evidence):
     Attributes
     ----------
     shift
-        How much too late they are [s].
+        Delay of the times [s]; negative if they are early.
     begins_at_start
         True if the first row holds the initial state.
     """
@@ -46,7 +46,7 @@ class StoppedEarly(Evidence):
     Attributes
     ----------
     seconds
-        Processor time that it was given [s].
+        Limit of the processor time [s].
     """
 
     seconds: float
@@ -72,11 +72,11 @@ class CoveredInPart(Evidence):
     Attributes
     ----------
     maneuvers
-        Those with the same rows.
+        Numbers of the maneuvers with these rows.
     t_start, t_end, gap
         First and last complete row, and the longest time without one [s].
     has_holes
-        True if it is between the rows that something is missing.
+        True if the missing parts lie between rows.
     """
 
     maneuvers: tuple[int, ...]
@@ -111,9 +111,9 @@ class EnergyHidesError(Evidence):
     Attributes
     ----------
     maneuvers
-        All in which that is so.
+        All maneuvers with such an error.
     maneuver, key, max_rel_error, performance
-        The worst column of these, its error in scales, and eq. (1) there [%].
+        Place of the worst column, its error relative to the scale, and eq. (1) there [%].
     """
 
     maneuvers: tuple[int, ...]
@@ -135,13 +135,12 @@ class EnergyHidesError(Evidence):
         )
 
     def numbers(self) -> Mapping[str, Any]:
-        worst = self.max_rel_error
         return {
             "maneuvers": list(self.maneuvers),
             "maneuver": self.maneuver,
             "performance": self.performance,
             "column": self.key,
-            "max_rel_error": worst,
+            "max_rel_error": self.max_rel_error,
         }
 
 
@@ -202,9 +201,9 @@ class SinglePrecision(Evidence):
     ----------
     keys
     is_written
-        True if the values are such numbers; else they were computed with on the way.
+        True if the written values are such numbers; False if only intermediate values were.
     are_all
-        True if all values are.
+        True if all values are such numbers; False if most are.
     """
 
     keys: tuple[str, ...]
@@ -215,19 +214,18 @@ class SinglePrecision(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        said = (
-            "The values jump from row to row by some 1e-7 of their size, as numbers of single "
-            "precision on the way leave them: this is the arithmetic and not the model; compute in "
-            "double precision throughout"
-        )
         if self.is_written:
-            said = (
+            return (
                 f"{'All' if self.are_all else 'Most'} values are single-precision numbers, good to "
                 "seven digits, however many are written: an error of 1e-7 of a value, or one that "
                 "grows from that, is the arithmetic and not the model; compute and store in "
                 "double precision"
             )
-        return said
+        return (
+            "The values jump from row to row by some 1e-7 of their size, as numbers of single "
+            "precision on the way leave them: this is the arithmetic and not the model; compute in "
+            "double precision throughout"
+        )
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.keys)}
@@ -250,5 +248,4 @@ class FewDigits(Evidence):
         )
 
     def numbers(self) -> Mapping[str, Any]:
-        digits = self.significant_digits
-        return {"columns": list(self.keys), "significant_digits": digits}
+        return {"columns": list(self.keys), "significant_digits": self.significant_digits}

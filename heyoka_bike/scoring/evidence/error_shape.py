@@ -8,8 +8,6 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.findings import Finding, Severity, info, maneuvers, named
 
-_BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
-
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 
 
@@ -36,9 +34,9 @@ class BlownUp(Evidence):
     maneuver, key
         The column that is off the most.
     time
-        From then on it is off by half its size [s].
+        Time from which its error is half its size [s].
     max_rel_error
-        In scales.
+        Its largest error relative to the scale.
     """
 
     maneuver: int
@@ -101,7 +99,7 @@ class SmoothError(Evidence):
     Attributes
     ----------
     missing : tuple of str
-        Columns of the state that the file does not have: with them it would show more.
+        Columns of the state that the file lacks and that checking the equations needs.
     """
 
     missing: tuple[str, ...] = ()
@@ -131,8 +129,8 @@ class WorkFromStart(Evidence):
     Attributes
     ----------
     powers, forces
-        By the number of the maneuver, with which the kinetic energy begins to change [W], and along
-        the motion [N].
+        By maneuver number: the power with which the kinetic energy begins to change [W], and the
+        force along the motion [N].
     """
 
     powers: Mapping[int, float]
@@ -165,9 +163,9 @@ class Unsymmetric(Evidence):
     ----------
     key
     small, large
-        The numbers of the maneuvers.
+        The numbers of the maneuvers with the small and the large roll rate.
     times
-        What the error of the latter is of that of the former.
+        Ratio of the error in `large` to the error in `small`.
     """
 
     key: str
@@ -198,8 +196,8 @@ class BeginsAs(Evidence):
     ----------
     keys : tuple of str
     order
-        1 as of another rate at the start, other times or an integrator; 2 as of a force or another
-        speed at the start; 3 as of a force that is zero there. No more are told apart.
+        1 for another initial rate, other times or an integrator; 2 for a force or another initial
+        speed; 3 for a force that is zero at the start. Higher orders count as 3.
     maneuvers
     """
 
@@ -240,7 +238,7 @@ class EnergyTrend(Evidence):
     ----------
     maneuvers
     changes : tuple of float
-        Of each, in parts of the energy; all have one sign.
+        Change in each maneuver relative to the energy; all have the same sign.
     """
 
     maneuvers: tuple[int, ...]
@@ -271,10 +269,10 @@ class EnergyVaries(Evidence):
     Attributes
     ----------
     largest : mapping of int to (float, float)
-        By the number of the maneuver, how much more it is than in the first row where that is most
-        [J], and when [s]. Of maneuvers where it is seen.
+        By maneuver number: the largest change since the first row [J], and its time [s]. Only
+        maneuvers that show a change.
     until
-        From when on it stays in all of these [s]; None if it does not.
+        Time from which the energy stays constant in all of these [s]; None if it does not.
     """
 
     largest: Mapping[int, tuple[float, float]]
@@ -344,7 +342,7 @@ class EnergyKept(Evidence):
     left
         The largest change [J].
     exchanged : mapping of int to float
-        By the number of the maneuver, how far the parts are off [J].
+        By maneuver number: the error of the parts [J].
     """
 
     left: float
@@ -372,7 +370,7 @@ class RoughError(Evidence):
     ----------
     places : tuple of str
     are_all
-        True if noise is most of the error, in most columns; otherwise it is beside another one.
+        True if noise is most of the error in most columns; False if it is only a part.
     """
 
     places: tuple[str, ...]
@@ -441,8 +439,8 @@ class SinglePrecisionBeside(Evidence):
     code = "single_precision"
 
     def message(self) -> str:
-        found = self.single.finding()
-        return f"{found.message}. The error is far larger: another cause comes before this one"
+        said = self.single.message()
+        return f"{said}. The error is far larger: another cause comes before this one"
 
     def numbers(self) -> Mapping[str, Any]:
         return {"columns": list(self.single.keys)}
@@ -455,7 +453,7 @@ class FallsOver(Evidence):
     Attributes
     ----------
     times : mapping of int to float
-        When the lean passes a quarter turn, by maneuver [s].
+        By maneuver number: the time at which the lean passes a quarter turn [s].
     """
 
     times: Mapping[int, float]
@@ -483,7 +481,7 @@ class RightElsewhere(Evidence):
     wrong, right : tuple of int
         Numbers of the maneuvers.
     max_rel_error
-        Of the right ones, in scales.
+        Largest error of the right maneuvers, relative to the scale.
     """
 
     wrong: tuple[int, ...]

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence
+from heyoka_bike.scoring.evidence.words import unit_text
 from heyoka_bike.scoring.findings import Finding, Severity, maneuvers, named, warning
 
 _PART_OF_A_ROW = 0.05
-"""A shift by less is not told in rows."""
+"""Smaller shifts are not stated in rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +21,7 @@ class CoarseGrid(Evidence):
     key
     maneuvers : tuple of int
     step
-        The largest of the maneuvers [SI unit].
+        Largest step of the maneuvers [SI unit].
     """
 
     key: str
@@ -90,9 +91,9 @@ class SingleRows(Evidence):
     key
     maneuvers : tuple of int
     rows
-        How many.
+        Number of these rows.
     time
-        Of the first [s].
+        Time of the first one [s].
     is_held
         True if each holds the value of the row before it.
     """
@@ -178,7 +179,7 @@ class RateOfOtherRow(Evidence):
     ----------
     key
     rows
-        By how many rows it is late.
+        Delay in rows; negative if the rate is early.
     """
 
     key: str
@@ -206,13 +207,13 @@ class OtherClock(Evidence):
     Attributes
     ----------
     maneuver
-        None of all.
+        None stands for all.
     scale, shift
         Time meant = scale * time written + shift [s].
     rows
-        The shift in distances of the rows; None if these are not even.
+        The shift divided by the distance of the rows; None if the rows are not evenly spaced.
     keys
-        The columns, where others are right at the times written; otherwise empty.
+        The shifted columns, if others are right at the times written; otherwise empty.
     """
 
     maneuver: int | None
@@ -261,11 +262,11 @@ class TimesAddedUp(Evidence):
     Attributes
     ----------
     step
-        [s]
+        The step [s].
     creep
-        What a time is off by, at most [s].
+        Largest error of a written time [s].
     is_single
-        True if they are what adding up the step in single precision gives.
+        True if adding up the step in single precision gives the written times.
     """
 
     step: float
@@ -336,12 +337,12 @@ class OtherColumn(Evidence):
     Attributes
     ----------
     key
-        What the column should be.
+        Key that the column has.
     maneuvers : tuple of int
     other
-        The key of what it holds.
+        Key of the column whose values it holds.
     of_maneuver
-        The maneuver from which that is, if it is another one.
+        Maneuver of those values; None if it is the same.
     """
 
     key: str
@@ -401,7 +402,7 @@ class ClippedColumn(Evidence):
     low, high
         The bounds [SI unit]; None without one.
     is_right_within
-        True if it is right elsewhere, and the right one is beyond the bounds there.
+        True if all other values are right, and the exact ones exceed the bounds at these rows.
     """
 
     key: str
@@ -459,7 +460,7 @@ class Remainder(Evidence):
     Attributes
     ----------
     max_rel_error
-        In the scale of the column.
+        Relative to the scale of the column.
     place
         Maneuver and column (``2.roll_angle``).
     """
@@ -487,9 +488,9 @@ class RowsRepeated(Evidence):
     ----------
     maneuver
     time
-        Of the first of them [s].
+        Time of the first of them [s].
     rows
-        How many.
+        Number of these rows.
     keys
     are_all
         True if all columns stand still: the motion ended there.
@@ -532,11 +533,11 @@ class RowsBetween(Evidence):
         0 if rows repeat the one before, 1 if they are on straight lines between others, 2 if they
         are on curves between others.
     share
-        Of the rows.
+        Fraction of the rows that are held or interpolated.
     keys : tuple of str
-        Those of the angles and rates that show it, if these are less than half.
+        The angles and rates that show it, if these are less than half of them.
     every
-        Every row of this count is right, where rows are on curves; otherwise 0.
+        If rows are on curves, one row in this many is right; otherwise 0.
     """
 
     maneuvers: tuple[int, ...]
@@ -582,15 +583,15 @@ class Departs(Evidence):
     ----------
     maneuver
     t_right, time
-        Of the last row that is right, and of the one that is so far off [s].
+        Times of the last right row, and of the first row that is far off [s].
     before, after
-        Errors until then and there, in scales.
+        Largest error until `t_right`, and the error at `time`, relative to the scales.
     t_back
-        Of the last row that is off, if those after it are right again [s].
+        Time of the last row that is off, if later rows are right again [s]; otherwise None.
     shift
-        Where the rest is the right motion at another time, by how much that is later [s].
+        How much later the right motion is that the rest shows [s]; None if it shows none.
     keys : tuple of str
-        The columns that show it, if others do not: their definition is not known.
+        The columns with one definition, if only these show it; otherwise empty.
     """
 
     maneuver: int
@@ -641,11 +642,11 @@ class OtherTimes(Evidence):
     Attributes
     ----------
     ahead : mapping of int to (float, float)
-        From how much later to how much later, of nine rows in ten of each maneuver [s].
+        By maneuver number: the range of how much later nine rows in ten are [s].
     relief : tuple of float
-        Factor by which that lets the error of each fall.
+        By maneuver: the factor by which these times reduce the error.
     is_one
-        True if it is about the same time for all rows.
+        True if all rows are later by about the same time.
     """
 
     ahead: Mapping[int, tuple[float, float]]
@@ -699,10 +700,10 @@ class AnotherStart(Evidence):
     maneuver
     key
     found, given
-        In the unit of the column.
+        Values in the unit of the column.
     unit
     told
-        The unit in which this would be what is given; None without one.
+        The unit in which the found number would be the given value; None without one.
     """
 
     maneuver: int
@@ -718,7 +719,7 @@ class AnotherStart(Evidence):
     def message(self) -> str:
         said = (
             f"Maneuver {self.maneuver} begins with a {self.key.replace('_', ' ')} of "
-            f"{self.found:.9g} {self.unit.replace(' s-1', '/s')} in its first row, where "
+            f"{self.found:.9g} {unit_text(self.unit)} in its first row, where "
             f"{self.given:.9g} is given"
         )
         if self.told:
@@ -745,13 +746,13 @@ class ColumnsApart(Evidence):
     Attributes
     ----------
     columns : mapping of str to tuple of int
-        Their maneuvers, by their keys.
+        Maneuvers of each column, by its key.
     every
         Number of maneuvers of the file.
     error_of_others
-        The largest, in scales.
+        Largest error of the other columns, relative to the scale.
     fits : mapping of str to Scaled
-        Of those that a factor or an offset explains.
+        The columns that a factor or an offset explains, by key.
     units : mapping of str to str
     is_sum_with_it
         True if the mechanical energy is wrong because one of its parts is.
@@ -802,11 +803,11 @@ class ColumnBeside(Evidence):
     maneuvers
     unit
     max_rel_error
-        In scales.
+        Largest error relative to the scale.
     constant : tuple of float
-        The number in every row of each maneuver, where the right one moves; empty if it varies.
+        The number in every row of each maneuver, if the exact values vary; otherwise empty.
     fit : Scaled or None
-        What explains it.
+        Factor and offset that explain the error; None if none do.
     """
 
     key: str
@@ -850,11 +851,11 @@ def _later(seconds: float) -> str:
 
 
 def _scaled(x: Scaled, unit: str) -> str:
-    """What values are, beside the right ones."""
+    """Describe values by their factor and offset from the right ones."""
     times = f"{x.factor:.6g} times the right one" if x.factor != 1.0 else "the right one"
     sign = "minus" if x.offset < 0 else "plus"
     return times + (f" {sign} {_in(abs(x.offset), unit)}" if x.offset else "")
 
 
 def _in(x: float, unit: str) -> str:
-    return f"{x:.6g}" + ("" if unit == "1" else " " + unit.replace(" s-1", "/s"))
+    return f"{x:.6g}" + ("" if unit == "1" else " " + unit_text(unit))

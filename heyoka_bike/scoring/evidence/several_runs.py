@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Any
 
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.evidence.words import _KEYS_NAMED
+from heyoka_bike.scoring.evidence.words import KEYS_NAMED, counted
 from heyoka_bike.scoring.findings import Finding, Severity, info, named, warning
 
 _IN_PROPORTION = 0.25
@@ -14,7 +14,7 @@ _IN_PROPORTION = 0.25
 
 
 class Grouping(Enum):
-    """What several files are scored as."""
+    """The role of several files in a comparison."""
 
     PROGRAMS = "programs"
     FILES = "files"
@@ -30,14 +30,13 @@ class NoSharedColumns(Evidence):
     severity = Severity.WARNING
 
     def message(self) -> str:
-        said = (
-            "no maneuver has a column that two of the files share; those of one run go in one file"
-        )
         if self.of == Grouping.PROGRAMS:
-            said = (
+            return (
                 "no maneuver has a column that two of the programs share: nothing is side by side"
             )
-        return said
+        return (
+            "no maneuver has a column that two of the files share; those of one run go in one file"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,9 +129,9 @@ class ErrorFalls(Evidence):
     by
         ``step`` or ``tolerance``.
     exponent
-        The median over the columns: the order, by the step.
+        Median over the columns; with steps it is the order of convergence.
     least, most, columns
-        The range of the columns' exponents, and how many these are.
+        Range of the exponents of the columns, and the number of columns.
     """
 
     by: str
@@ -142,10 +141,8 @@ class ErrorFalls(Evidence):
     columns: int
 
     def _finding(self) -> Finding:
-        columns = f"{self.columns} column{'s' if self.columns > 1 else ''}"
-        spread = (
-            f"median of {columns}, from {_two_decimals(self.least)} to {_two_decimals(self.most)}"
-        )
+        ends = f"from {_two_decimals(self.least)} to {_two_decimals(self.most)}"
+        spread = f"median of {counted(self.columns, 'column')}, {ends}"
         if self.by == "step":
             said = f"observed order of convergence {_two_decimals(self.exponent)} ({spread})"
             return info("order", said, order=self.exponent, least=self.least, most=self.most)
@@ -175,7 +172,7 @@ class OrderNotSettled(Evidence):
 
 
 class Staying(Enum):
-    """What an error is that does not fall with the step or the tolerance."""
+    """Kinds of errors that do not fall with the step or the tolerance."""
 
     ROUNDING = "it is as small as rounding of binary64"
     NOISE = "it is another curve in each run"
@@ -192,9 +189,9 @@ class ErrorStays(Evidence):
     places
         The columns (``2.roll_angle``).
     max_rel_error
-        The largest of their errors, in scales.
+        The largest of their errors, relative to the scale.
     by
-        With what it should fall: ``step`` or ``tolerance``.
+        What should reduce the error: ``step`` or ``tolerance``.
     """
 
     how: Staying
@@ -203,7 +200,7 @@ class ErrorStays(Evidence):
     by: str
 
     def _finding(self) -> Finding:
-        places, size = named(self.places, _KEYS_NAMED), f"{self.max_rel_error:.1g}"
+        places, size = named(self.places, KEYS_NAMED), f"{self.max_rel_error:.1g}"
         numbers = {"columns": list(self.places), "max_rel_error": self.max_rel_error}
         if self.how == Staying.ROUNDING:
             said = (

@@ -1,4 +1,4 @@
-"""Words that sentences of evidence have in common."""
+"""Phrases shared by the sentences of evidence."""
 
 import math
 from collections.abc import Sequence
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.evidence.base import MAX_LOG10_ODDS, Errors, Odds
 
-_KEYS_NAMED = 6
-"""Columns that a sentence about conventions names."""
+KEYS_NAMED = 6
+"""Maximum number of columns that a sentence on conventions or on constant errors lists."""
 
 
 def unit_text(unit: str) -> str:
@@ -25,7 +25,7 @@ def odds_words(odds: Odds) -> str:
 
 
 def ratio_words(power: float) -> str:
-    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    """Odds from their decimal logarithm, as "300 to 1"."""
     if power > MAX_LOG10_ODDS:
         return f"over 10^{MAX_LOG10_ODDS} to 1"
     if power < 0.0:
@@ -38,7 +38,7 @@ def ratio_words(power: float) -> str:
 
 
 def open_words(names: Sequence[str]) -> str:
-    """Name other definitions that are left open; empty if there is none."""
+    """Name the other definitions that fit as well; empty if there is none."""
     return f"may also be {' or '.join(names)}" if names else ""
 
 
@@ -48,17 +48,17 @@ def errors_words(errors: Errors) -> str:
 
 
 def counted(count: int, one: str, several: str = "") -> str:
-    """A number of things: ``1 row``, ``2 rows``, or with a verb, ``1 value is``, ``2 values are``.
+    """A count with its noun, ``1 row`` or ``2 rows``, or with a verb: ``1 value is``.
 
     Parameters
     ----------
     count
     one, several
-        The words after 1, and after any other number; by default the same with an s.
+        The words after 1, and those after any other number; the default is `one` with an s.
     """
     return f"{count} {one if count == 1 else several or one + 's'}"
 
 
 def time_beside(t: float, end: float) -> str:
-    """A time to six digits, or to so many that it is not taken for the end of the run."""
+    """A time to six digits, or to 15 if six would make it look like the end of the run."""
     return f"{t:.6g}" if t == end or f"{t:.6g}" != f"{end:.6g}" else f"{t:.15g}"

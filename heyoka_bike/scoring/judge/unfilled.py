@@ -50,7 +50,7 @@ def _unfilled(part: Part) -> dict[str, float]:
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
     each = [bits_of(x, part.quantum.get(key)) for key, x in columns.items() if np.ptp(x) > 0.0]
-    # Numbers of half precision hold an energy that varies in one number.
+    # In half precision, an energy may vary by less than one step and so be constant as written.
     bits = max((n for n in each if n), default=None) if each and all(each) else None
     constant = {key: float(x[0]) for key, x in columns.items() if np.all(x == x[0])}
     found = {

@@ -1,8 +1,8 @@
-"""Names that are like a known one: the message says what they may mean.
+"""Unknown names that resemble a known one: the message says what they may mean.
 
-Nothing depends on it: a file is whole if it has all eight columns, whatever else it has. A name
-that is misspelt is told always. One that only holds a known word is told if no other column of the
-maneuver gives this quantity: beside one, ``roll_angle_setpoint`` has a meaning of its own.
+The verdict does not depend on these names: a file is whole if it has all eight columns. A misspelt
+name is always reported. A name that only contains a known word is reported if no other column of
+the maneuver has this quantity: next to ``roll_angle``, ``roll_angle_setpoint`` is another quantity.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from heyoka_bike.scoring.report import Report
 
 
 def names_not_understood(report: Report) -> Iterator[NotCompared]:
-    """Columns of unknown names that are like those of quantities."""
+    """Yield evidence of columns whose unknown names resemble those of quantities."""
     compared = {(m.maneuver, c.key) for m in report.maneuvers for c in m.columns}
 
     def is_missing(column: LostColumn) -> bool:

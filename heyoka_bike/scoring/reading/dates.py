@@ -1,7 +1,7 @@
-"""Times of day, perhaps behind a date, as seconds from the first row.
+"""Times of day, with or without a date, as seconds from the first row.
 
-A run takes far less than a day, so the date tells nothing; a time of day that goes back is one of
-the next day.
+A run takes far less than a day, so the date is not needed: a time of day that goes back by more
+than half a day belongs to the next day.
 """
 
 from __future__ import annotations
@@ -19,22 +19,23 @@ _TIME_OF_DAY = re.compile(
     r"\s*([AaPp][Mm])?\s*(?:Z|UTC|GMT|[+-][0-9]{2}:?[0-9]{2})?"
 )
 _SECONDS_OF_DAY = 86_400
+# Letters of a time with its date; longer words are not parsed.
 _LONGEST = 60
 
 
 def first_date(source: Any) -> str | None:
-    """The first of times of day, as it is written; None of other times."""
+    """Return the first time of day as it is written; None if the times are no times of day."""
     numbers = seconds_from_first(source)
     return None if numbers is None else " ".join(str(np.ravel(source[()])[0]).split())
 
 
 def seconds_from_first(source: Any) -> list[str] | None:
-    """Times of day as decimals, seconds from the first; None if an array holds other times.
+    """Return times of day as decimals, in seconds from the first; None for other times.
 
     Parameters
     ----------
     source
-        Anything with a type and a shape: dates of NumPy, Python's, or words.
+        Anything with a type and a shape: dates of NumPy or Python, or words.
     """
     kind = getattr(source, "dtype", np.dtype("f8")).kind
     if kind not in "MOU":

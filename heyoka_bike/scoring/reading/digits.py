@@ -85,7 +85,7 @@ def written_column(
 
 
 def times_power_of_ten(column: ReadColumn, power: int) -> ReadColumn:
-    """A column of which 10 to this power is a common factor; its digits stay as written."""
+    """Return the column times 10 to this power; the number of its written digits is kept."""
     values, lo, ten = column.values, column.lo, np.full(len(column.values), 10.0 ** abs(power))
     both = values, np.zeros_like(values) if lo is None else lo
     hi, rest = multiply(both, (ten, np.zeros_like(ten))) if power > 0 else divide(both, ten)

@@ -86,7 +86,7 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
         return _settled(headings, vectors, request)
     if places is not None and not _are_held_elsewhere(headings, places, request):
         by_place = _settled([Heading("", *place) for place in places], vectors, request)
-        # Names that are not known may have units.
+        # A heading may have a unit even if its name is not known.
         both = zip(headings, places, strict=False)
         meant = tuple(with_meaning(h, place) for h, place in both)
         return replace(by_place, headings=meant, seen=unused)

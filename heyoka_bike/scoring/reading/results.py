@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +104,21 @@ class Rows:
     def __repr__(self) -> str:
         what = "unknown maneuver" if self.maneuver is None else f"maneuver {self.maneuver}"
         return f"<{what}: {len(self.time)} rows of {', '.join(self.values)}>"
+
+
+AnyRows = TypeVar("AnyRows", bound=Rows)
+
+
+def renamed(rows: AnyRows, names: Mapping[str, str | None]) -> AnyRows:
+    """The rows with other keys for some columns; those whose key becomes None are left out."""
+
+    def of(columns: Mapping[str, Any]) -> dict[str, Any]:
+        named = {names.get(key, key): x for key, x in columns.items()}
+        return {key: x for key, x in named.items() if key is not None}
+
+    return replace(
+        rows, values=of(rows.values), lo=of(rows.lo), quantum=of(rows.quantum), units=of(rows.units)
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -107,7 +107,7 @@ def settle(table: ReadTable, at: int, request: Request, unit: str = "s") -> Time
 
 
 def _are_identical(table: ReadTable, rows: NDArray[np.intp], others: NDArray[np.intp]) -> bool:
-    """True if each of the rows has the values of its other row in every column."""
+    """True if each of the rows equals its counterpart among the others in every column."""
     return all(np.array_equal(x.values[rows], x.values[others], True) for x in table.columns)
 
 
@@ -130,7 +130,7 @@ def _seconds(unit: str) -> Fraction:
 def _scaled(times: Double, by: Fraction) -> Double:
     """Times multiplied by an integer, or divided by it if that is the inverse of one.
 
-    Those next to the largest number of binary64 are not finite.
+    Times near the largest number of binary64 do not remain finite.
     """
     if by == 1:
         return times

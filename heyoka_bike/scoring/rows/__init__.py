@@ -1,1 +1,1 @@
-"""What can be done to the rows of a result: how it is written, seen and undone."""
+"""Changes of the rows of a result: how a program writes them, and how they are seen and undone."""

@@ -1,9 +1,9 @@
-"""What is written of a motion, seen on the rows themselves; no program is simulated.
+"""Mistakes of the output that the rows themselves show; no program is simulated.
 
 The question: is a column a simple function of the right one, or of another column of the file? It
 may be clipped, times a constant ratio, smoothed, another column; on a coarse grid (`grids`), or the
-difference of its own angle (`rates`); the rows may be those of other times (`clocks`), or of a
-maneuver that ended (`whole_maneuvers`). Each is seen on the numbers alone, and takes milliseconds,
+difference of its own angle (`rates`); the rows may belong to other times (`times`), or to a
+maneuver that ended (`maneuvers`). Each is seen on the numbers alone, and takes milliseconds,
 so these come before all that is simulated.
 
 Each step returns what it saw as evidence, and the rows *as they were meant*: with the deviation
@@ -39,11 +39,11 @@ from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, MOST_ROWS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, max_rel_error, places
+from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, places
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor, unit_told_by
 
-# Rows that are single are fewer than this part of all.
+# Largest fraction of a column's rows that may be single odd rows.
 _MOST_SINGLE = 0.2
 # Rows at a bound, and at least so many of a column: a turning point has one or two.
 _FEWEST_CLIPPED = 5
@@ -117,14 +117,13 @@ def deviating_columns(report: Report) -> Undone | None:
 
 
 def without_ratio(report: Report, seen: ColumnRatio) -> Undone:
-    """The rows without a zero and a ratio of a column, in all maneuvers."""
+    """Take an offset and a ratio of a column back, in all maneuvers."""
     parts = []
     for m in report.maneuvers:
         values, lo = dict(m.part.values), dict(m.part.lo)
         if seen.key in values and seen.key in m:
-            c = m[seen.key]
-            per_unit = c.as_understood.sign * factor(c.as_understood.unit)[0]
-            values[seen.key] = (values[seen.key] - seen.offset / per_unit) / seen.factor
+            offset = seen.offset / _to_si(m[seen.key])
+            values[seen.key] = (values[seen.key] - offset) / seen.factor
             lo.pop(seen.key, None)
         parts.append(replace(m.part, values=values, lo=lo))
     return Undone((seen,), tuple(parts))
@@ -152,11 +151,10 @@ def _of_one_ratio(report: Report, found: _Deviations) -> _Deviations:
     """
     refuted = set()
     for key, each in grouped((key, n) for (n, key), d in found.items() if d.how == "ratio").items():
-        columns = {m.maneuver: m[key] for m in report.maneuvers if m.maneuver in each}
+        columns = {n: report[n][key] for n in each}
         left = {n: c.trace.error - found[n, key].values for n, c in columns.items()}
         is_all = all(
-            np.max(np.abs(left[n])) <= max(FLOORS_OF_ROUNDING * (c.floor or 0.0), RIGHT * c.scale)
-            for n, c in columns.items()
+            np.max(np.abs(left[n])) <= max(c.hidden, RIGHT * c.scale) for n, c in columns.items()
         )
         if not is_all and scaled([*columns.values()]) is None:
             refuted.add(key)
@@ -181,7 +179,7 @@ def _without_exchanged_everywhere(
 def _is_beside_right(report: Report, found: _Deviations) -> bool:
     """True if all other columns of these maneuvers are right to three digits, and far better."""
     for m in report.maneuvers:
-        errors = {c.key: c.as_understood.measures.max_rel_error or 0.0 for c in m.columns}
+        errors = {c.key: c.error for c in m.columns}
         mine = {key for n, key in found if n == m.maneuver}
         rest = max((x for key, x in errors.items() if key not in mine), default=0.0)
         if any(rest > min(TOLERANCE, errors[key] / CLEARLY) for key in mine):
@@ -192,16 +190,21 @@ def _is_beside_right(report: Report, found: _Deviations) -> bool:
 def _taken_back(m: ManeuverScore, c: ColumnScore, deviation: _Deviation) -> Array:
     """The column as it was meant, in the unit and with the sign of the file."""
     written = m.part.values[c.key]
-    per_unit = c.as_understood.sign * factor(c.as_understood.unit)[0]
     meant = np.array(written)
-    meant[np.isfinite(written)] -= deviation.values / per_unit
+    meant[np.isfinite(written)] -= deviation.values / _to_si(c)
     return meant
+
+
+def _to_si(c: ColumnScore) -> float:
+    """The factor from written values to SI units, negative if the sign is flipped."""
+    return c.as_understood.sign * factor(c.as_understood.unit)[0]
 
 
 def _another(m: ManeuverScore, c: ColumnScore, report: Report) -> _Deviation | None:
     """The right values of another column of the same unit, or of another maneuver.
 
-    By its default definition: where a sum is constant, each part is a function of the other, too.
+    Only default definitions are compared: where a sum is constant, each part is a function of the
+    other, too.
     """
     keys = {COMPARED[key][0].name: key for key in BENCHMARK_COLUMNS}
     names = [name for name, key in keys.items() if COMPARED[key][0].unit == c.unit]
@@ -242,7 +245,7 @@ def _clipped(_: ManeuverScore, c: ColumnScore, __: Report) -> _Deviation | None:
     """Values at a bound where the right ones are beyond it."""
     value, right = c.trace.value, c.trace.reference
     low, high = float(np.min(value)), float(np.max(value))
-    least = FLOORS_OF_ROUNDING * (c.floor or 0.0)
+    least = c.hidden
     bounds = [
         low if np.min(right) < low - least else -np.inf,
         high if np.max(right) > high + least else np.inf,
@@ -280,20 +283,20 @@ _WAYS = (_another, _unsigned, _ratio, _clipped, _averaged)
 
 
 def single_rows(report: Report) -> Undone | None:
-    """Single rows of a column that hold the value of the row before, as no motion does; or others.
+    """Single rows of a column that repeat the row before, or are far off beside right ones.
 
-    Beside rows that all are right, single rows that are far from that are seen, too.
+    No motion stands still for a single row.
     """
     found = {
         (m.maneuver, c.key): rows
         for m, c in places(report)
         if (rows := _odd_rows(m, c)) is not None
     }
-    # A row that is odd in most columns is another row, and no column's.
+    # If most columns have odd rows, the maneuver has other rows, and no single column is to blame.
     wide = {
         n
         for n, keys in grouped((n, key) for n, key in found).items()
-        if 2 * len(keys) > _width(report, n)
+        if 2 * len(keys) > report[n].column_count
     }
     found = {place: rows for place, rows in found.items() if place[0] not in wide}
     if not found:
@@ -302,7 +305,7 @@ def single_rows(report: Report) -> Undone | None:
     seen = [
         SingleRows(
             key, tuple(n for n, _ in of), sum(len(rows) for _, rows in of),
-            min(float(_time(report, n)[rows[0]]) for n, rows in of), is_held,
+            min(float(report[n].part.time[rows[0]]) for n, rows in of), is_held,
         )
         for (key, is_held), of in alike.items()
     ]  # fmt: skip
@@ -317,39 +320,30 @@ def single_rows(report: Report) -> Undone | None:
     return Undone(tuple(seen), tuple(parts))
 
 
-def _width(report: Report, number: int) -> int:
-    """How many columns of the benchmark a maneuver has."""
-    return sum(m.maneuver == number for m, _ in places(report))
-
-
-def _time(report: Report, number: int) -> Array:
-    """Times of the rows of a maneuver [s]."""
-    return next(m.part.time for m in report.maneuvers if m.maneuver == number)
-
-
 def _far_rows(c: ColumnScore) -> NDArray[np.intp]:
     """Rows that are far worse than most others."""
     error = np.abs(c.trace.error)
     usual = float(np.quantile(error, 1.0 - _MOST_SINGLE / 2))
-    return np.flatnonzero(error > BY_FAR * max(usual, hidden(c)))
+    return np.flatnonzero(error > BY_FAR * max(usual, floor_of(c)))
 
 
 def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool] | None:
-    """Single rows that do not fit those around them, and whether they hold the row before."""
+    """Single rows that do not fit their neighbours, and True if they repeat the row before."""
     if c.values < m.rows or m.rows < FEWEST_TELLING_ROWS or is_right_column(c):
         return None
-    value, least = c.trace.value, hidden(c)
+    value, least = c.trace.value, floor_of(c)
     is_same = np.diff(value) == 0.0
     alone = is_same[1:-1] & ~is_same[:-2] & ~is_same[2:]
-    # Far above the digits the column moves on in one direction: at an extremum two rows are alike.
+    # Count a repeated row only where the column moves on in one direction, by far more than its
+    # digits: near an extremum two neighbouring rows may be equal.
     before, after = (value[1:-2] - value[:-3]), (value[3:] - value[2:-1])
     moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > CLEARLY * least)
     held = np.flatnonzero(alone & moves) + 2
-    # Of few digits so many neighbours are alike by chance.
+    # Expected number of equal neighbours by chance, from the digits written.
     chance = np.sum(moves * np.minimum(2.0 * least / np.maximum(np.abs(after), least), 1.0))
     error = np.abs(c.trace.error)
     if CLEARLY * chance < len(held) < _MOST_SINGLE * m.rows:
-        # Where the motion is right, rows next to these show themselves, too.
+        # If the motion is right, repeated rows next to each other show as well.
         of_before = np.abs(value[1:] - c.trace.reference[:-1]) <= FLOORS_OF_ROUNDING * least
         more = np.flatnonzero(of_before & (error[1:] > CLEARLY * least)) + 1
         every = np.union1d(held, more)
@@ -358,7 +352,7 @@ def _odd_rows(m: ManeuverScore, c: ColumnScore) -> tuple[NDArray[np.intp], bool]
     if any(
         np.isin(_far_rows(x), far).any() for x in m.columns if x is not c and x.values == m.rows
     ):
-        # What is off in other columns, too, is the motion.
+        # If the same rows are off in other columns too, the motion is wrong.
         return None
     turns = error[far] / (2 * np.pi)
     is_turned = c.unit == "rad" and np.all(np.abs(turns - np.rint(turns)) < TOLERANCE)
@@ -396,7 +390,7 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
     between its bounds it mostly is, and has many values.
     """
     value = c.trace.value
-    least = CLEARLY * hidden(c)
+    least = CLEARLY * floor_of(c)
     starts = np.flatnonzero(np.r_[True, np.diff(value) != 0.0])
     lengths = np.diff(np.r_[starts, len(value)])
     at = value[starts]
@@ -453,12 +447,8 @@ def _unit_of(report: Report, key: str, by: float, more: float) -> str | None:
     """The unit in which a factor is that of a column, if there is one."""
     if more:
         return None
-    c = _column(report, key)
+    _, c = report.by_column()[key][0]
     return unit_told_by(by, c.unit, c.as_understood.unit, TOLERANCE)
-
-
-def _column(report: Report, key: str) -> ColumnScore:
-    return report.by_column()[key][0][1]
 
 
 def of_other_maneuvers(
@@ -471,9 +461,7 @@ def of_other_maneuvers(
             same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
             if not same:
                 continue
-            right, worse = sorted(
-                (m, other), key=lambda x: max(max_rel_error(x[key]) for key in same)
-            )
+            right, worse = sorted((m, other), key=lambda x: max(x[key].error for key in same))
             yield ColumnOfAnotherManeuver(worse.maneuver, right.maneuver, tuple(same))
 
 
@@ -507,7 +495,7 @@ def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
 
     def explains(fit: Scaled, c: ColumnScore, count: int) -> bool:
         rest = c.trace.value - fit.factor * c.trace.reference - fit.offset
-        # Each value must let the error fall by far.
+        # Each fitted value must reduce the error by `BY_FAR`.
         return BY_FAR**count * rms(rest) < rms(c.trace.error)
 
     one = [

@@ -2,8 +2,8 @@
 
 An edit changes the times of the rows, or the columns. The edits of a program are made in fixed
 stages, whatever their order in a list: first the times, then columns that are computed from others,
-then single columns, and at last the places of columns. So a column that is in another's place still
-is the one that was computed.
+then single columns, and at last the places of columns. So columns are exchanged only after all of
+them have been computed.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,14 +21,14 @@ from heyoka_bike.scoring.alignment import Part
 
 T = TypeVar("T")
 
-# Of the last time: what differences of times in binary64 are off by.
+# Roundoff of differences of times in binary64, relative to the last time.
 _ROUNDED = 1e-15
 
 Columns = Mapping[str, Array]
 """Columns by name."""
 
 Change = Callable[[Columns, Array], Columns]
-"""From the right columns at the times written to those that are written."""
+"""A function of the right columns and the written times that returns the written columns."""
 
 
 class Stage(IntEnum):
@@ -40,107 +40,91 @@ class Stage(IntEnum):
     PLACES = 3
 
 
-class Edit(Protocol):
-    """A change of the rows, as a program makes it."""
+class Edit:
+    """A change that a program makes to the rows that it writes; this base class changes nothing.
 
-    @property
-    def stage(self) -> Stage:
-        """When it is made."""
+    Attributes
+    ----------
+    stage : Stage
+        When it is made.
+    """
+
+    __slots__ = ()
+    stage: Stage
 
     def meant(self, time: Array, step: float) -> Array:
-        """The times of the motion in rows of some written times, with a usual distance [s]."""
+        """Return the times of the motion in rows with these written times, usually `step` apart."""
+        return time
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """The columns that are written."""
+        """Return the columns that are written in the place of these."""
+        return columns
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class Clock(Edit):
     """Times on another scale, or shifted.
 
     Attributes
     ----------
     scale
-        Of the times of the motion against those written.
+        Factor from the written times to those of the motion.
     shift
-        Of the times of the motion, in usual distances of the rows.
+        What is then added to get the times of the motion, in usual distances of the rows; in `undo`
+        it is in seconds.
     """
 
     scale: float = 1.0
     shift: float = 0.0
-
-    @property
-    def stage(self) -> Stage:
-        """Before all columns."""
-        return Stage.TIMES
+    stage = Stage.TIMES
 
     def meant(self, time: Array, step: float) -> Array:
-        """Another time in each row."""
+        """Return the times of the motion by this clock."""
         found: Array = self.scale * time + self.shift * step
         return found
 
-    def write(self, columns: Columns, time: Array) -> Columns:
-        """No column is changed."""
-        return columns
-
     def undo(self, part: Part) -> Part:
-        """The rows at the times that are meant; a shift is one of [s] here."""
+        """Return the rows at the times of the motion; the shift is in seconds here."""
         return replace(
             part, time=part.time * self.scale + self.shift, time_lo=part.time_lo * self.scale
         )
 
 
 @dataclass(frozen=True, slots=True)
-class Rewritten:
-    """Columns that are computed otherwise.
+class Rewritten(Edit):
+    """Columns that are computed differently.
 
     Attributes
     ----------
     change : callable
-        From all columns to those written.
-    at : Stage
+        Returns all columns, the changed ones among them.
+    stage : Stage
     """
 
     change: Change
-    at: Stage = Stage.FROM_COLUMNS
-
-    @property
-    def stage(self) -> Stage:
-        """After the times."""
-        return self.at
-
-    def meant(self, time: Array, step: float) -> Array:
-        """The times are as they are written."""
-        return time
+    stage: Stage = Stage.FROM_COLUMNS
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """The columns that are computed otherwise, beside all others."""
+        """Return the columns with the changed ones among them."""
         return self.change(columns, time)
 
 
 @dataclass(frozen=True, slots=True)
-class Reversed:
+class Reversed(Edit):
     """Rows from the last to the first, at ascending times."""
 
-    @property
-    def stage(self) -> Stage:
-        """With the times."""
-        return Stage.TIMES
+    stage = Stage.TIMES
 
     def meant(self, time: Array, step: float) -> Array:
-        """The times counted from the end."""
+        """Return the times counted from the end."""
         found: Array = time[0] + time[-1] - time
         return found
 
-    def write(self, columns: Columns, time: Array) -> Columns:
-        """No column is changed beside the times of its rows."""
-        return columns
-
     def undo(self, part: Part) -> Part:
-        """The rows in the order of the motion."""
+        """Return the rows in the order of the motion."""
         time, lo = (part.time[0] + part.time[-1] - part.time)[::-1], -part.time_lo[::-1]
         if np.allclose(time, part.time, rtol=0.0, atol=_ROUNDED * part.time[-1]):
-            # Evenly spaced rows have the times of those that they are exchanged with.
+            # Evenly spaced times stay the same when they are counted from the end.
             time, lo = part.time, part.time_lo
         return replace(
             part,
@@ -152,59 +136,44 @@ class Reversed:
 
 
 @dataclass(frozen=True, slots=True)
-class Mirrored:
-    """The other sign in the columns of roll and steer."""
+class Mirrored(Edit):
+    """The opposite sign in the columns of roll and steer."""
 
-    @property
-    def stage(self) -> Stage:
-        """After columns that are computed from others."""
-        return Stage.SINGLE
-
-    def meant(self, time: Array, step: float) -> Array:
-        """The times are as they are written."""
-        return time
+    stage = Stage.SINGLE
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """The columns of a motion to the other side."""
+        """Return the columns of the motion to the other side."""
         names = {c.name for key in LATERAL for c in DEFINITIONS[key]}
         return {name: -x if name in names else x for name, x in columns.items()}
 
     def undo(self, part: Part) -> Part:
-        """The rows of the motion to this side."""
+        """Return the rows of the motion to the given side."""
 
-        def turned(columns: Columns) -> dict[str, Array]:
+        def flipped(columns: Columns) -> dict[str, Array]:
             return {key: -x if key in LATERAL else x for key, x in columns.items()}
 
-        return replace(part, values=turned(part.values), lo=turned(part.lo))
+        return replace(part, values=flipped(part.values), lo=flipped(part.lo))
 
 
 @dataclass(frozen=True, slots=True)
-class Exchanged:
-    """Columns in the places of others.
+class Exchanged(Edit):
+    """Columns that are written in the places of others.
 
     Attributes
     ----------
     meant_as : mapping of str to str
-        By the key of a place, the key of the column that is written there; a permutation.
+        For the key of each place, the key of the column that is written there; a permutation.
     """
 
     meant_as: Mapping[str, str]
-
-    @property
-    def stage(self) -> Stage:
-        """After all columns are computed."""
-        return Stage.PLACES
-
-    def meant(self, time: Array, step: float) -> Array:
-        """The times are as they are written."""
-        return time
+    stage = Stage.PLACES
 
     def write(self, columns: Columns, time: Array) -> Columns:
-        """The columns in the places of others."""
+        """Return the columns in their exchanged places."""
         return {**columns, **{place: columns[key] for place, key in self.meant_as.items()}}
 
     def undo(self, part: Part) -> Part:
-        """The rows with each column in its own place."""
+        """Return the rows with each column in its own place."""
 
         def own(columns: Mapping[str, T]) -> dict[str, T]:
             return {self.meant_as.get(key, key): x for key, x in columns.items()}
@@ -213,12 +182,12 @@ class Exchanged:
 
 
 def in_stages(edits: Iterable[Edit]) -> list[Edit]:
-    """Edits in the order in which they are made; in one stage as they are listed."""
+    """Sort edits by stage; within a stage they keep their order."""
     return sorted(edits, key=lambda edit: edit.stage)
 
 
 def meant_times(edits: Iterable[Edit], time: Array, step: float) -> Array:
-    """The times of the motion in rows of some written times, not before 0 [s]."""
+    """Return the times of the motion for written times usually `step` apart; at least 0 [s]."""
     for edit in reversed(in_stages(edits)):
         time = edit.meant(time, step)
     found: Array = np.maximum(time, 0.0)
@@ -226,7 +195,7 @@ def meant_times(edits: Iterable[Edit], time: Array, step: float) -> Array:
 
 
 def written(edits: Iterable[Edit], columns: Columns, time: Array) -> Columns:
-    """The columns that are written of a motion at some written times."""
+    """Return the columns that a program with these edits writes at some written times."""
     for edit in in_stages(edits):
         columns = edit.write(columns, time)
     return columns

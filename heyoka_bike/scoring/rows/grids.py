@@ -27,7 +27,7 @@ _FEWEST_LEVELS = 5
 # Significant bits of numbers of half and single precision; the fewer are tried first.
 _HALF, _SINGLE = 11, 24
 _BITS = (_HALF, _SINGLE)
-# Half a digit, and the rounding of its reading.
+# Largest deviation from a number of few bits, in half digits: one, and the roundoff of reading it.
 _ROUNDED = 1.01
 # The smallest ones tell the step, whose error counts least in them.
 _DISTANCES = 100
@@ -54,20 +54,20 @@ def few_bits(report: Report) -> Undone | None:
 
 
 def _bits_of(m: ManeuverScore, c: ColumnScore) -> int | None:
-    """The bits of the values of a column, see `bits_of`; or as they are known."""
+    """Bits of a column's values by `bits_of`, or by its known quantum; None for more bits."""
     found = bits_of(m.part.values[c.key], m.part.quantum.get(c.key))
     return found or (_SINGLE if _has_few_bits(m, c) else None)
 
 
 def bits_of(values: Array, quantum: Quantum | None) -> int | None:
-    """The bits of half or single precision if values have no more, or None.
+    """Return the bits of half or single precision if the values have no more, or None.
 
-    Each value is held against the distance of such numbers in its own binade. Where this is little
-    more than the digits written, values are such numbers by chance.
+    Each value is compared with the spacing of such numbers in its own binade. Where that spacing is
+    little more than the digits written, any value is near such a number by chance.
     """
     values = values[spread(len(values), MOST_SAMPLED)]
     values = values[np.isfinite(values) & (values != 0.0)]
-    # NumPy's function of this name imports masked arrays.
+    # Not np.unique, which imports masked arrays.
     if len(set(values.tolist())) < FEWEST_TELLING_ROWS:
         return None
     least = np.finfo(np.float64).eps * np.abs(values)
@@ -85,35 +85,28 @@ def bits_of(values: Array, quantum: Quantum | None) -> int | None:
 def coarse_grids(report: Report) -> Undone | None:
     """Columns whose values are all multiples of a step that is far coarser than their digits.
 
-    A grid hides what is smaller. It counts only if it hides a part of the column's error, or more
-    than six digits leave.
+    A grid hides errors that are smaller than its step. It counts only if it hides a part of the
+    column's error, or an error that costs one of the first six digits.
     """
-    known = {(m.maneuver, c.key) for m, c in places(report) if _has_few_bits(m, c)}
     levels = {
-        (m.maneuver, c.key): _levels(m, c)
-        for m, c in places(report)
-        if (m.maneuver, c.key) not in known
+        (m.maneuver, c.key): _levels(m, c) for m, c in places(report) if not _has_few_bits(m, c)
     }
-    by_number = {m.maneuver: m for m in report.maneuvers}
     units = {c.key: factor(c.as_understood.unit)[0] for _, c in places(report)}
     steps = {
         (n, key): step
         for (n, key), step in _steps(levels).items()
-        if _matters(by_number[n][key], step * units[key])
+        if _matters(report[n][key], step * units[key])
     }
     if not steps:
         return None
-    errors = grouped(
-        ((m.maneuver, c.key) in steps, c.as_understood.measures.max_rel_error or 0.0)
-        for m, c in places(report)
-    )
+    errors = grouped(((m.maneuver, c.key) in steps, c.error) for m, c in places(report))
     rest = max(errors.get(False, [1.0]))
     # Counts of two rows may be off by one each.
     by_grid = (
-        (by_number[n][key].as_understood.measures.max_abs_error or 0.0) <= 2 * step * units[key]
+        (report[n][key].max_abs_error or 0.0) <= 2 * step * units[key]
         for (n, key), step in steps.items()
     )
-    of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in by_number}
+    of = {n: {key: step for (m, key), step in steps.items() if m == n} for n in report}
     if rest < min(TOLERANCE, max(errors[True]) / BY_FAR) and all(by_grid):
         # Beside the others it tells nothing of the motion.
         on_grid = {key for _, key in steps}
@@ -132,8 +125,8 @@ def _has_few_bits(m: ManeuverScore, c: ColumnScore) -> bool:
 
 
 def _matters(c: ColumnScore, step: float) -> bool:
-    """True if a grid hides a part of the error of a column, or more than what is right."""
-    error = c.as_understood.measures.max_abs_error or 0.0
+    """True if a step is over a hundredth of a column's error, or costs one of six digits."""
+    error = c.max_abs_error or 0.0
     return bool(step > min(error / BY_FAR, RIGHT * c.scale))
 
 
@@ -200,10 +193,11 @@ def step_of(levels: Array, least: float) -> float | None:
 
 
 def _common(distances: Array, least: float) -> float | None:
-    """The largest number of which distances are multiples, to a hundredth: Euclid's algorithm.
+    """Return the largest common divisor of distances, to a hundredth; None if there is none.
 
-    A rest is about half a step at most, so the steps fall until the rests vanish, or until the step
-    is no longer far above `least`, which the digits can tell. Then there is none.
+    Euclid's algorithm finds it.
+    A remainder is at most about half a step, so the step falls until all remainders vanish. If it
+    comes near `least`, the resolution of the digits, before that, there is no common divisor.
     """
     step = float(distances[0])
     while step > BY_FAR * least:

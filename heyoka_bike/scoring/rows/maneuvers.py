@@ -1,4 +1,4 @@
-"""Whole maneuvers that are not as meant: reversed, ended early, or to the other side."""
+"""Mistakes in all rows of a maneuver: reversed, at rest from some row on, or to the other side."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.evidence.output_faults import Mirrored, RowsRepeated, RowsReversed
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Mirrored as MirroredRows
 from heyoka_bike.scoring.rows.edits import Reversed
-from heyoka_bike.scoring.rows.table import Undone, max_rel_error
+from heyoka_bike.scoring.rows.table import Undone
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.scoring.units import factor
 
@@ -32,9 +32,9 @@ def stopped(report: Report) -> Undone | None:
 
 
 def mirrored(report: Report) -> Undone | None:
-    """Maneuvers whose columns of roll and steer are all turned round, beside others that are not.
+    """Maneuvers with the opposite sign in all columns of roll and steer, beside right ones.
 
-    That is the right motion of a start to the other side, which has the same speed and energies.
+    This is the right motion after a start to the other side: speed and energies are the same.
     """
     turned = [m for m in report.maneuvers if _is_mirrored(m)]
     if not turned or len(turned) == len(report.maneuvers):
@@ -52,7 +52,7 @@ def _is_mirrored(m: ManeuverScore) -> bool:
 
 
 def reversed_rows(report: Report) -> Undone | None:
-    """Maneuvers whose last row, and not the first, is the start that the maneuver is given."""
+    """Maneuvers whose last row contains the given initial conditions, and the first does not."""
     turned = [m for m in report.maneuvers if _ends_at_the_start(m)]
     if not turned:
         return None
@@ -62,9 +62,10 @@ def reversed_rows(report: Report) -> Undone | None:
 
 
 def _ends_at_the_start(m: ManeuverScore) -> bool:
-    """True if the last row is the given start, whatever its signs are, and the first is far off.
+    """True if the last row contains the given initial conditions, and the first is far from them.
 
-    Signs and definitions that a file seems to have tell nothing if its rows are reversed.
+    Signs are ignored and default definitions assumed: those that were recognised mean nothing if
+    the rows are reversed.
     """
     if m.rows < FEWEST_TELLING_ROWS:
         return False
@@ -75,7 +76,7 @@ def _ends_at_the_start(m: ManeuverScore) -> bool:
             unit = factor(m.part.units.get(key, c.as_understood.unit))[0]
             given = abs(float(m.part.reference.rows[key][0]))
             off = np.abs(np.abs(unit * written[[0, -1]]) - given)
-            ends.append(off / max(FLOORS_OF_ROUNDING * (c.floor or 0.0), RIGHT * c.scale))
+            ends.append(off / max(c.hidden, RIGHT * c.scale))
     if len(ends) <= FEW_COLUMNS:
         return False
     first, last = np.max(ends, axis=0)
@@ -87,14 +88,14 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
     for m in maneuvers:
         whole = [c for c in m.columns if c.values == m.rows]
         still = {c.key: m.rows - last_step(c) for c in whole}
-        # Of few digits a motion that dies away stands still for a while, too, and goes on.
+        # With few digits a motion that dies away also seems to rest for a while before it goes on.
         others = [
             c for c in whole
             if still[c.key] < max(FEWEST_TELLING_ROWS, AS_GOOD * _still_before(c))
         ]  # fmt: skip
         standing = [c for c in whole if c not in others and _moves(c, 0)]
         held = [c for c in standing if _moves(c, -still[c.key])]
-        if not held or any(max_rel_error(c) > TOLERANCE for c in others):
+        if not held or any(c.error > TOLERANCE for c in others):
             continue
         shown = held if others else standing
         rows = min(still[c.key] for c in shown)
@@ -103,15 +104,15 @@ def standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[RowsRepeated]
 
 
 def _still_before(c: ColumnScore) -> int:
-    """The most rows that hold the same number, of those before the last step."""
+    """Largest number of consecutive equal rows before the last change of the column."""
     return int(np.max(np.diff(np.flatnonzero(np.diff(c.trace.value))), initial=0))
 
 
 def last_step(c: ColumnScore) -> int:
-    """The last row that is another one than the row before; 0 if none is."""
+    """Index of the last row that differs from the row before; 0 if there is none."""
     return int(np.max(np.flatnonzero(np.diff(c.trace.value)) + 1, initial=0))
 
 
 def _moves(c: ColumnScore, first: int) -> bool:
-    """True if the right column moves, from a row on."""
+    """True if the right column varies clearly above its digits from the row `first` on."""
     return float(np.ptp(c.trace.reference[first:])) > CLEARLY * (c.floor or 0.0)

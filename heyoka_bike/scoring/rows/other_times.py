@@ -38,7 +38,7 @@ class AtOtherTimes:
         return self._values - np.array(each), rows
 
     def left(self, meant: Array) -> Array:
-        """What these times leave of each column; NaN if they leave no row within the run."""
+        """Return the RMS error of each column at these times; NaN without a row within the run."""
         errors, rows = self.off(meant)
         return np.array([rms(x[rows]) for x in errors])
 

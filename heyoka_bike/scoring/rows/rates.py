@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import ANGLE_OF, LATERAL
 from heyoka_bike.scoring.alignment import are_even
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -26,11 +27,11 @@ from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
 from heyoka_bike.scoring.rows.table import Undone, is_right_column
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 
-ANGLE_OF = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
-"""The angles of which rates are the slopes, by keys."""
+LATERAL_ANGLES = {rate: angle for rate, angle in ANGLE_OF.items() if rate in LATERAL}
+"""The keys of the roll and steer angles, by the keys of their rates."""
 
 ROWS_LATE = (1.0, -1.0, 0.5, -0.5)
-"""By how many rows a rate may be late."""
+"""Numbers of rows by which a rate may be late that are tried."""
 
 # Of polynomials through so few rows that a corner in the motion reaches no further.
 _DEGREE_OF_SLOPES = 4
@@ -47,7 +48,8 @@ def exchanged_with_rate(report: Report) -> Undone | None:
     ]
     if not found:
         return None
-    meant = {key: ANGLE_OF[key] for key in found} | {ANGLE_OF[key]: key for key in found}
+    angles = {key: LATERAL_ANGLES[key] for key in found}
+    meant = angles | {angle: key for key, angle in angles.items()}
     numbers = tuple(m.maneuver for m in report.maneuvers)
     seen = (OtherColumn(key, numbers, other) for key, other in meant.items())
     return Undone(tuple(seen), tuple(Exchanged(meant).undo(m.part) for m in report.maneuvers))
@@ -55,7 +57,7 @@ def exchanged_with_rate(report: Report) -> Undone | None:
 
 def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
     """True if an angle is the slope of its rate, and the rate is far from that of its angle."""
-    angle_key = ANGLE_OF[key]
+    angle_key = LATERAL_ANGLES[key]
     if key not in m or angle_key not in m:
         return False
     rate, angle = m[key], m[angle_key]
@@ -73,7 +75,7 @@ def _is_slope_of_rate(m: ManeuverScore, key: str) -> bool:
 
 def _rates_of(report: Report) -> list[str]:
     """The rates that the file has."""
-    return [key for key in ANGLE_OF if any(key in m for m in report.maneuvers)]
+    return [key for key in LATERAL_ANGLES if any(key in m for m in report.maneuvers)]
 
 
 def _put_aside(report: Report, rates: Sequence[str], told: Mapping[str, Evidence]) -> Undone | None:
@@ -89,9 +91,9 @@ def _put_aside(report: Report, rates: Sequence[str], told: Mapping[str, Evidence
 
 def _with_its_angle(m: ManeuverScore, key: str) -> tuple[ColumnScore, ColumnScore] | None:
     """A rate and its angle, if both are there with enough values at the same times."""
-    if key not in m or ANGLE_OF[key] not in m:
+    if key not in m or LATERAL_ANGLES[key] not in m:
         return None
-    rate, angle = m[key], m[ANGLE_OF[key]]
+    rate, angle = m[key], m[LATERAL_ANGLES[key]]
     is_told = rate.values >= FEWEST_TELLING_ROWS
     is_told = is_told and np.array_equal(rate.trace.time, angle.trace.time)
     return (rate, angle) if is_told else None

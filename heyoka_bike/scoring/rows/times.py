@@ -1,4 +1,4 @@
-"""Clocks: whether the rows of a file are the right ones of other times than are written.
+"""Wrong times: whether the rows of a file are right at other times than those written.
 
 Three looks, each with no more unknowns than the columns can tell: rows that are counted have none,
 one scale for the whole file has one, and a scale and a shift of each maneuver have two.
@@ -18,12 +18,12 @@ from heyoka_bike.scoring.evidence.as_compared import TimesInLargerUnit
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.contradictions import TimeShift
 from heyoka_bike.scoring.evidence.output_faults import OtherClock, TimesAddedUp
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.rows.edits import Clock
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
-from heyoka_bike.scoring.rows.table import Undone, hidden, is_right_column, whole_columns
+from heyoka_bike.scoring.rows.table import Undone, floor_of, is_right_column, whole_columns
 from heyoka_bike.scoring.scores import ManeuverScore
 
 # Digits of a step that somebody chose.
@@ -46,7 +46,7 @@ class _Wrong(AtOtherTimes):
     @cached_property
     def floors(self) -> Array:
         """What the digits can tell of each column."""
-        return np.array([FLOORS_OF_ROUNDING * (c.floor or 0.0) / c.scale for c in self.columns])
+        return np.array([c.hidden / c.scale for c in self.columns])
 
     def are_right(self, left: Array) -> bool:
         """True if so little is left, and so much less than there was, that the times are meant."""
@@ -59,7 +59,7 @@ class _Wrong(AtOtherTimes):
 def other_unit(report: Report) -> Undone | None:
     """Times in minutes or hours, as was seen when the file was aligned."""
     larger = next((x for x in report.seen if isinstance(x, TimesInLargerUnit)), None)
-    # It is told with what else was seen of the times.
+    # The evidence is empty: `diagnosed` reports the unit with the other evidence of the times.
     return None if larger is None else _at_other_times(report, (), larger.seconds, 0.0)
 
 
@@ -72,9 +72,9 @@ def late_rows(report: Report) -> Undone | None:
 def _at_other_times(
     report: Report, seen: tuple[Evidence, ...], scale: float, shift: float
 ) -> Undone | None:
-    """The rows with times multiplied by a scale, less a shift, of those then within the run.
+    """Multiply the times by a scale, subtract a shift, and keep the rows within the run.
 
-    None if that leaves no row of a maneuver.
+    None if a maneuver then has no row with a value.
     """
     parts = []
     for part in (m.part for m in report.maneuvers):
@@ -145,7 +145,7 @@ def one_clock(report: Report) -> Undone | None:
 
 
 def other_clocks(report: Report) -> Undone | None:
-    """Rows that are the right ones of other times: of one clock for all maneuvers, or several."""
+    """Rows that are right at other times: by one clock for all maneuvers, or by several."""
     clocks = {m.maneuver: found for m in report.maneuvers if (found := _own_clock(m)) is not None}
     same = {_rounded(clock) for clock in clocks.values()}
     if not clocks:
@@ -159,7 +159,7 @@ def other_clocks(report: Report) -> Undone | None:
             scale, shift = clocks[m.maneuver]
             rows = shift / m.step if m.step else None
             if _is_refuted(m, np.array([scale - 1.0, shift])):
-                # These columns alone are those of other times, and are put aside.
+                # Only the wrong columns belong to other times, and are left out of what follows.
                 keys = tuple(c.key for c in _Wrong(m).columns)
                 seen.append(OtherClock(m.maneuver, scale, shift, rows, keys))
                 part = part.only(part.values.keys() - {*keys})
@@ -171,7 +171,7 @@ def other_clocks(report: Report) -> Undone | None:
 
 
 def _common_clock(report: Report, *clocks: tuple[float, float]) -> Undone | None:
-    """One clock of all maneuvers: the mean of what each tells."""
+    """One clock for all maneuvers: the mean of their scales, and of their shifts."""
     scale, shift = (float(np.mean(x)) for x in zip(*clocks, strict=True))
     if any(_is_refuted(m, np.array([scale - 1.0, shift])) for m in report.maneuvers):
         return None
@@ -184,7 +184,7 @@ def _is_refuted(m: ManeuverScore, clock: Array) -> bool:
     """True if a column that is right would be wrong at the times of a clock."""
     right = AtOtherTimes(m, [c for c in whole_columns(m) if is_right_column(c)])
     left = right.left(meant_by(right.time, clock))
-    limits = [hidden(c) / c.scale for c in right.columns]
+    limits = [floor_of(c) / c.scale for c in right.columns]
     return bool(np.any(left > CLEARLY * np.array(limits)))
 
 

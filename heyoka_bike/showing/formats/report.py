@@ -225,7 +225,7 @@ def title(m: ManeuverScore) -> doc.Words:
 
 
 def _covered(m: ManeuverScore) -> str:
-    """Rows, time and step, how much of the reference they cover, and the columns if few."""
+    """Rows, time, step and coverage of the reference; the column count if columns are missing."""
     step = "" if m.step is None else f", every {words.plain(m.step)} s"
     times = f"{words.plain(m.t_start)} to {words.plain(m.t_end)} s"
     covered = words.percent(m.coverage)

@@ -32,8 +32,8 @@ from heyoka_bike.showing.wording import Grade, file_grade
 _MOST_RUNS_SHOWN = 4  # of a series, each on a line
 _LETTERS_OF_NAMES = 14  # letters at the start of a line
 _MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with some to spare
-_WIDTH_OF_DIAGNOSIS = 96  # letters of a line of a diagnosis
-_MOST_LINES = 12  # lines of a diagnosis that names no cause
+_WIDTH_OF_DIAGNOSIS = 96  # characters in a line of a diagnosis
+_MOST_LINES = 12  # maximum length of a diagnosis that names no cause
 _NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
 
 
@@ -81,7 +81,7 @@ def closing(
 def diagnosis(report: Report, *, has_details: bool = False) -> str:
     """Return the verdict, the conventions, and why the results differ, the likeliest first.
 
-    Where no cause is named, remarks beyond twelve lines are left to the details.
+    If the diagnosis names no cause, remarks beyond twelve lines appear only with `has_details`.
     """
     # What the diagnosis leaves out of what was seen is said before it.
     odd_signs = (SignContradiction, SensesOpposed)
@@ -104,7 +104,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
             break
         shown.append(said)
     left = len(told) - len(shown)
-    more = [f"{left} more remark{'s' * (left > 1)}: --details"] if left else []
+    more = [f"{words.counted(left, 'more remark')}: --details"] if left else []
     return "\n".join([head, *shown, *more])
 
 
@@ -198,7 +198,7 @@ def _next(report: Report, in_python: bool) -> str:
 
 
 def _missing(report: Report) -> list[str]:
-    """Keys of the eight columns that some maneuver lacks."""
+    """Return the keys of the benchmark's eight columns that any maneuver lacks."""
     held = [{c.key for c in m.compared} for m in report.maneuvers]
     return [key for key in BENCHMARK_COLUMNS if any(key not in keys for keys in held)]
 

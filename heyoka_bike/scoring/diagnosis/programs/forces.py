@@ -680,23 +680,19 @@ WITHOUT_POTENTIAL = frozenset(
     or name.startswith(("scrub", "no_spin_moment", "gyroscopic", "centrifugal"))
     or (name in OF_THE_STATE and "angle" not in name and ("rate" in name or "speed" in name[6:]))
 )
-"""Forces beside which the potential energy is that of gravity alone: they store none."""
-
-FIRST_ORDER = frozenset(("crown", "crown_R", "crown_F", "steer_friction"))
-"""Forces that are described to first order, or regularised: what they leave may be the rest."""
+"""Forces that store no energy: the potential energy with them is that of gravity alone."""
 
 # A term is missing, has the other sign, is there twice, or by half; by so much may it be off.
 _PLAUSIBLE, _OFF = (1.0, 2.0, -1.0, 0.5), 0.05
 
-
-# What is fitted to zero may be so much below it [SI].
+# A fitted size may be at most this much below zero [SI].
 _ZERO = 1e-6
-# Masses, moments of inertia, lengths and gravity, which are not below zero.
+# Sizes, which cannot be negative: masses, moments of inertia, lengths and gravity.
 _SIZE = re.compile(r"m[RBHF]|I[RBHF](xx|yy|zz)|r[RF]|w|g|crown(_[RF])?")
 
 
 def is_plausible(name: str, amount: float) -> bool:
-    """True unless a size would be below zero, or a part of a term missing that nobody forgets."""
+    """True unless a size is negative, or a part of a term has a factor that no mistake gives it."""
     if _SIZE.fullmatch(name):
         return amount > -_ZERO
     is_part = name in FORCES and FORCES[name].is_part

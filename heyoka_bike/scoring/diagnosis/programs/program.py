@@ -129,7 +129,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """The motion that a program computes, and what it does to the rows that it writes of it.
+    """A program: the motion that it computes, and its edits of the rows that it writes.
 
     Attributes
     ----------
@@ -141,11 +141,11 @@ class Program:
     edits: tuple[Edit, ...] = ()
 
     def moving(self, **changes: Any) -> Program:
-        """The program with some attributes of its motion changed."""
+        """Return the program with some attributes of its motion changed."""
         return replace(self, motion=replace(self.motion, **changes))
 
     def edited(self, edit: Edit) -> Program:
-        """The program with one edit more."""
+        """Return the program with one more edit."""
         return replace(self, edits=(*self.edits, edit))
 
     def clock(self, time: Array, step: float) -> Array:
@@ -153,7 +153,7 @@ class Program:
         return meant_times(self.edits, time, step)
 
     def written(self, columns: Columns, time: Array) -> Columns:
-        """Return the columns that it writes of its motion at the times written."""
+        """Return the columns that it writes, from those of its motion, at the written times."""
         return written(self.edits, columns, time)
 
 

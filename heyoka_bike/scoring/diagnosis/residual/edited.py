@@ -1,9 +1,9 @@
-"""A column with another zero or a ratio, beside a wrong value: both are found in the residual.
+"""Find an offset or a ratio of a column that occurs together with a wrong parameter.
 
-Each alone explains little, so neither is seen where one cause is looked for. The zero and the ratio
-of each column of the motion are further unknowns of the equations, with the parameters.
-An edit is undone only if it lets the residual fall by far together with one value, and not alone:
-then the rows without it are diagnosed, and that value is named.
+Each alone explains little of the residual, so a search for one cause finds neither. The offset
+(`zero`) and the ratio of each column of the motion are further unknowns of the equations, with the
+parameters. An edit is undone only if it and one parameter together reduce the residual by far, and
+neither does so alone. The rows without it are then diagnosed, and that diagnosis names the value.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,33 +13,36 @@ import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS
-from heyoka_bike.numbers.double import SMALL_STEP, Array
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understandings
 from heyoka_bike.scoring.diagnosis.budget import Deadline
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
+from heyoka_bike.scoring.diagnosis.residual.fits import size_of
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     Blocks,
+    Errors,
     best_subsets,
-    blocks,
     gauss_newton,
+    linearised,
     solve,
 )
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
-from heyoka_bike.scoring.units import factor
 
 _ZERO, _RATIO = "zero ", "ratio "
-# Edits that are tried with the value that explains most beside each, and pairs of both.
-_TRIED = 4
+# Edits, and as many values, that are refined alone; each is then tried with its best partner.
+_ALONE = 2
+# Pairs of an edit and a value that are tried because they explain most to first order.
+_PAIRS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class _Edited:
-    """The residual with zeros and ratios of columns undone.
+    """Residuals of the rows with offsets and ratios of columns undone.
 
     Attributes
     ----------
@@ -47,6 +50,7 @@ class _Edited:
     understood : mapping of str to Understanding
     program : Program
         The right one.
+    deadline : Deadline
     """
 
     parts: Sequence[Part]
@@ -57,12 +61,12 @@ class _Edited:
 
     @property
     def edits(self) -> list[str]:
-        """Names of zeros and ratios of the columns that all parts have."""
+        """Names of the offsets and ratios, for each column of the state that all parts have."""
         keys = [k for k in STATE if all(k in p.values for p in self.parts) and k in self.understood]
         return [kind + key for key in keys for kind in (_ZERO, _RATIO)]
 
     def residual(self, changes: Mapping[str, float]) -> Residual | None:
-        """The residual of the rows without some edits; None if these show no motion."""
+        """Return the residual of the rows without these edits; None if they show no motion."""
         edits = tuple(sorted((n, x) for n, x in changes.items() if _is_edit(n) and x))
         if edits not in self._known:
             self.deadline.check()
@@ -75,16 +79,15 @@ class _Edited:
         return self._known[edits]
 
     def undone(self, part: Part, edits: Mapping[str, float]) -> Part:
-        """The rows without some edits [SI]."""
+        """Return the rows with offsets [SI] subtracted and then divided by ratios."""
         values = dict(part.values)
         for key in {name.split(" ")[1] for name in edits}:
-            u = self.understood[key]
-            zero = edits.get(_ZERO + key, 0.0) / (u.sign * factor(u.unit)[0])
+            zero = edits.get(_ZERO + key, 0.0) / self.understood[key].factor
             values[key] = (values[key] - zero) / (1.0 + edits.get(_RATIO + key, 0.0))
         return replace(part, values=values, lo={k: x for k, x in part.lo.items() if k in values})
 
     def left(self, names: Sequence[str]) -> Callable[[Sequence[Array]], list[list[Array]]]:
-        """From values of some unknowns to the blocks of what they leave."""
+        """Return the function from values of some unknowns to the blocks of the residual."""
         right = self.residual({})
         assert right is not None
 
@@ -100,27 +103,22 @@ class _Edited:
 
         return errors
 
-    def sizes(self, names: Sequence[str]) -> Array:
-        """Sizes of unknowns, of which parts are taken for their derivatives."""
-        bicycle = self.program.motion.bicycle.values
-        return np.array([abs(float(bicycle[n])) or 1.0 if n in bicycle else 1.0 for n in names])
-
     def first_order(self, names: Sequence[str], x: Array) -> Blocks:
-        """The normal equations at some values of the unknowns."""
-        right = self.residual({})
-        assert right is not None
-        shifts = SMALL_STEP * self.sizes(names)
-        here, *moved = self.left(names)([x, *(x + np.diag(shifts))])
-        slopes = [np.nan_to_num((block[:, None] - np.stack(others, axis=-1)) / shifts)
-                  for block, *others in zip(here, *moved, strict=True)]  # fmt: skip
-        return blocks(here, slopes, right.floors)
+        """Return the normal equations at some values of the unknowns."""
+        return linearised(*self._problem(names, x))
 
     def refined(self, names: Sequence[str], x: Array) -> tuple[Array, float]:
-        """The values that leave least, and the geometric mean of what they leave."""
+        """Return the values that leave least, and the geometric mean of what is left."""
+        found, b = gauss_newton(*self._problem(names, x))
+        return found, b.left
+
+    def _problem(self, names: Sequence[str], x: Array) -> tuple[Errors, Array, Array, Array]:
+        """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
         right = self.residual({})
         assert right is not None
-        found, b = gauss_newton(self.left(names), x, self.sizes(names), right.floors)
-        return found, b.left
+        bicycle = self.program.motion.bicycle
+        sizes = np.array([size_of(bicycle, name) for name in names])
+        return self.left(names), x, sizes, right.floors
 
 
 def _is_edit(name: str) -> bool:
@@ -130,7 +128,7 @@ def _is_edit(name: str) -> bool:
 def edit_beside_a_value(
     parts: Sequence[Part], understood: Understandings, program: Program, deadline: Deadline
 ) -> ColumnRatio | None:
-    """A zero or a ratio of a column that together with one value explains the residual.
+    """Find an offset or a ratio of a column that explains the residual together with one value.
 
     Raises
     ------
@@ -144,15 +142,17 @@ def edit_beside_a_value(
     every = [*asked.edits, *PARAMETERS]
     start = asked.first_order(every, np.zeros(len(every)))
     alone = best_subsets(start, 1, len(every))
-    edits = [int(i) for (i,) in alone.members if _is_edit(every[i])][:_TRIED]
-    values = [int(i) for (i,) in alone.members if not _is_edit(every[i])][:_TRIED]
+    edits = [int(i) for (i,) in alone.members if _is_edit(every[i])][:_ALONE]
+    values = [int(i) for (i,) in alone.members if not _is_edit(every[i])][:_ALONE]
     pairs = [
         (int(i), int(j))
-        for i, j in best_subsets(start, 2, _TRIED**2).members
+        for i, j in best_subsets(start, 2, _PAIRS**2).members
         if _is_edit(every[i]) != _is_edit(every[j])
-    ][:_TRIED]
-    for first in (*edits[:2], *values[:2]):
-        x, _ = asked.refined([every[first]], np.zeros(1))
+    ][:_PAIRS]
+    ones = []
+    for first in (*edits, *values):
+        x, left = asked.refined([every[first]], np.zeros(1))
+        ones.append(left)
         names = [every[first], *(n for n in every if n != every[first])]
         there = asked.first_order(names, np.concatenate([x, np.zeros(len(names) - 1)]))
         others = [k for k in range(1, len(names)) if _is_edit(names[k]) != _is_edit(names[0])]
@@ -169,8 +169,8 @@ def edit_beside_a_value(
     if not found:
         return None
     left, name, size = min(found)
-    ones = [asked.refined([every[k]], np.zeros(1))[1] for k in (*edits[:2], *values[:2])]
-    # Errors of integrators resemble the best pair by 7, two and a half times as much as one of it.
+    # A pair must be ten times better than one alone. For errors of integrators it is up to 2.5
+    # times better, with a relief of 7.
     is_both = CLEARLY * left < min(ones, default=start.left)
     gain = start.left / left
     if not (is_both and gain > max(BY_FAR, right.limit / WEIGHTS.nearly)):

@@ -98,7 +98,7 @@ class Fits:
             before = best[0] if best else None
             found = [h for changes in several for h in judged(self._refined(changes))]
             for h in found:
-                # What is left out of several values may leave the same ones.
+                # Fits that drop some of their values may end with the same values.
                 if h.log_odds > least and not any(h.parts == x.parts for x in best):
                     best.append(h)
             best.sort(key=lambda h: -h.log_odds)
@@ -117,12 +117,12 @@ class Fits:
         return tuple(h for h in best if not any(_needs_no_more(other, h) for other in best))
 
     def first_order(self, names: Sequence[str]) -> Blocks:
-        """The normal equations of some values, where all are right."""
+        """Return the normal equations of some values at the right program."""
         return self._first_order(dict.fromkeys(names, 0.0))
 
     def first_order_gain(self, names: Sequence[str]) -> float:
         """By what factor the error falls with the best one of some values, to first order."""
-        found = best_subsets(self._first_order(dict.fromkeys(names, 0.0)), 1, 1)
+        found = best_subsets(self.first_order(names), 1, 1)
         return float(np.max(found.gains, initial=1.0))
 
     def _likely(
@@ -132,7 +132,7 @@ class Fits:
 
         What is large later may be so in the first blocks only.
         """
-        whole = self._first_order(dict.fromkeys(names, 0.0))
+        whole = self.first_order(names)
         views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
         members: list[NDArray[np.intp] | None] = [None] * len(views)
         cost = max(
@@ -156,9 +156,9 @@ class Fits:
     def _likely_groups(
         self, names: Sequence[str], groups: Sequence[Sequence[str]]
     ) -> list[dict[str, float]]:
-        """The groups of names that explain most to first order, as they begin."""
+        """Return start values of zero for the groups of names that explain most to first order."""
         place = {name: i for i, name in enumerate(names)}
-        whole = self._first_order(dict.fromkeys(names, 0.0))
+        whole = self.first_order(names)
         gains = [
             (float(solve(whole, np.array([[place[name] for name in group]]))[1][0]), group)
             for group in groups
@@ -192,7 +192,7 @@ class Fits:
 
     def _problem(self, changes: Mapping[str, float]) -> tuple[Errors, Array, Array, Array]:
         """Errors, values, their sizes and the floors, as `linear_fits` takes them."""
-        sizes = np.array([_size_of(self.right.motion.bicycle, name) for name in changes])
+        sizes = np.array([size_of(self.right.motion.bicycle, name) for name in changes])
         return self._errors([*changes]), np.array([*changes.values()]), sizes, self.floors
 
     def _errors(self, names: Sequence[str]) -> Errors:
@@ -210,7 +210,7 @@ def _needs_no_more(one: Hypothesis, other: Hypothesis) -> bool:
     return one.parts < other.parts and other.relief < CLEARLY * one.relief
 
 
-def _size_of(bicycle: Bicycle, name: str) -> float:
+def size_of(bicycle: Bicycle, name: str) -> float:
     """Size of an unknown; one for starts, and for parameters that are zero."""
     if name in FORCES:
         return FORCES[name].size

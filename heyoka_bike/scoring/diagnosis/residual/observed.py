@@ -20,7 +20,7 @@ from heyoka_bike.scoring.alignment import HALF, Part, spread
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.diagnosis.programs.integrators import RK4
 from heyoka_bike.scoring.rows.local_polynomials import local_polynomials
-from heyoka_bike.scoring.rows.rates import ANGLE_OF
+from heyoka_bike.scoring.rows.rates import LATERAL_ANGLES
 from heyoka_bike.scoring.units import factor
 
 STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
@@ -166,7 +166,7 @@ def observe(
         definitions={k: name for k, name in names.items() if k in part.values},
         is_begun=is_begun,
         # Slopes tell less of the first rows.
-        has_beginning=is_begun and ANGLE_OF.keys() <= part.values.keys(),
+        has_beginning=is_begun and LATERAL_ANGLES.keys() <= part.values.keys(),
         has_state={*STATE} <= part.values.keys(),
     )
     return found if "forward_speed" in columns else found.without_speed()
@@ -191,7 +191,7 @@ def _rows_that_move(
     time, columns = part.time[rows], {k: x[rows] for k, x in columns.items()}
     if not np.all(np.diff(time) > 0.0):
         return None
-    for rate, angle in ANGLE_OF.items():
+    for rate, angle in LATERAL_ANGLES.items():
         if rate not in columns and names[angle] != angle:
             return None
         if rate not in columns:
@@ -232,7 +232,7 @@ def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> fl
     if key not in part.values:
         return (
             _IN_SLOPE
-            * _digits(part, understood, ANGLE_OF[key])
+            * _digits(part, understood, LATERAL_ANGLES[key])
             / float(np.median(np.diff(part.time)))
         )
     quantum, values = part.quantum.get(key), part.values[key]

@@ -7,7 +7,7 @@ coefficient is to be found. No motion is simulated for it.
 What remains of an equation of motion in a maneuver is a *block*. Its size is unknown, so what is
 minimised is the sum of the logarithms of what is left in the blocks, as in `linear_fits`. Causes
 are the mistakes of the library, alone and two together, and one, two or three parameters and forces
-whose values are fitted. They are compared by their odds, see `evidence`, with the equations in the
+whose values are fitted. They are compared by their odds, see `odds`, with the equations in the
 place of the columns. The likeliest values are then refined by whole runs.
 """
 
@@ -70,7 +70,7 @@ GROUPS = tuple(
         (f"m{b}", f"z{b}"),
     )
 )
-"""Values that are wrong together: the inertia of a body, or its mass with its place."""
+"""Parameters that a mistake changes together: the inertia of a body, or its mass and its centre."""
 
 # Left by equations that have no solution, in parts of the accelerations.
 _NO_LIMIT = 1e9
@@ -122,6 +122,8 @@ class Residual:
         True if the equations are seen and what remains of them is above what the digits leave.
     observed : ndarray, shape (n,)
         Averages of the file's accelerations, block by block.
+    floors : ndarray, shape (B,)
+        Resolution limit of each block.
     """
 
     def __init__(
@@ -145,10 +147,10 @@ class Residual:
         self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
         self._sizes = np.array([_rms(x) or _TINY for x in self.blocks(self.observed)])
         self._right = self.of(program)
-        self._floors = digits
+        self.floors = digits
         rest = self._left(self._right)
         # What is left below this needs no other cause.
-        self._floors = np.hypot(digits, WEIGHTS.nothing * self._sizes)
+        self.floors = np.hypot(digits, WEIGHTS.nothing * self._sizes)
         self._before = self._left(self._right)
         self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
         # Those of roll and steer: where the speed hardly changes it says little.
@@ -182,7 +184,8 @@ class Residual:
         if shows_equations(self):
             is_open = self.leaves_force(largest)
         else:
-            # Without the speed or a rate a law may explain by far more, which whole runs tell.
+            # Without the speed or a rate in the file a law of the state may seem to explain by far
+            # more; whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
             is_more = is_force or WEIGHTS.nearly * largest < self.limit
@@ -196,7 +199,7 @@ class Residual:
 
     @property
     def limit(self) -> float:
-        """The relief of a cause that leaves nothing but what the digits and rows hide."""
+        """The largest possible relief: of a cause that leaves only what digits and rows hide."""
         return self._relief(self.observed)
 
     @cached_property
@@ -232,9 +235,9 @@ class Residual:
         found = best_law(
             {name: np.asarray(moving.state[i]) for name, i in PLACE_IN_STATE.items()},
             added,
-            lambda x: self.blocks(self._weights * self._averages(x)),
-            self.blocks(self._weights * (self.observed - self._right)),
-            self._floors,
+            lambda x: self.weighted(self._averages(x)),
+            self.weighted(self.observed - self._right),
+            self.floors,
         )
         return found if found and found.relief > CLEARLY else None
 
@@ -250,7 +253,7 @@ class Residual:
 
     @property
     def is_explained(self) -> bool:
-        """True if little is left of the equations, or a mistake or values explain nearly all."""
+        """True if the residual is small, or a mistake or fitted values explain nearly all of it."""
         if not self.is_resolved or not self.is_large:
             return True
         largest = _largest_relief(*self.known, *self._of_unknowns)
@@ -258,7 +261,10 @@ class Residual:
 
     @property
     def is_large(self) -> bool:
-        """True if accelerations are off by what a plot shows: those of most integrators are not."""
+        """True if the errors of the accelerations would be visible in a plot.
+
+        Those of most integrators would not.
+        """
         return max(self.shares.values()) > TOLERANCE
 
     @property
@@ -285,7 +291,7 @@ class Residual:
     @property
     def is_met(self) -> bool:
         """True if the right equations leave no more than the digits and the rows do."""
-        return bool(np.all(self._before * self._sizes <= FLOORS_OF_ROUNDING * self._floors))
+        return bool(np.all(self._before * self._sizes <= FLOORS_OF_ROUNDING * self.floors))
 
     def leaves_force(self, relief: float) -> bool:
         """True if a cause of some relief leaves what no integrator does.
@@ -346,13 +352,8 @@ class Residual:
         return min(sure, key=lambda h: (len(h.parts), -h.log_odds), default=None)
 
     def weighted(self, rows: Array) -> list[Array]:
-        """Rows of each block, with the weights of what their windows resolve."""
+        """Return the rows of each block, weighted by how well their windows resolve them."""
         return self.blocks(self._weights * rows)
-
-    @property
-    def floors(self) -> Array:
-        """What cannot be seen of each block."""
-        return self._floors
 
     def blocks(self, rows: Array) -> list[Array]:
         """Rows of each block: of each maneuver roll, steer, speed."""
@@ -395,8 +396,8 @@ class Residual:
     def _left(self, accelerations: Array) -> Array:
         """Root mean squares of what accelerations leave in each block, in parts of its size."""
         with np.errstate(all="ignore"):
-            rows = self.blocks(self._weights * (self.observed - accelerations))
-            squares = np.array([np.mean(x**2) for x in rows]) + self._floors**2
+            rows = self.weighted(self.observed - accelerations)
+            squares = np.array([np.mean(x**2) for x in rows]) + self.floors**2
             left = np.nan_to_num(np.sqrt(squares) / self._sizes, nan=_NO_LIMIT, posinf=_NO_LIMIT)
             found: Array = np.minimum(left, _NO_LIMIT)
         return found
@@ -416,7 +417,7 @@ class Residual:
         if self.visibility is not Visibility.EQUATIONS:
             return False
         accelerations, (enough, _) = self.of(apply(self.program, mistakes)), WEIGHTS.shows
-        left = self._left(accelerations) * self._sizes / self._floors
+        left = self._left(accelerations) * self._sizes / self.floors
         return bool(np.max(left) > enough and self.above > enough * self._relief(accelerations))
 
     def _judged(self, *mistakes: Cause) -> Hypothesis:
@@ -470,7 +471,7 @@ class Residual:
         return Fits(
             self.program,
             self._leaves,
-            self._floors,
+            self.floors,
             len(self.motions),
             WEIGHTS.promise[0],
             needed=WEIGHTS.explains,
@@ -478,7 +479,7 @@ class Residual:
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
         """Blocks of what the accelerations of each program leave."""
-        return [self.blocks(self._weights * (self.observed - self._tried(p))) for p in programs]
+        return [self.weighted(self.observed - self._tried(p)) for p in programs]
 
     def _tried(self, program: Program) -> Array:
         """`of` a program that is one of many, if time is left."""

@@ -85,7 +85,7 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> ReadCo
     if array.dtype.kind == "O":
         if (long := long_numbers(array)) and lo is None and long.bits is not None:
             hi, rest = long.as_pairs()
-            # Times in binary64 are told from decimals later.
+            # Times without a rest may be rounded decimals: `times.settle` decides that later.
             is_exact = bool(rest.any())
             column = binary_column(hi, rest if is_exact else None, long.bits)
             return replace(column, significant=None) if is_exact else column

@@ -1,7 +1,7 @@
 """Numbers of Python's libraries that may have more digits than binary64, exactly.
 
-Fractions, mpmath's mpf, gmpy2's mpfr, and flint's arb, arf and fmpq are known by what they can do:
-no package that makes them is imported.
+Fractions, mpmath's mpf, gmpy2's mpfr, and flint's arb, arf and fmpq are recognised by their
+attributes, so that none of these packages has to be imported.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from heyoka_bike.numbers.double import Double
 # More digits than a pair of binary64 numbers can hold.
 _DECIMAL = Context(prec=50, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 _BITS_OF_BINARY64 = 53
-# Bits of a ball that is worth nothing.
+# Least bits of a ball, however large its radius is.
 _LEAST_BITS = 1
 
 
@@ -34,7 +34,7 @@ class LongNumbers:
     values : sequence of Fraction or None
         None for what is missing or not finite.
     bits : int or None
-        Bits of the longest of them; None of fractions that are no binary numbers.
+        Bits of the longest value; None if a value is no binary number, such as 1/3.
     """
 
     values: Sequence[Fraction | None]
@@ -58,7 +58,7 @@ class LongNumbers:
 
 
 def long_numbers(array: NDArray[Any]) -> LongNumbers | None:
-    """The numbers of an array of objects; None if none of them is of such a library."""
+    """Return the numbers of an array of objects; None if they are not of such a library."""
     items = array.tolist()
     long = [x for x in items if not isinstance(x, str | int | float | Decimal | None)]
     if not long or not all(map(_is_long, long)):
@@ -68,7 +68,7 @@ def long_numbers(array: NDArray[Any]) -> LongNumbers | None:
     if any(x.denominator & (x.denominator - 1) for x in exact):
         return LongNumbers(values, None)
     bits = max([_BITS_OF_BINARY64, *map(_bits, exact)])
-    # A ball is known no better than its radius.
+    # A ball has no more correct bits than its radius allows.
     known = [max(int(x.rel_accuracy_bits()), _LEAST_BITS) for x in long if _is_ball(x) and x != 0]
     return LongNumbers(values, min([bits, max(known, default=bits)]))
 

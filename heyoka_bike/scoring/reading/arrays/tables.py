@@ -245,7 +245,7 @@ def _named(group: ArrayGroup, known: Sequence[str]) -> ReadTable:
 
 
 def _dates(times: Any) -> tuple[TimesOfDay, ...]:
-    """Evidence that times are those of a day."""
+    """Return evidence that the times are times of day."""
     first = first_date(times)
     return () if first is None else (TimesOfDay(first),)
 

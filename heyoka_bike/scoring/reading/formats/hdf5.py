@@ -30,8 +30,8 @@ _BLOCK = "values_"
 _KIND_OF_PANDAS = re.compile(r"(datetime|timedelta)64(?:\[(s|ms|us|ns)\])?")
 _BYTES_OF_TIMES = 8
 _BYTES_OF_LETTER = 4
-# A row of texts whose sum is not known is read at once if it is at most this many times the limit
-# when every text is as long as the file.
+# A row of texts is refused if it would exceed the limit by more than this factor with every text as
+# long as the file. The true lengths are not known before it is read.
 _MOST_TIMES = 10
 
 
@@ -146,7 +146,7 @@ class _OwnFile:
             inner = [self._referred(x) for x in cells.ravel(order="F")]
             return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
         if dataset.attrs.get("MATLAB_class") == b"char":
-            # The text is kept, and any number of references may lead to it.
+            # The text stays in memory, and any number of references may lead to it.
             self._spend(prod(dataset.shape) * _BYTES_OF_LETTER)
             return np.array("".join(map(chr, array[()].ravel())))
         return unpacked(array, dataset.attrs)
@@ -205,7 +205,7 @@ class _OwnFile:
             return found.T if self._is_turned else found
 
     def _claim_unpacked(self, dataset: Any) -> None:
-        """Count what an array takes beyond its stored bytes, once for each array."""
+        """Spend the memory that an array takes beyond its stored bytes, once for each array."""
         place = h5py.h5o.get_info(dataset.id).addr
         if place not in self._unpacked:
             self._unpacked.add(place)
@@ -218,7 +218,7 @@ class _OwnFile:
             raise self._request.too_long()
 
     def _texts(self, dataset: Any) -> Any:
-        """An array of texts, each of which may be the longest one of the file: some at a time."""
+        """Read an array of texts in steps, because each text may be as long as the file."""
         if _has_references(dataset) or dataset.ndim == 0:
             return dataset[()]
         longest = self._file.id.get_filesize()
@@ -246,7 +246,7 @@ class _OwnFile:
 
 
 def _length(x: Any) -> int:
-    """Letters or bytes of all objects in an array, of those in its fields too."""
+    """Count the letters or bytes of all objects in an array, and in its fields."""
     if x.dtype.names:
         return sum(_length(x[name]) for name in x.dtype.names)
     if x.dtype.kind != "O":

@@ -29,14 +29,15 @@ from heyoka_bike.scoring.reading.table import ReadTable
 # Types of elements in versions 5 to 7 (*MAT-File Format*, The MathWorks); sizes of numbers [bytes].
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 _MATRIX, _COMPRESSED = 14, 15
-# Classes of arrays; those of numbers go from text to 64-bit integers. A bit of their flags.
+# Classes of arrays; `_NUMBERS` are those from text to 64-bit integers. `_COMPLEX` is a bit of the
+# flags of an array.
 _SPARSE, _OF_CLASS = 5, 17
 _NUMBERS = range(4, 16)
 _COMPLEX = 0x800
 _BYTES_OF_FLAGS, _LEAST_BYTES_OF_SHAPE = 8, 8
 _BYTES_OF_HEADER = 128
 _ORDERS = {b"IM": "<", b"MI": ">"}
-# Memory that an array takes at least, and a number or character at most.
+# Least memory of an array, and most memory of a number or character [bytes].
 _LEAST_BYTES, _WIDEST = 200, 8
 _Element = tuple[int, memoryview]
 
@@ -68,7 +69,7 @@ def matlab_variables(data: bytes, request: Request) -> dict[str, Any]:
     for name, x in loadmat(BytesIO(data), **options).items():
         value = None if name.startswith("__") else _value(x)
         if isinstance(value, OfClass):
-            # SciPy calls each of them "None".
+            # SciPy names every object "None".
             values[_text(x["s0"].item())] = value
         elif value is not None:
             values[name] = value
@@ -112,7 +113,7 @@ class _Unpacker:
         return elements[0]
 
     def _claim(self, size: int) -> None:
-        """Reserve memory of those bytes that the request allows."""
+        """Reserve memory from the bytes that the request allows."""
         self._room -= size
         if self._room < 0:
             raise self._request.too_long()
@@ -123,7 +124,7 @@ class _Unpacker:
             kind, size = unpack_from(f"{self._order}II", data, at)
             start, following = at + 8, at + 8 + size
             if kind >> 16:
-                # At most four bytes stand beside their type and length.
+                # A short element: four bytes for its type and length, and four for its content.
                 kind, size, start, following = kind & 0xFFFF, kind >> 16, at + 4, at + 8
             elif kind != _COMPRESSED:
                 following += -size % 8
@@ -133,7 +134,7 @@ class _Unpacker:
             at = following
 
     def _checked(self, kind: int, body: memoryview) -> str:
-        """Check an element and its parts; returns the name of an array."""
+        """Check an element and its parts; return its name if it is an array."""
         self._claim(_LEAST_BYTES)
         if kind in _SIZES:
             self._claim(len(body) // _SIZES[kind] * (_WIDEST - _SIZES[kind]))
@@ -153,7 +154,7 @@ class _Unpacker:
         if of != _OF_CLASS and (len(shape) < _LEAST_BYTES_OF_SHAPE or len(shape) % 4):
             raise ValueError("an array without a shape")
         if of in _NUMBERS:
-            # SciPy would go on reading in the next array.
+            # Without this check, SciPy would read on into the next array.
             needed = (6 if of == _SPARSE else 4) + bool(said & _COMPLEX)
             if len(parts) < needed or any(kind == _MATRIX for kind, _ in parts):
                 raise ValueError("an array without its numbers")
@@ -161,13 +162,13 @@ class _Unpacker:
             self._checked(*part)
         # Objects of classes have no shape before their name.
         place = 1 if of == _OF_CLASS else 2
-        return _text(b"".join(part for _, part in parts[place : place + 1]))
+        return _text(bytes(parts[place][1])) if len(parts) > place else ""
 
 
 def _value(x: Any) -> Any:
-    """Return what SciPy read in mappings and lists; None for what is left out."""
+    """Convert a variable that SciPy read to mappings and lists; None if it is left out."""
     if isinstance(x, str):
-        # It could not read the variable.
+        # SciPy returns the error of a variable that it cannot read as a text.
         raise ValueError(x)
     if not isinstance(x, np.ndarray) or type(x).__name__ == "MatlabFunction":
         return None
@@ -177,7 +178,7 @@ def _value(x: Any) -> Any:
         each = [{n: _value(y[n]) for n in names} for y in x.ravel("F")]
         return _together([{n: y for n, y in z.items() if y is not None} for z in each])
     if x.dtype != object:
-        # MATLAB stores numbers of double precision as integers where these are smaller.
+        # MATLAB stores numbers of double precision as integers if these take less space.
         return x.astype("f8") if x.dtype.kind in "iu" and x.itemsize < _WIDEST else x
     found = _together([_value(y) for y in x.ravel("F")])
     return found.reshape(x.shape, order="F") if isinstance(found, np.ndarray) else found

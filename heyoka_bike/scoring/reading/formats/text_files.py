@@ -107,10 +107,11 @@ def _contents(lines: list[str], request: Request) -> list[str]:
 
 
 def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:
-    """The table of a text that is on its side; None if it is not.
+    """Return the table of a text whose lines are its columns; None if it is no such text.
 
-    It is if its lines have names in front that are known, or if it has as many lines as there may
-    be columns. All else are numbers, as many in each line, and those of the first one ascend.
+    Either each line begins with a name, and the names are known, or there are as many lines as a
+    table may have columns, and the first one ascends. All other fields are numbers, and every line
+    has the same number of them.
     """
     if named := _named_lines(lines, request):
         found = tables(named, request)
@@ -127,7 +128,7 @@ def _read_upright(lines: list[str], request: Request) -> list[ReadTable] | None:
 
 
 def _named_lines(lines: list[str], request: Request) -> dict[str, NDArray[np.object_]]:
-    """The numbers of lines by the names in front of them, with their units; empty if not so."""
+    """Return the numbers of lines by the names before them, with units; empty without names."""
     if request.names or not 1 < len(lines) <= MOST_COLUMNS:
         return {}
     for dialect in DIALECTS:
@@ -139,9 +140,7 @@ def _named_lines(lines: list[str], request: Request) -> dict[str, NDArray[np.obj
         numbers = [dialect.numbers(row) for row in rows]
         # One word in front of the numbers, or two: a name and its unit.
         words = next((i for i, x in enumerate(numbers[0]) if x is not None), 0)
-        are_numbers = all(
-            {*map(bool, row[:words])} == {False} and all(row[words:]) for row in numbers
-        )
+        are_numbers = all(not any(row[:words]) and all(row[words:]) for row in numbers)
         if words not in (1, 2) or not are_numbers:
             continue
         names = [row[0].strip("\"'") for row in rows]

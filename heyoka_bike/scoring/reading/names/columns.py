@@ -1,4 +1,4 @@
-"""What a heading means alone: the column, by aliases and its unit, and the maneuver."""
+"""The meaning of a heading alone: the column, by aliases and its unit, and the maneuver."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ _GROUP_NAME = re.compile(rf"{_PATTERN_OF_MANEUVER}_?([0-9]{{1,3}})")
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading, and what it says of its column.
+    """A heading, and the properties of its column that it names.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Heading:
 
     @property
     def is_time(self) -> bool:
-        """True if it is that of the times."""
+        """True if it is the heading of the times."""
         return self.key == TIME
 
     @property
@@ -151,7 +151,7 @@ class Heading:
         return keys if self.key in keys else ()
 
 
-# A program asks for the names of a file many times.
+# The names of a file are parsed many times.
 @lru_cache(1 << 17)
 def parse_heading(text: str, *, one_is_a_unit: bool = True) -> Heading:
     """Find out what a heading means alone.

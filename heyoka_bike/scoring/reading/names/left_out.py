@@ -40,7 +40,7 @@ def left_out(names: Sequence[str], request: Request) -> NotCompared:
 def resembled(name: str, request: Request) -> str | None:
     """Return the key of the quantity that an unknown name may mean; None if it is like no name.
 
-    It is for messages: a name that is misspelt, a path, a derivative, or several words.
+    Only messages use the key. The name may be misspelt, a path, a derivative, or several words.
     """
     if match := _DERIVATIVE.fullmatch(name.strip(" \"'")):
         angle = parse_heading(next(filter(None, match.groups()))).key
@@ -107,7 +107,8 @@ def unknown_units(names: Mapping[str, str]) -> list[UnknownUnit]:
     ]
 
 
-# D(roll), der(roll), Differential(t)(roll(t)), Derivative(roll(t), t), d(roll)/dt, roll_t(t).
+# Derivatives: D(roll), der(roll), Differential(t)(roll(t)), Derivative(roll(t), t), d(roll)/dt,
+# roll_t(t).
 _DERIVATIVE = re.compile(
     r"(?:d|der|diff|ddt|derivative|differential\(\w+\))\((\w+)(?:\(\w+\))?(?:, *\w+)?\)(?:/ *dt)?"
     r"|d *(\w+) */ *dt|(\w+?)(?:_|\u02cd)t(?:\(\w+\))?",

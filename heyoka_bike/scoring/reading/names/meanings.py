@@ -40,20 +40,20 @@ IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*([0-9]{1,
 
 
 def meant_together(headings: Sequence[Heading], count: int) -> list[Heading]:
-    """Find out what the headings of a file mean beside each other.
+    """Determine the meanings of the headings of a file from all of them together.
 
     Parameters
     ----------
     headings
-        Those of all its columns.
+        The headings of all columns of the file.
     count
         Number of maneuvers of the reference.
 
     Returns
     -------
     list of Heading
-        With the maneuver if that is told. A key is None if it is not known, or if what the heading
-        means alone cannot be meant beside the others.
+        The headings with their maneuvers, if these are named. A key is None if it is not known, or
+        if the meaning of the heading alone is impossible together with the others.
     """
     names = [heading.text for heading in headings]
     # With other numbers in brackets, all of them are maneuvers.

@@ -36,9 +36,9 @@ _COMMENT = re.compile(r"(?:(?<![0-9]\.)#|#(?!IND|INF|QNAN|SNAN))|[%!]|//", re.IG
 _CUT_NUMBER = re.compile(r"[+-]?[0-9]*[.,]?[0-9]*(?:[eEdDqQ][+-]?)?")
 # A count and a value, of list-directed output.
 _REPEATED = re.compile(r"([1-9][0-9]{0,2})\*([^*^].*)")
-# Values that the repeat counts of a row may stand for: a few bytes do not become many rows of them.
+# Most values that the repeat counts of a row may stand for: a few bytes must not become many rows.
 _MOST_REPEATED = 100
-# Begins as a number, and has only the letters of an exponent. Dates and words are none.
+# A field that begins as a number and has no letters but those of an exponent: no date and no word.
 _LIKE_A_NUMBER = re.compile(
     r"[\"'(\[{]*[+-]?\.?[0-9][0-9.,+*^-]*(?:[eEdDqQ][0-9.,+*^-]*)*[)\]}\"']*"
 )
@@ -87,7 +87,7 @@ class Dialect:
         return [re.sub("\0", lambda _: next(back, "\0"), field) for field in fields]
 
     def _expanded(self, fields: list[str]) -> list[str]:
-        """The fields with repeated values written out; all as they are if that makes too many."""
+        """Return the fields with repeated values written out; unchanged if there are too many."""
         each = [_REPEATED.fullmatch(field) for field in fields]
         found = [x if x and self.number(x[2]) is not None else None for x in each]
         if sum(int(x[1]) for x in found if x) > _MOST_REPEATED:

@@ -52,10 +52,10 @@ MOST_COLUMNS = 20_000
 """Columns that a text may have; each is looked at by its name and its digits."""
 
 MOST_ABOVE = 10_000
-"""Lines above the first row of numbers that are looked at, apart from blank lines and comments: the
-effort for what is above the rows is limited, and does not grow with the text."""
+"""Lines above the first row of numbers that are searched, apart from blank lines and comments: the
+effort does not grow with the text."""
 
-# Names in all lines that are looked at for a heading.
+# Most names, in all lines together, that are searched for a heading.
 _MOST_NAMES = 2 * MOST_COLUMNS
 # Letters of a name that are looked at.
 _LONGEST_NAME = 10_000
@@ -66,10 +66,9 @@ _FEWEST_COUNTED = 9
 # A row above the others that has so many numbers, more than half of its fields, is a damaged one.
 _FEWEST_OF_A_ROW = 3
 _DIGIT = re.compile(r"\d")
-# Numbers of a skipped line that is reported; one alone is a title's, such as the year.
+# Least count of numbers in a skipped line that is reported: a title may have one, such as the year.
 _FEWEST_SKIPPED = 2
-_ANY_DIGIT = re.compile("[0-9]")
-# Rows on several lines: fewer of them may be alike by chance.
+# Least number of rows that are wrapped over lines in the same way: fewer may be alike by chance.
 _FEWEST_RECORDS = 3
 # Skipped lines that are quoted, and characters of each that are kept.
 _MOST_SHOWN, _LONGEST_SHOWN = 3, 200
@@ -154,9 +153,11 @@ class Opening:
     maneuver : int or None
         The only one that comments above the rows speak of.
     power
-        The numbers of the rows times 10 to this power are meant: MATLAB's common factor.
+        Exponent of MATLAB's common factor: the values are 10 to this power times the numbers in the
+        rows.
     skipped : Skipped
-        The lines before the first row that look like rows.
+        The lines that look like rows and are not read: those before the first row, until the reader
+        of the rows adds those after it.
     """
 
     notation: Notation
@@ -261,12 +262,12 @@ def looks_like_row(line: Any, opening: Opening) -> bool:
     A comment must have as many: it may list a few parameters. Whole numbers behind a word, such as
     ``maneuver 1 1 2 2``, are labels.
     """
-    if isinstance(line, str) and not _ANY_DIGIT.search(line):
+    if isinstance(line, str) and not _DIGIT.search(line):
         return False
     content = opening.notation.without_comment(line)
     is_comment = not content and isinstance(line, str)
     text = COMMENT_SIGNS.sub("", line, count=1) if is_comment else content
-    # Such a line may be written with another separator than the rows.
+    # The line may have another separator than the rows. Each second dialect has another one.
     for dialect in opening.notation.dialects[::2]:
         fields = dialect.split(text)
         numbers = [field for field in fields if looks_like_number(field)]
@@ -286,8 +287,8 @@ def _headings(
 ) -> dict[int, list[list[str]]]:
     """All names that each of these lines may have, by its index in ascending order.
 
-    A line of more words than columns is no heading. The first lines count if the names are too many
-    in all.
+    A line of more words than a text may have columns is no heading. If the lines have too many
+    names in all, the first of the given indices count.
     """
     found: dict[int, list[list[str]]] = {}
     count = 0
@@ -377,7 +378,7 @@ def _refuse_wrapped(
 
 
 def _counts_of_lines(counts: Sequence[int | None], width: int) -> list[int]:
-    """How many numbers are in each of the first lines that together are a row; empty if none."""
+    """Return how many numbers each of the first lines has that form a row; empty if none do."""
     found: list[int] = []
     for count in counts:
         if count is None or sum(found) >= width:

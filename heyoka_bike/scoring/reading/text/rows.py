@@ -22,7 +22,6 @@ from heyoka_bike.scoring.reading.text.opening import (
     MOST_COLUMNS,
     TEXT,
     Opening,
-    Skipped,
     looks_like_row,
     opened,
     row_error,
@@ -30,7 +29,7 @@ from heyoka_bike.scoring.reading.text.opening import (
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _ROWS_COUNTED, _ROWS_COUNTED_LATER = 2000, 200
-# Of a line; more than the columns by what quotes and blanks at the ends may add.
+# Fields of a line: more than columns, because quotes and blanks at the ends may add some.
 _MOST_FIELDS = 4 * MOST_COLUMNS
 # Numbers as `parse_block` reads them; beside a decimal comma a point has no place.
 _PLAIN_LETTERS = {
@@ -82,7 +81,7 @@ def first_block(blocks: Iterator[str], request: Request) -> str:
 
 
 def _fields_at_most(line: str) -> int:
-    """Count the fields of a line under the separator that makes the most of it, quotes included."""
+    """Count the fields of a line by the separator or quote that makes the most of them."""
     return max(len(line.split()), *(line.count(sign) + 1 for sign in ",;\t\"'"))
 
 
@@ -115,8 +114,6 @@ class RowReader:
         What has been read.
     cut : InputError or None
         The error of a row that may be the last one, and incomplete.
-    skipped : Skipped
-        The lines that look like rows and were not read.
     """
 
     request: Request
@@ -124,10 +121,6 @@ class RowReader:
     line: int
     blocks: list[Block] = field(default_factory=list)
     cut: InputError | None = None
-    skipped: Skipped = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.skipped = self.opening.skipped
 
     def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
@@ -147,7 +140,7 @@ class RowReader:
     def finish(self) -> ReadTable:
         """The table, when all blocks have been read."""
         opening = self.opening
-        seen: tuple[Evidence, ...] = self.skipped.evidence()
+        seen: tuple[Evidence, ...] = opening.skipped.evidence()
         if self.cut is not None:
             seen += (LastRowIncomplete(self.cut.line),)
         blocks, columns = self.blocks, []
@@ -181,7 +174,7 @@ class RowReader:
         last = None if self.cut is None else self.cut.line
         for i, (row, line) in enumerate(zip(rows, lines, strict=True), number):
             if not row and i != last and looks_like_row(line, self.opening):
-                self.skipped.add(i, line)
+                self.opening.skipped.add(i, line)
         return [" ".join(row).lower().replace("nan", "8e888") for row in rows]
 
 
