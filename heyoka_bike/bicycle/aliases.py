@@ -29,17 +29,17 @@ ALIASES: Mapping[str, tuple[str, ...]] = {
     "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
     "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
-"""By key, other names of columns as programs write them: small letters without any breaks."""
+"""Other names of columns as programs write them, by key: lower case without separators."""
 
 KEYS_BY_WORD: Mapping[str, str] = {
     **{key.replace("_", ""): key for key in COMPARED},
     **{alias: key for key, aliases in ALIASES.items() for alias in aliases},
 }
-"""The key that each name means, in small letters without any breaks."""
+"""Keys by name; the names are in lower case without separators."""
 
 _NOT_OF_THE_WORD = re.compile(r"\[[^][]*\]|\([^()]*\)|[\s_-]+")
 
 
 def key_of(name: str) -> str | None:
-    """Key of the column that a name means (``phi``, ``Roll [deg]``); None if it is not known."""
+    """Return the key of the column that a name means (``phi``, ``Roll [deg]``); None if unknown."""
     return KEYS_BY_WORD.get(_NOT_OF_THE_WORD.sub("", name.lower()))

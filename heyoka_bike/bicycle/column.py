@@ -13,16 +13,16 @@ class Column:
     key
         Name of the column (``roll_angle``).
     definition
-        Name of the definition, of the axes or of the frame it refers to; the first one listed of a
-        key is its default.
+        Name of the definition, or of the axes or frame that it refers to. The first definition of a
+        key is the default.
     unit
         SI unit, UDUNITS spelling.
     long_name, meaning, positive
-        For people: what it is, how it is defined, which way is positive.
+        For people: full name, definition, and positive direction.
     default
-        Whether it is meant by the key alone.
+        True if the key alone means this column.
     is_dense
-        Whether there are Chebyshev pieces of it; else it follows from columns that have them.
+        True if the column has Chebyshev pieces; if not, it follows from columns that have them.
     """
 
     key: str

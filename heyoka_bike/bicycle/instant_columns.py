@@ -1,9 +1,8 @@
 """The quantities of an instant, level by level.
 
-A level needs only the levels before it, the parameters that it names, and what it names besides.
-How they follow from a state is in `equations.instant`. Their places and velocities are along the
-ground axes, x along the heading where the yaw is zero, y to the right, z down, from where the rear
-wheel touches the floor.
+Each level needs only the levels before it, and the parameters and other inputs that it names.
+`equations.instant` computes the quantities from a state. Positions and velocities are along the
+ground axes: x along the heading at zero yaw, y to the right, z down, from the rear contact point.
 """
 
 from collections.abc import Mapping
@@ -32,9 +31,9 @@ class InstantLevel:
     parameters
         Symbols of the parameters that enter here first.
     besides
-        What else enters here first.
+        Everything else that enters here first.
     columns : tuple of Column
-        Its quantities.
+        Quantities of the level.
     """
 
     name: str
@@ -43,7 +42,7 @@ class InstantLevel:
     columns: tuple[Column, ...]
 
 
-# Name, unit, what it is, and which way is positive or the axes of a vector.
+# Name, unit, long name, and the positive direction or the axes of a vector.
 _InstantRow = tuple[str, str, str, str]
 _INSTANT_PLACES = {
     "rear_contact": ("rear contact point", "xy"),
@@ -102,13 +101,13 @@ _INSTANT: Mapping[str, tuple[_InstantRow, ...]] = {
     ),
 }  # fmt: skip
 MASS_MATRIX = tuple(name for name, *_ in _MASSES)
-"""Names of the entries of the mass matrix, row by row, up to those of its symmetry."""
+"""Names of the entries in the upper triangle of the mass matrix, row by row."""
 
 COORDINATES = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""The columns that give a state; the pitch follows, as both wheels are on the floor."""
+"""The columns that determine a state; the pitch follows because both wheels are on the floor."""
 
 WHERE = ("yaw", "rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_wheel_angle")
-"""The columns that may be given besides and drive nothing; by default they are zero."""
+"""Optional columns of a state, which do not enter the equations of motion; zero by default."""
 
 _LEVEL_OF = {
     "rad": "posture", "1": "posture", "m": "positions", "rad s-1": "velocities",
@@ -117,7 +116,7 @@ _LEVEL_OF = {
 
 
 def _level(name: str, besides: str, *parameters: str) -> InstantLevel:
-    """A level: first its columns of the benchmark and of the whole motion, then its own."""
+    """Construct a level: columns of the benchmark and of the whole motion first, then others."""
     known = (
         c
         for c in (*COLUMNS, *MOTION_COLUMNS)
@@ -155,7 +154,7 @@ LEVELS = (
     _level("forces", "Newton's and Euler's laws of each body"),
     _level("linear", "derivatives about upright straight running"),
 )  # fmt: skip
-"""In the order in which a program is checked."""
+"""The levels, in the order in which a program is checked."""
 
 QUANTITIES: Mapping[str, Column] = {
     **{name: COMPARED[name][0] for name in (*COORDINATES, *WHERE)},
@@ -164,4 +163,4 @@ QUANTITIES: Mapping[str, Column] = {
 """The coordinates and every quantity, by name."""
 
 UNITS: Mapping[str, str] = {name: c.unit for name, c in QUANTITIES.items()}
-"""Their SI units."""
+"""SI units of `QUANTITIES`, by name."""

@@ -14,10 +14,10 @@ _FRAME_AXES = "along the axes of the {frame}, y along the axle"
 _STEER_AXES = "z down the steer axis, y right along the front axle, x forward across both"
 _ON_FRONT = "of the rear frame on the front frame"
 
-# Name, definition, unit, what it is, meaning, and the axes of a vector or which way is positive.
+# Name, definition, unit, long name, meaning, and the axes of a vector or the positive direction.
 _DefinitionText = tuple[str, str, str, str, str, str]
 
-# What is said of each end stands in one group, all of the rear before all of the front.
+# A group whose names contain {end} gives all its columns for the rear, then all for the front.
 _GROUPS: tuple[tuple[_DefinitionText, ...], ...] = (
     (("{end}_contact", "ground_axes", "m", "{end} contact point",
       "lowest point of the {end} wheel; ground frame", "xy"),),
@@ -90,8 +90,8 @@ MOTION_COLUMNS: tuple[Column, ...] = tuple(_motion_columns())
 """All columns of motion.h5."""
 
 DENSE_COLUMNS: tuple[str, ...] = tuple(c.name for c in MOTION_COLUMNS if c.is_dense)
-"""Names of those with Chebyshev pieces: all but the friction demands, which follow from them
-by a root that need not be analytic."""
+"""Names of the columns with Chebyshev pieces: all except the friction demands, which contain a
+square root that need not be analytic."""
 
 CONTACT_FORCES = {
     f"{end}_friction": tuple(

@@ -2,11 +2,11 @@
 
 A bicycle file has a table ``[parameters]`` with one entry for each of the 26 parameters of the
 Carvallo-Whipple bicycle, named as in Meijaard, Papadopoulos, Ruina and Schwab (2007),
-doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state. A
-value is a decimal string or an expression such as ``"pi/10"``, alone or in a table ``{ value =
-"0.3", unit = "m", source = "..." }``. The unit may be any of the same kind (``mm``, ``deg``, ``kg
-mm^2``); the default is the SI unit. A bare TOML number is read as exactly the decimal that is
-written. In a bicycle's table, ``uncertainty = "0.002"`` next to the value is its standard
+doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state.
+A value is a decimal string or an expression such as ``"pi/10"``, alone or in a table
+``{ value = "0.3", unit = "m", source = "..." }``. The unit may be any of the same kind (``mm``,
+``deg``, ``kg mm^2``); the default is the SI unit. A bare TOML number is read as exactly the decimal
+that is written. In a bicycle's table, ``uncertainty = "0.002"`` next to the value is its standard
 deviation; no motion depends on it.
 
 Axes: x forward, y to the right, z down, origin at the rear contact point, bicycle upright and

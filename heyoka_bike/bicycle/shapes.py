@@ -1,8 +1,9 @@
 """Shapes of bicycle and rider: solids of spheres, fixed in frame or fork.
 
 The four bodies of the model have no shape. Wheels, steer axis, hubs and the centre of mass B are
-where the parameters say; frame, fork and rider are drawn around them. The rider is rigid with the
-frame and holds on to nothing, as the benchmark has it. A bicycle that was weighed alone has none.
+where the parameters say; frame, fork and rider are drawn around them. As in the benchmark, the
+rider is rigid with the frame and does not hold the handlebar. Bicycles measured without a rider
+have none.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,12 +17,12 @@ from heyoka_bike.bicycle.parameters import Bicycle
 # Distance of the benchmark's P2 up the steer axis from the floor; it reproduces the printed digits
 # [m].
 _P2 = 0.9
-# The drawing is made for wheel radii of this sum, and a rider whose B is this far up [m].
+# The drawing fits wheels whose radii have this sum, and a rider with B at this height [m].
 _DRAWN_WHEELS, _DRAWN_B = 0.65, 0.9
 _DRAWN_X = 0.3  # place of B ahead of the rear hub in the drawing [m]
 _SCALES = (0.8, 2.0)
 _RIDER = 40.0
-"""A rear frame with this mass has a rider on it [kg]: measured bicycles have 3 to 23 kg."""
+"""A rear frame of at least this mass includes a rider [kg]; without one they weigh 3 to 23 kg."""
 
 COLOURS = {
     "frame": "#d55e00", "metal": "#8d969f", "dark": "#3a4048", "tyre": "#24282d",
@@ -93,7 +94,7 @@ def shape(bicycle: Bicycle) -> Shape:
         return p["w"] + p["c"] - up * s + ahead * c, y, -up * c - ahead * s
 
     def rider(x: float, y: float, z: float) -> Point:
-        """A point drawn for the benchmark's rider and saddle."""
+        """Return a point drawn for the benchmark's rider and saddle, moved to this bicycle."""
         return shift + (x - _DRAWN_X) * scale, y * scale, z * scale
 
     crown = p["c"] * s + p["rF"] * c + p["rF"] + 0.03

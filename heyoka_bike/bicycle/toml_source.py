@@ -44,9 +44,9 @@ class TomlSource:
         Parsed content; floats are `UnquotedDecimal`.
     """
 
-    def __init__(self, path: str | None = None, text: str = "") -> None:
+    def __init__(self, path: str | None = None) -> None:
         self.path = path
-        self.text = text
+        self.text = ""
         self.tree: dict[str, Any] = {}
 
     @classmethod
@@ -65,7 +65,7 @@ class TomlSource:
         return source
 
     def table(self, key: str) -> dict[str, Any]:
-        """The table ``[key]`` at the top."""
+        """Return the table ``[key]`` at the top level."""
         if key not in self.tree:
             found = f"no table [{key}]" if self.text.strip() else "an empty file"
             raise self.error(f"found {found}, expected a table [{key}]")
@@ -111,7 +111,7 @@ class TomlSource:
         )
 
     def number(self, entry: object, where: Where) -> Exact:
-        """The number that an entry is: text, or a whole number."""
+        """Return the number of an entry, which is text or an integer."""
         if isinstance(entry, bool) or not isinstance(entry, int | str):
             found = f"found {kind(entry)}, expected a number as a decimal string"
             raise self.error(found, where)
@@ -121,7 +121,7 @@ class TomlSource:
             raise self.error(str(e), where) from None
 
     def positive(self, tree: dict[str, Any], key: str, where: Where) -> float:
-        """The positive number under `key`."""
+        """Return the positive number under `key`."""
         value = float(self.number(tree[key], (*where, key)))
         if value <= 0:
             found = f"found {quoted(str(tree[key]))}, expected more than zero"
@@ -163,7 +163,7 @@ class TomlSource:
         about
             Description of the entry.
         """
-        # Without a file, the caller has named no table.
+        # Without a file the values come from Python, where no table has a name.
         place = _key(where if self.path else where[-1:])
         place += f" ({about})" if about else ""
         return InputError(f"{place}: {message}" if place else message, file=self.path)

@@ -14,7 +14,7 @@ COLUMNS = 5
 
 
 def near(colour):
-    """The hue of a colour, which light and shadow change little."""
+    """Return the direction of a colour in RGB, which light and shadow hardly change."""
     rgb = np.array(list(bytes.fromhex(COLOURS[colour][1:])), dtype=float)
     return rgb / np.linalg.norm(rgb)
 
@@ -23,7 +23,7 @@ def near(colour):
 def test_pictures_show_rider_and_bicycle(name, tmp_path, monkeypatch):
     need(name)
     image = pytest.importorskip("PIL.Image")
-    # Off-screen drawing without a graphics card; Debian has it as libosmesa6.
+    # OSMesa draws off-screen without a graphics card (on Debian: libosmesa6).
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
     kind = ENGINES[name][2]
     file = tmp_path / f"bicycle{MODELS[kind].suffix}"
@@ -41,7 +41,7 @@ def test_pictures_show_rider_and_bicycle(name, tmp_path, monkeypatch):
             hue = part / np.maximum(np.linalg.norm(part, axis=2, keepdims=True), 1)
             shirt = hue @ near("shirt") > 0.998
             frame = hue @ near("frame") > 0.995
-            # A rider of 0.6 m across the back, and tubes of 2 cm, at 150 pixels a metre.
+            # The rider's back is 0.6 m wide and tubes are 2 cm thick, at 150 pixels per metre.
             assert shirt.sum() > 1000, (view, column)
             assert frame.sum() > 50, (view, column)
             # The camera follows: the shirt stays near the middle of the picture.

@@ -1,4 +1,4 @@
-"""Each engine loads every bicycle of the collection as it is, and rolls it for a second."""
+"""Each engine loads every bicycle of the collection unchanged, and rolls it for a second."""
 
 import numpy as np
 import pytest
@@ -23,16 +23,16 @@ STEPS = 2000
 BITS = 128
 FALLEN = 0.8  # roll [rad]
 LEAST_MASS, LEAST_RADIUS = 0.1, 0.1  # of a wheel [kg, m]
-# Largest errors after the second, relative to the largest angle in it. The contact of engines is
-# of first order in the step; the constraints that are added to Pinocchio's tree are not.
+# Limits of the errors after the second, relative to the largest angle in it. The contact of engines
+# has errors of first order in the step. Pinocchio rolls by constraints, without contact.
 BOUNDS = {"mujoco": 0.02, "pinocchio": 1e-6}
 BOUND = 0.2
 
 
 def after(bicycle, maneuver):
-    """Roll and steer angle at the end, and the largest ones until then; None if it falls.
+    """Return roll and steer angle at the end, and their maxima; None if the bicycle falls.
 
-    By Runge-Kutta 4 on the package's equations.
+    The method is Runge-Kutta 4 on the package's equations.
     """
     start = initial_state(Equations.of(bicycle, Balls(BITS)), maneuver)
     y = np.array([float(x.mid()) for x in start])[:6]
@@ -89,7 +89,7 @@ def test_every_bicycle(name, maneuvers, tmp_path):
         right_roll, right_steer, largest = right
         error = np.abs([roll - right_roll, steer - right_steer]) / largest
         print(f"{name} {other}: roll and steer angle off by {error} of their largest values")
-        # No engine's contact carries wheels of a milligram, or the rim of a coin.
+        # Contact fails for wheels of a milligram, or as small as a coin: these are not tested.
         if min(float(bicycle[x]) for x in ("mR", "mF")) > LEAST_MASS and (
             min(float(bicycle[x]) for x in ("rR", "rF")) > LEAST_RADIUS
         ):

@@ -23,7 +23,7 @@ STATES = read_maneuvers(find_input("maneuvers", "states"))[5:105:5]
 # Largest differences, relative to 1 + the value or to the matrix, for DART and for all others.
 BOUNDS = {"dart": 1e-11}
 BOUND = 2e-13
-# What a system of 15 equations between masses of 2 to 94 kg leaves of rounding.
+# Larger limits by level, for the rounding of 15 equations with masses from 2 to 94 kg.
 SOLVED = {"accelerations": 1e-12, "forces": 2e-12}
 
 
@@ -153,7 +153,7 @@ def test_dart_takes_small_angles_for_their_sines():
 
 
 def test_dart_reads_no_mjcf_with_settings(exported, bicycle):
-    """Without them it would read the file, and fix the base to the ground."""
+    """Without the settings DART would read the file, and fix the base to the ground."""
     need("dart")
     assert not apart(engines.dart_reads_mjcf, exported("dart", bicycle, kind="mjcf"))
 

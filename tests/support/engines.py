@@ -132,21 +132,20 @@ def dart_masses(file):
 
 
 def dart_reads_mjcf(file):
-    """Whether it reads a world from it."""
+    """Return whether DART reads a world from a file."""
     import dartpy as dart
 
     return dart.utils.MjcfParser.readWorld(str(file)) is not None
 
 
 def dart_wheel_shapes_of_urdf(file):
-    """How many shapes of its wheels collide, and whether its base is free."""
+    """Return how many shapes of the wheels collide, and whether the base is free."""
     import dartpy as dart
 
     bicycle = dart.utils.DartLoader().parseSkeleton(str(file))
     nodes = [node for x in "RF" for node in bicycle.getBodyNode(x).getShapeNodes()]
-    return sum(
-        node.hasCollisionAspect() for node in nodes
-    ), bicycle.getRootJoint().getNumDofs() == 6
+    colliding = sum(node.hasCollisionAspect() for node in nodes)
+    return colliding, bicycle.getRootJoint().getNumDofs() == 6
 
 
 def dart_top_of_the_floor(file):
@@ -188,12 +187,13 @@ def pybullet_motor(file):
 
 
 def tried(name, files, seconds):
-    """What an engine has of each file, and where it is after so long.
+    """Return the properties of each file in an engine, and roll and steer angle after a run.
 
-    By file: masses and centres of mass of the bodies, the axis of the steer joint, gravity, mass
-    matrices upright and steered; and roll and steer angle after a start of the file.
+    The properties are masses and centres of mass of the bodies, the axis of the steer joint,
+    gravity, and mass matrices upright and steered. `files` gives each file with the number of the
+    maneuver from whose start it runs.
     """
-    # MuJoCo writes its log into the working folder.
+    # MuJoCo writes its log into the working folder, which should be a temporary one.
     os.chdir(Path(files[0][0]).parent)
     found = []
     for file, number in files:

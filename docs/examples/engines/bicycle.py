@@ -14,8 +14,8 @@ steer_axis and front_axle.
     picture(camera) an image, if the engine draws without a window
     view()          open a window; return a function that shows the present state in it
 
-The class is called with the file of ``heyoka-bike export --model``, and to move the bicycle also
-with the step of the time, of which ``STEP`` is the default. Run a program as
+The class is called with a file written by ``heyoka-bike export --model``. To move the bicycle it is
+also called with a time step; the default is its ``STEP``. Run a program as
 
     python with_mujoco.py check bicycle.xml states.csv > table.csv
     python with_mujoco.py run bicycle.xml > results.txt
@@ -126,7 +126,7 @@ def lowest(body, radius):
 
 
 def lowest_rate(body, radius):
-    """Rate of change of `lowest`, of the geometric point."""
+    """Rate of change of the vector `lowest`: its end is a geometric point, not one of the tyre."""
     axle = body.axes[:, 1]
     turned = np.cross(body.turning, axle)
     down, change = axle * axle[2] - UP, turned * axle[2] + axle * turned[2]
@@ -181,7 +181,7 @@ def quantities(engine, state):
     moving = matrix @ np.concatenate([state.velocity, state.turning, state.rates])
     name("momentum", moving[:3])
     name("angular_momentum", moving[3:6] - np.cross(centre - state.place, moving[:3]))
-    # Velocities that roll, with a roll rate, a steer rate or a forward speed of one.
+    # Velocities of rolling without slip, for a unit roll rate, steer rate and forward speed.
     ahead = heading(rear.axes)
     rows = np.vstack(
         [
@@ -199,7 +199,7 @@ def quantities(engine, state):
 
 
 def drifts(bodies, per):
-    """Accelerations of the centres of mass and angular ones, at constant generalised velocities."""
+    """Linear (centres of mass) and angular accelerations at constant generalised velocities."""
     base, fork = bodies["B"], bodies["H"]
     # A steer rate alone moves the fork's centre of mass about the steer axis.
     axis, across = per["H"][3:, 7], per["H"][:3, 7]
@@ -226,7 +226,7 @@ def drifts(bodies, per):
 
 def centre_drift(base, per):
     """The acceleration of the base's centre of mass when its origin has none."""
-    # The velocity of the centre of mass per angular velocity is minus the matrix of its arm.
+    # The centre's velocity per angular velocity is minus the cross matrix of its arm.
     cross_of_arm = -per["B"][:3, 3:6]
     arm = np.array([cross_of_arm[2, 1], cross_of_arm[0, 2], cross_of_arm[1, 0]])
     return np.cross(base.turning, np.cross(base.turning, arm))
@@ -235,8 +235,8 @@ def centre_drift(base, per):
 def dynamics(engine, state, per, rows):
     """Accelerations and forces of the floor and the joints, in the axes of ``states.csv``.
 
-    The lowest point of each wheel is at rest: its three rows are constraints of the engine's own
-    equations of motion.
+    The lowest point of each wheel is at rest. Its three velocity rows are added as constraints to
+    the engine's own equations of motion.
     """
     bodies, radii = engine.bodies(), {"R": engine.radii[0], "F": engine.radii[1]}
     drift, change = drifts(bodies, per), []
@@ -289,7 +289,7 @@ def angle_accelerations(rear, angular):
 
 
 def named(found, what, vector):
-    """Add the components of a vector."""
+    """Add the components of a vector to a dictionary, under the vector's name."""
     found.update({f"{what}_{axis}": x for axis, x in zip("xyz", vector, strict=True)})
 
 
@@ -331,19 +331,19 @@ def results(engine, file):
 
 
 CAMERAS = {
-    # From the middle of the bicycle to the camera [m], and the direction that is up in the picture.
+    # Vector from the middle of the bicycle to the camera [m], and the upward direction of pictures.
     "follow": ((-2.2, -2.2, 0.8), (0, 0, 1)),
     "side": ((0, -3, 0.05), (0, 0, 1)),
     "behind": ((-3.1, 0, 0.05), (0, 0, 1)),
     "above": ((0, 0, 3.2), (0, 1, 0)),
 }
 MIDDLE = np.array([0.5, 0, 0.85])
-"""Of the bicycle with its rider, from the place of the base [m]."""
+"""Middle of bicycle and rider, relative to the place of the base [m]."""
 WIDTH, HEIGHT, FRAMES_PER_SECOND = 640, 480, 25
 
 
 def png(image):
-    """An image of 8-bit red, green, blue as a PNG file."""
+    """Bytes of a PNG file of an 8-bit RGB image."""
     height, width, _ = image.shape
     rows = np.hstack([np.zeros((height, 1), np.uint8), image.reshape(height, -1)])
 
@@ -360,7 +360,7 @@ def png(image):
 
 
 def strip(engine, file, seconds, count=5):
-    """Pictures from the side, from behind and from above, in columns of equal spacing in time."""
+    """Write pictures from the side, behind and above; columns are evenly spaced in time."""
     columns = []
     for i in range(count):
         if i:
@@ -370,7 +370,7 @@ def strip(engine, file, seconds, count=5):
 
 
 def movie(engine, file, seconds):
-    """A film of the camera that follows, written by the program ffmpeg."""
+    """Write a film of the following camera, with the program ffmpeg."""
     command = [
         "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
         "-s", f"{WIDTH}x{HEIGHT}", "-r", str(FRAMES_PER_SECOND), "-i", "-",
@@ -383,7 +383,7 @@ def movie(engine, file, seconds):
 
 
 def view(engine, seconds):
-    """The motion in a window, as fast as it is."""
+    """Show the motion in a window, in real time."""
     show = engine.view()
     begin = time.monotonic()
     for i in range(round(seconds * FRAMES_PER_SECOND)):

@@ -8,7 +8,7 @@ import numpy as np
 from bicycle import Body, State, main, parameter
 
 WIDTH = 1e-6
-"""Width of the wheels where they touch [m]."""
+"""Width of the wheels' contact shapes [m]."""
 
 
 def rotation_vector(quaternion):
@@ -38,10 +38,10 @@ class Engine:
         self.sharpen()
 
     def sharpen(self):
-        """Replace the shapes that touch: DART makes a box of the floor, and reads no ellipsoids.
+        """Replace contact shapes: DART reads the floor as a box, and does not read ellipsoids.
 
-        A cylinder that leans touches with the rim of one of its sides. An ellipsoid touches where
-        the knife edge does, if the floor is a plane and FCL, the default, finds the point.
+        A leaning cylinder touches with the rim of one side. An ellipsoid touches where the knife
+        edge does, if the floor is a plane and the contact is found by FCL, DART's default.
         """
         floor = self.world.getSkeleton("floor").getBodyNode(0)
         shapes = [(floor, dart.dynamics.PlaneShape([0, 0, 1], 0))]
@@ -89,7 +89,7 @@ class Engine:
         return own.T @ self.skeleton.getMassMatrix() @ own
 
     def own_order(self):
-        """DART's velocities per velocity: the angular one is first."""
+        """Matrix from our velocities to DART's, which begin with the angular velocity."""
         now, own = self.state(), np.zeros((9, 9))
         for i, unit in enumerate(np.eye(9)):
             self.set(now._replace(velocity=unit[:3], turning=unit[3:6], rates=unit[6:]))

@@ -34,7 +34,7 @@ class Engine:
         self.radii = [parameter(file, "rR"), parameter(file, "rF")]
 
     def harden(self, scene):
-        """Replace stiffness and damping of what touches: no format of models has them all."""
+        """Set stiffness and damping of the contact, as no model format states all of them."""
         source, inspector = self.plant.get_source_id(), scene.model_inspector()
         for shape in inspector.GetAllGeometryIds(drake.Role.kProximity):
             found = drake.ProximityProperties(inspector.GetProximityProperties(shape))
@@ -88,7 +88,7 @@ class Engine:
         return own.T @ plant.CalcMassMatrix(context) @ own
 
     def own_order(self):
-        """Drake's velocities per velocity: the angular one is first."""
+        """Matrix from our velocities to Drake's, which begin with the angular velocity."""
         own = np.zeros((9, 9))
         first = self.links["B"].floating_velocities_start_in_v()
         own[first : first + 3, 3:6] = own[first + 3 : first + 6, :3] = np.eye(3)

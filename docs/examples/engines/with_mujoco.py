@@ -7,7 +7,7 @@ import numpy as np
 
 from bicycle import HEIGHT, WIDTH, Body, State, main, parameter, rotation
 
-# Without a window MuJoCo draws by EGL or OSMesa, which has to be chosen before it is imported.
+# Without a window MuJoCo draws by EGL or OSMesa, to be chosen before MuJoCo is imported.
 if sys.platform == "linux" and {"--movie", "--strip"} & set(sys.argv):
     os.environ.setdefault("MUJOCO_GL", "egl")
 
@@ -17,7 +17,7 @@ import mujoco
 class Engine:
     """MuJoCo's model with the settings of the file; contact and friction are soft."""
 
-    STEP = None  # that of the file
+    STEP = None  # the step of the file
 
     def __init__(self, file, step=STEP):
         self.model = mujoco.MjModel.from_xml_path(file)
@@ -63,7 +63,7 @@ class Engine:
         return own.T @ full @ own
 
     def own_axes(self):
-        """MuJoCo's velocities per velocity: the angular one is along the axes of the base."""
+        """Matrix from our velocities to MuJoCo's, with the angular velocity in the base's axes."""
         own = np.eye(9)
         own[3:6, 3:6] = rotation(self.data.qpos[3:7]).T
         return own

@@ -72,7 +72,7 @@ class Engine:
         return own.T @ pin.crba(self.model, self.data, self.q) @ own
 
     def bias(self):
-        """Pinocchio has the velocities of the base along its own axes, which turn."""
+        """Convert from Pinocchio's velocities of the base, which are along its rotating axes."""
         state, own = self.state(), np.eye(9)
         own[:3, :3] = own[3:6, 3:6] = rotation(state.attitude).T
         turned = np.zeros(9)

@@ -23,10 +23,10 @@ from bicycle import (
 )
 
 UNIT = 0.001
-"""Bullet's unit of length where it moves the bicycle [m].
+"""Unit of length in which Bullet moves the bicycle [m].
 
-It rounds the rims of wheels by a fixed number of units: in millimetres a rim is sharper. Its mass
-matrix is for metres: elsewhere a check of symmetry fails at rounding.
+Bullet rounds the rims of wheels by a fixed number of units, so rims are sharper in millimetres.
+The mass matrix is computed in metres: in other units rounding fails Bullet's check of symmetry.
 """
 
 JOINTS = ("rear_axle", "steer_axis", "front_axle")
@@ -71,7 +71,7 @@ class Engine:
         self.info = {
             letter: bullet.getDynamicsInfo(self.bike, link) for letter, link in self.links.items()
         }
-        # Bullet scales places and shapes, but not the moments.
+        # Bullet scales places and shapes, but not the moments of inertia.
         for letter, link in self.links.items():
             moments = np.array(self.info[letter][2]) / self.unit**2
             bullet.changeDynamics(self.bike, link, localInertiaDiagonal=list(moments))
@@ -132,7 +132,7 @@ class Engine:
         return found
 
     def bias(self):
-        """Bullet returns none for a free base: they are summed over its bodies."""
+        """Sum the forces over the bodies, because Bullet returns none for a free base."""
         per, bodies, tensors = velocities(self, self.state()), self.bodies(), self.tensors()
         found = np.zeros(9)
         for letter, (linear, angular) in drifts(bodies, per).items():
@@ -143,7 +143,7 @@ class Engine:
         return found
 
     def energies(self):
-        """Bullet returns none: they are summed over its bodies."""
+        """Sum the energies over the bodies, because Bullet returns none."""
         potential = kinetic = 0.0
         tensors = self.tensors()
         for letter, body in self.bodies().items():

@@ -10,10 +10,10 @@ steer.
 
 ========== ======================================================================================
 heading    x along the heading of the rear wheel, y right, z down: the ground axes turned by yaw
-rear       of the rear frame: x forward, y along the axle to the right, z down when upright front
-of the fork: equal to rear at zero steer steer      z down the steer axis, y right along the front
-axle, x forward, across both ==========
-======================================================================================
+rear       of the rear frame: x forward, y along the axle to the right, z down when upright
+front      of the fork: equal to rear at zero steer
+steer      z down the steer axis, y right along the front axle, x forward, across both
+========== ======================================================================================
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Axes:
     Attributes
     ----------
     o
-        Posture with those of roll and steer.
+        Posture, with the sines and cosines of roll and steer.
     sin_pitch, cos_pitch, sin_tilt, cos_tilt
         Sines and cosines of the pitch and of the steer axis tilt.
     """

@@ -14,10 +14,13 @@ from heyoka_bike.numbers.exact import Exact
 
 Matrix = Any
 """A matrix of mpmath; a vector is a single column."""
+Pose = tuple[Matrix, Matrix]
+"""The position of an origin, and the rotation matrix of the axes."""
 
-_DIGITS = 15  # what is left of numbers that were rounded to binary64
+_DIGITS = 15  # decimal digits that survive rounding to binary64
 _LENGTHS = ("w", "c", "xB", "zB", "xH", "zH")
-"""Differences of places in the file, so that their rounding is that of the wheel base."""
+"""Parameters that are differences of positions in the file, so their roundoff is relative to the
+wheel base."""
 _OFF = Fraction(1, 10**9)
 """Largest deviation that counts as rounding [m, kg m^2; dimensionless for unit vectors]."""
 
@@ -29,6 +32,17 @@ class Mass:
     mass: Any
     centre: Matrix
     inertia: Matrix
+
+    @classmethod
+    def at(cls, pose: Pose, mass: Any, inertia: Matrix) -> Mass:
+        """Construct a mass at the origin of a pose, with the inertia along its axes."""
+        centre, axes = pose
+        return cls(mass, centre, axes * inertia * axes.T)
+
+    @classmethod
+    def zero(cls, centre: Matrix) -> Mass:
+        """Construct a mass of zero without inertia."""
+        return cls(MP.zero, centre, MP.zeros(3))
 
     def joined(self, other: Mass) -> Mass:
         """Return both masses as one body."""
@@ -92,11 +106,27 @@ def turn(axis: Matrix, angle: Any) -> Matrix:
     return MP.eye(3) + MP.sin(angle) * k + (1 - MP.cos(angle)) * k * k
 
 
+def turns(angles: Sequence[Any]) -> list[Matrix]:
+    """Return the rotations about x, y and z by these angles."""
+    return [turn(MP.eye(3)[:, i], angle) for i, angle in enumerate(angles)]
+
+
 def rotation(scalar: Any, x: Any, y: Any, z: Any) -> Matrix:
-    """Rotation of a quaternion of any length; of zeros, none."""
+    """Return the rotation of a quaternion of any length, or the unit matrix if it is zero."""
     along = [x, y, z]
     length = MP.norm(along)
     return turn(vector(along) / length, 2 * MP.atan2(length, scalar)) if length else MP.eye(3)
+
+
+ORIGIN: Pose = vector([0, 0, 0]), MP.eye(3)
+"""The pose of the model itself."""
+
+
+def composed(outer: Pose, inner: Pose) -> Pose:
+    """Return the pose `inner`, which is relative to `outer`, in the axes that `outer` refers to."""
+    place, axes = outer
+    moved, turned = inner
+    return place + axes * moved, axes * turned
 
 
 def unit(v: Matrix, element: Element) -> Matrix:
@@ -105,6 +135,20 @@ def unit(v: Matrix, element: Element) -> Matrix:
     if not length:
         raise element.error("found an axis of length zero, expected a direction")
     return v / length
+
+
+def downward(gravity: Sequence[Any], element: Element) -> Any:
+    """Return the magnitude of gravity.
+
+    Raises
+    ------
+    InputError
+        Gravity does not point along -z.
+    """
+    x, y, z = gravity
+    if x or y or z > 0:
+        raise element.error("found gravity that is not down, expected 0 0 -g")
+    return -z
 
 
 def parameters(bodies: Sequence[Body], gravity: Any, root: Element) -> Found:

@@ -1,8 +1,8 @@
-"""Links and joints of a model at zero angles, and the bodies that they make."""
+"""Links and joints of a model at zero angles, and the moving bodies that they form."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,17 +14,17 @@ _MAX_LINKS = 200
 
 @dataclass
 class Link:
-    """A link with its mass and its place, along the axes of the model.
+    """A link with its mass and position, along the axes of the model.
 
     Attributes
     ----------
     mass : Mass
     place
-        Of its origin.
+        Position of the origin of the link.
     radius
-        Of its round shape; None without one.
+        Radius of a round shape; None without such a shape.
     element : Element
-        Where it stands in the file.
+        The element of the file that defines the link.
     """
 
     mass: Mass
@@ -42,9 +42,9 @@ class Joint:
     kind
         ``hinge``, ``fixed`` or ``free``.
     parent, child
-        Links by their names.
+        Names of the two links.
     point, axis
-        Of a hinge, along the axes of the model; the axis is a unit vector.
+        Point and direction (a unit vector) of a hinge, along the axes of the model.
     """
 
     kind: Literal["hinge", "fixed", "free"]
@@ -57,19 +57,19 @@ class Joint:
 def from_the_base(
     names: Iterable[str], ends: Sequence[tuple[str, str]], root: Element
 ) -> list[int]:
-    """Positions of the joints in an order in which each parent comes before its children.
+    """Return the indices of the joints, ordered so that parents come before their children.
 
     Parameters
     ----------
     names
-        Of all links.
+        Names of all links.
     ends
         Parent and child of each joint.
 
     Raises
     ------
     InputError
-        The links are too many, or no single tree.
+        There are too many links, or they do not form a single tree.
     """
     known = list(names)
     if len(known) > _MAX_LINKS:
@@ -91,14 +91,14 @@ def from_the_base(
 
 
 def bodies_of(links: Mapping[str, Link], joints: Sequence[Joint]) -> list[Body]:
-    """The bodies that move; links that are fixed to one another are one body.
+    """Return the moving bodies; links that are fixed to one another form one body.
 
     Parameters
     ----------
     links
-        By their names; the base is the one that no joint carries.
+        Links by name; the base is the link that is no child of a joint.
     joints
-        Each after those that carry its parent, see `from_the_base`.
+        Joints in the order of `from_the_base`.
 
     Raises
     ------
@@ -128,3 +128,25 @@ def bodies_of(links: Mapping[str, Link], joints: Sequence[Joint]) -> list[Body]:
 
 def _body(name: str, link: Link, parent: str, point: Matrix, axis: Matrix) -> Body:
     return Body(name, link.mass, parent, point, axis, link.radius, link.element)
+
+
+def radius_of(link: Element, radii_of: Callable[[Element], Iterable[Any]]) -> Any:
+    """Return the largest radius of the collision shapes, or else of the visual shapes.
+
+    Parameters
+    ----------
+    link
+        A link of URDF or SDFormat.
+    radii_of
+        Function from a shape to its radii; empty if the shape is not round.
+
+    Returns
+    -------
+    mpf or None
+        None if the link has no round shape.
+    """
+    for what in ("collision", "visual"):
+        radii = [radius for shape in link.all(what) for radius in radii_of(shape)]
+        if radii:
+            return max(radii)
+    return None

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from heyoka_bike.bicycle.foreign import sdf_file
 from heyoka_bike.bicycle.foreign.bodies import (
+    ORIGIN,
     Body,
     Mass,
     Matrix,
+    Pose,
+    composed,
+    downward,
     parameters,
     rotation,
     tensor,
-    turn,
+    turns,
     unit,
     vector,
 )
 from heyoka_bike.bicycle.foreign.found import Found
-from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base
+from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base, radius_of
 from heyoka_bike.bicycle.foreign.xml_source import MP, Element, parse
 
 _HINGES = ("continuous", "revolute")
@@ -35,8 +39,8 @@ def read(text: str, file: str) -> Found:
     Raises
     ------
     InputError
-        It is no URDF, SDFormat or MJCF, has what is not read here, or is no bicycle: see
-        `parameters`.
+        The text is not URDF, SDFormat or MJCF, has unsupported elements, or describes no bicycle;
+        see `parameters`.
     """
     root = parse(text, file)
     if root.tag not in _READERS:
@@ -50,16 +54,16 @@ def _urdf(root: Element) -> Found:
     ends = [(_link_of(x, "parent", elements), _link_of(x, "child", elements)) for x in joints]
     order = from_the_base([link.text("name") for link in root.all("link")], ends, root)
     (top,) = set(elements) - {child for _, child in ends}
-    frames = {top: (vector([0, 0, 0]), MP.eye(3))}
+    frames = {top: ORIGIN}
     found_joints = []
     for i in order:
         parent, child = ends[i]
-        place, axes = frames[parent]
-        moved, turned = _origin(joints[i])
-        frames[child] = place + axes * moved, axes * turned
+        frames[child] = composed(frames[parent], _origin(joints[i]))
         found_joints.append(_urdf_joint(joints[i], parent, child, *frames[child]))
     links = {
-        name: Link(_urdf_mass(link, *frames[name]), frames[name][0], _urdf_radius(link), link)
+        name: Link(
+            _urdf_mass(link, frames[name]), frames[name][0], radius_of(link, _urdf_radii), link
+        )
         for name, link in elements.items()
     }
     found = parameters(bodies_of(links, found_joints), MP.mpf(_GRAVITY), root)
@@ -92,42 +96,32 @@ def _link_of(joint: Element, end: str, links: Mapping[str, Element]) -> str:
     return name
 
 
-def _origin(element: Element) -> tuple[Matrix, Matrix]:
-    """Return the position and rotation in an element of URDF."""
+def _origin(element: Element) -> Pose:
+    """Return the <origin> of an element of URDF."""
     origin = element.first("origin")
     if origin is None:
-        return vector([0, 0, 0]), MP.eye(3)
-    x, y, z = (turn(MP.eye(3)[:, i], a) for i, a in enumerate(origin.numbers("rpy", 3, "0 0 0")))
+        return ORIGIN
+    x, y, z = turns(origin.numbers("rpy", 3, "0 0 0"))
     return vector(origin.numbers("xyz", 3, "0 0 0")), z * y * x
 
 
-def _urdf_mass(link: Element, place: Matrix, axes: Matrix) -> Mass:
+def _urdf_mass(link: Element, pose: Pose) -> Mass:
     inertial = link.first("inertial")
     if inertial is None:
-        return Mass(MP.zero, place, MP.zeros(3))
+        return Mass.zero(pose[0])
     (mass,) = inertial.needed("mass").numbers("value", 1)
     matrix = inertial.needed("inertia")
     elements = [
         matrix.numbers(f"i{ij}", 1, None if ij[0] == ij[1] else "0")[0]
         for ij in ("xx", "yy", "zz", "xy", "xz", "yz")
     ]
-    moved, turned = _origin(inertial)
-    own = axes * turned
-    return Mass(mass, place + axes * moved, own * tensor(*elements) * own.T)
+    return Mass.at(composed(pose, _origin(inertial)), mass, tensor(*elements))
 
 
-def _urdf_radius(link: Element) -> Any:
-    """The largest radius of the shapes that collide, or else of those that are seen."""
-    for what in ("collision", "visual"):
-        radii = [
-            found.numbers("radius", 1)[0]
-            for shape in link.all(what)
-            for kind in ("cylinder", "sphere")
-            if (found := shape.first("geometry", kind)) is not None
-        ]
-        if radii:
-            return max(radii)
-    return None
+def _urdf_radii(shape: Element) -> Iterator[Any]:
+    for kind in ("cylinder", "sphere"):
+        if (found := shape.first("geometry", kind)) is not None:
+            yield found.numbers("radius", 1)[0]
 
 
 def _mjcf(root: Element) -> Found:
@@ -137,11 +131,10 @@ def _mjcf(root: Element) -> Found:
         raise compiler.error("found another eulerseq, expected xyz")
     bodies: dict[str, Body] = {}
 
-    def visit(element: Element, within: str, place: Matrix, axes: Matrix) -> None:
+    def visit(element: Element, within: str, parent_pose: Pose) -> None:
         name = element.attributes.get("name", f"body of line {element.line}")
-        moved, turned = _pose(element, in_degrees)
-        place, axes = place + axes * moved, axes * turned
-        own = _mjcf_mass(element, place, axes, in_degrees)
+        pose = place, axes = composed(parent_pose, _pose(element, in_degrees))
+        own = _mjcf_mass(element, pose, in_degrees)
         joints = [x for x in element.children if x.tag in ("joint", "freejoint")]
         if len(joints) > 1:
             raise joints[1].error(f"found a second joint of {name}, expected one")
@@ -168,20 +161,18 @@ def _mjcf(root: Element) -> Found:
                 f"found a joint of type {kinds[0]!r:.40}, expected a free base and hinges"
             )
         for child in element.all("body"):
-            visit(child, within, place, axes)
+            visit(child, within, pose)
 
     for top in root.needed("worldbody").all("body"):
-        visit(top, "", vector([0, 0, 0]), MP.eye(3))
+        visit(top, "", ORIGIN)
     gravity = (option or root).numbers("gravity", 3, f"0 0 -{_GRAVITY}")
-    if gravity[0] or gravity[1] or gravity[2] > 0:
-        raise (option or root).error("found gravity that is not down, expected 0 0 -g")
-    found = parameters(list(bodies.values()), -gravity[2], root)
+    found = parameters(list(bodies.values()), downward(gravity, option or root), root)
     found.name = root.attributes.get("model", "")
     found.notes += [f"<{tag}> is not read" for tag in _NOT_READ if root.first(tag)]
     return found
 
 
-def _pose(element: Element, in_degrees: bool) -> tuple[Matrix, Matrix]:
+def _pose(element: Element, in_degrees: bool) -> Pose:
     """Return the position and rotation in an element of MJCF."""
     for name in _ORIENTATIONS:
         if name in element.attributes:
@@ -189,14 +180,12 @@ def _pose(element: Element, in_degrees: bool) -> tuple[Matrix, Matrix]:
     place = vector(element.numbers("pos", 3, "0 0 0"))
     if "euler" in element.attributes:
         unit_of = MP.pi / 180 if in_degrees else MP.one
-        x, y, z = (
-            turn(MP.eye(3)[:, i], a * unit_of) for i, a in enumerate(element.numbers("euler", 3))
-        )
+        x, y, z = turns([a * unit_of for a in element.numbers("euler", 3)])
         return place, x * y * z
     return place, rotation(*element.numbers("quat", 4, "1 0 0 0"))
 
 
-def _mjcf_mass(element: Element, place: Matrix, axes: Matrix, in_degrees: bool) -> Mass:
+def _mjcf_mass(element: Element, pose: Pose, in_degrees: bool) -> Mass:
     inertial = element.first("inertial")
     if inertial is None:
         for geom in element.all("geom"):
@@ -204,19 +193,18 @@ def _mjcf_mass(element: Element, place: Matrix, axes: Matrix, in_degrees: bool) 
                 raise geom.error(
                     "found a body whose mass is that of its shapes, expected an <inertial>"
                 )
-        return Mass(MP.zero, place, MP.zeros(3))
-    moved, turned = _pose(inertial, in_degrees)
+        return Mass.zero(pose[0])
+    own = composed(pose, _pose(inertial, in_degrees))
     (mass,) = inertial.numbers("mass", 1)
     if "fullinertia" in inertial.attributes:
         matrix = tensor(*inertial.numbers("fullinertia", 6))
     else:
         matrix = MP.diag(inertial.numbers("diaginertia", 3))
-    own = axes * turned
-    return Mass(mass, place + axes * moved, own * matrix * own.T)
+    return Mass.at(own, mass, matrix)
 
 
 def _mjcf_radius(element: Element) -> Any:
-    """The largest radius of the shapes that collide, or else of those that are seen."""
+    """Return the largest radius of the collision shapes, or else of the visual shapes."""
     kinds = ("ellipsoid", "cylinder", "sphere")
     shapes = [x for x in element.all("geom") if x.attributes.get("type", "sphere") in kinds]
     collide = [x for x in shapes if not _is_seen_only(x)]

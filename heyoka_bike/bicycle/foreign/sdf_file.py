@@ -1,4 +1,4 @@
-"""SDFormat, versions 1.4 to 1.11: the links of its one model that moves, at zero angles."""
+"""SDFormat, versions 1.4 to 1.11: the links of the one moving model at zero angles."""
 
 from __future__ import annotations
 
@@ -6,36 +6,40 @@ from collections.abc import Iterator
 from typing import Any
 
 from heyoka_bike.bicycle.foreign.bodies import (
+    ORIGIN,
     Mass,
     Matrix,
+    Pose,
+    composed,
+    downward,
     parameters,
     rotation,
     tensor,
-    turn,
+    turns,
     unit,
     vector,
 )
 from heyoka_bike.bicycle.foreign.found import Found
-from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base
+from heyoka_bike.bicycle.foreign.links import Joint, Link, bodies_of, from_the_base, radius_of
 from heyoka_bike.bicycle.foreign.xml_source import MP, Element
 
 _HINGES = ("revolute", "continuous")
 _GRAVITY = "9.8"
-"""Gravity of a world that has no <gravity> [m/s^2], by the specification."""
+"""Gravity of a world without <gravity> in the specification [m/s^2]."""
 _GRAVITY_OF_MODEL = "9.81"
-"""Gravity that is assumed for a model without a world [m/s^2]."""
+"""Gravity assumed for a model without a world [m/s^2]."""
 _MODEL, _WORLD = "__model__", "world"
 _AXES_OF_MODEL = (1, 5)
 """Before this version, axes of joints are along the axes of the model."""
 
 
 def read(root: Element) -> Found:
-    """The parameters of the bicycle in a document.
+    """Return the parameters of the bicycle in a document.
 
     Raises
     ------
     InputError
-        The document has no single model that moves, has what is not read here, or is no bicycle.
+        The document has no single moving model, has unsupported elements, or describes no bicycle.
     """
     world = root.first("world")
     model = _model(root, world)
@@ -43,20 +47,15 @@ def read(root: Element) -> Found:
         if (inner := model.first(tag)) is not None:
             raise inner.error(f"found <{tag}> in a model, expected its links in one model")
     frames = _Frames(model, _version(root))
-    links = {
-        element.text("name"): Link(
-            _mass(element, *frames.of(element.text("name"))),
-            frames.of(element.text("name"))[0],
-            _radius(element),
-            element,
-        )
-        for element in model.all("link")
-    }
+    links = {}
+    for element in model.all("link"):
+        name = element.text("name")
+        pose = frames.of(name)
+        links[name] = Link(_mass(element, pose), pose[0], radius_of(element, _radii), element)
     elements = list(model.all("joint"))
     ends = [_ends(joint, links) for joint in elements]
     if any(parent == _WORLD for parent, _ in ends):
-        origin = vector([0, 0, 0])
-        links[_WORLD] = Link(Mass(MP.zero, origin, MP.zeros(3)), origin, None, model)
+        links[_WORLD] = Link(Mass.zero(ORIGIN[0]), ORIGIN[0], None, model)
     names = [*(x.text("name") for x in model.all("link")), *([_WORLD] if _WORLD in links else [])]
     order = from_the_base(names, ends, model)
     joints = [_joint(elements[i], *ends[i], frames) for i in order]
@@ -95,7 +94,7 @@ def _is_true(element: Element | None) -> bool:
 
 
 class _Frames:
-    """Places and axes of the named frames of a model, in the world."""
+    """Poses of the named frames of a model, in the world."""
 
     def __init__(self, model: Element, version: tuple[int, ...]) -> None:
         self.model = model
@@ -105,14 +104,11 @@ class _Frames:
             for tag in ("frame", "joint", "link")
             for element in model.all(tag)
         }
-        self.found: dict[str, tuple[Matrix, Matrix]] = {
-            _WORLD: (vector([0, 0, 0]), MP.eye(3)),
-            _MODEL: _pose(model),
-        }
+        self.found: dict[str, Pose] = {_WORLD: ORIGIN, _MODEL: _pose(model)}
         self.open: set[str] = set()
 
-    def of(self, name: str, asked_by: Element | None = None) -> tuple[Matrix, Matrix]:
-        """Place and axes of a frame."""
+    def of(self, name: str, asked_by: Element | None = None) -> Pose:
+        """Return the pose of a frame; an error is located at `asked_by`, or else at the model."""
         if name not in self.found:
             element = self.elements.get(name)
             if element is None or name in self.open:
@@ -125,7 +121,7 @@ class _Frames:
             self.open.discard(name)
         return self.found[name]
 
-    def _resolved(self, element: Element) -> tuple[Matrix, Matrix]:
+    def _resolved(self, element: Element) -> Pose:
         pose = element.first("pose")
         attached = {
             "link": _MODEL,
@@ -133,12 +129,10 @@ class _Frames:
             "joint": _end(element, "child") if element.tag == "joint" else "",
         }
         named = pose.attributes.get("relative_to", "") if pose is not None else ""
-        place, axes = self.of(named or attached[element.tag], pose or element)
-        moved, turned = _pose(element)
-        return place + axes * moved, axes * turned
+        return composed(self.of(named or attached[element.tag], pose or element), _pose(element))
 
     def direction(self, xyz: Element, joint: Element) -> Matrix:
-        """Unit vector of an axis in the world."""
+        """Return the unit vector of a joint's axis in the world."""
         named = xyz.attributes.get("expressed_in", "")
         of_model = self.version < _AXES_OF_MODEL or _is_true(
             joint.first("axis", "use_parent_model_frame")
@@ -148,48 +142,38 @@ class _Frames:
         return axes * unit(vector(xyz.values(3)), xyz)
 
 
-def _pose(element: Element) -> tuple[Matrix, Matrix]:
-    """Place and rotation of the <pose> of an element."""
+def _pose(element: Element) -> Pose:
+    """Return the <pose> of an element."""
     pose = element.first("pose")
     if pose is None or not pose.content.strip():
-        return vector([0, 0, 0]), MP.eye(3)
+        return ORIGIN
     if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
         *place, qx, qy, qz, qw = pose.values(7)
         return vector(place), rotation(qw, qx, qy, qz)
     *place, roll, pitch, yaw = pose.values(6)
     unit_of = MP.pi / 180 if pose.attributes.get("degrees") == "true" else MP.one
-    x, y, z = (turn(MP.eye(3)[:, i], a * unit_of) for i, a in enumerate((roll, pitch, yaw)))
+    x, y, z = turns([a * unit_of for a in (roll, pitch, yaw)])
     return vector(place), z * y * x
 
 
-def _mass(link: Element, place: Matrix, axes: Matrix) -> Mass:
+def _mass(link: Element, pose: Pose) -> Mass:
     inertial = link.first("inertial")
     if inertial is None:
-        return Mass(MP.one, place, MP.eye(3))
-    moved, turned = _pose(inertial)
+        return Mass(MP.one, pose[0], MP.eye(3))
+    own = composed(pose, _pose(inertial))
     given = inertial.first("mass")
     matrix = inertial.first("inertia")
     diagonal, products = (
         [_value(matrix, f"i{ij}", default) for ij in elements]
         for elements, default in ((("xx", "yy", "zz"), MP.one), (("xy", "xz", "yz"), MP.zero))
     )
-    own = axes * turned
     mass = given.values(1)[0] if given is not None else MP.one
-    return Mass(mass, place + axes * moved, own * tensor(*diagonal, *products) * own.T)
+    return Mass.at(own, mass, tensor(*diagonal, *products))
 
 
 def _value(element: Element | None, tag: str, default: Any) -> Any:
     found = element.first(tag) if element is not None else None
     return default if found is None else found.values(1)[0]
-
-
-def _radius(link: Element) -> Any:
-    """The largest radius of the shapes that collide, or else of those that are seen."""
-    for what in ("collision", "visual"):
-        radii = [radius for shape in link.all(what) for radius in _radii(shape)]
-        if radii:
-            return max(radii)
-    return None
 
 
 def _radii(shape: Element) -> Iterator[Any]:
@@ -237,7 +221,4 @@ def _gravity(world: Element | None) -> tuple[Any, list[str]]:
     if element is None:
         said = f"g = {_GRAVITY} m/s^2 is taken, as SDFormat says: the world has no <gravity>"
         return MP.mpf(_GRAVITY), [said]
-    x, y, z = element.values(3)
-    if x or y or z > 0:
-        raise element.error("found gravity that is not down, expected 0 0 -g")
-    return -z, []
+    return downward(element.values(3), element), []

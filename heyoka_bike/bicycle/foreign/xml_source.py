@@ -69,7 +69,7 @@ class Element:
         return self._parsed(text, count, f"{name} of <{self.tag}>")
 
     def values(self, count: int) -> list[mpmath.mpf]:
-        """The numbers between its tags."""
+        """Return the numbers between the tags."""
         return self._parsed(self.content, count, f"<{self.tag}>")
 
     def _parsed(self, text: str, count: int, what: str) -> list[mpmath.mpf]:

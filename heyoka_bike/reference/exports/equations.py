@@ -153,7 +153,7 @@ def render(
     for name, says, *what in _functions(bicycle, maneuvers, is_descriptor=file.is_descriptor):
         says = commented(wrapped([says]), file.mark)
         text = file.language.function(file.named.format(name=name, stem=stem), *what)
-        if re.search(rf"\b{stem}\b", text, re.IGNORECASE):  # Fortran takes both cases alike.
+        if re.search(rf"\b{stem}\b", text, re.IGNORECASE):  # Fortran ignores the case.
             raise InputError(
                 f"--output: {quoted(stem)} is a name in the code itself, expected another name of "
                 "a module"

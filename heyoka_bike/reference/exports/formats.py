@@ -64,7 +64,7 @@ class Selection:
 
     @property
     def maneuvers(self) -> Iterator[tuple[int, ReferenceManeuver]]:
-        """Yield the maneuvers with their numbers."""
+        """The maneuvers with their numbers."""
         return ((n, self.reference[n]) for n in self.numbers)
 
     @property

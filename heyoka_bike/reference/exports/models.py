@@ -44,11 +44,11 @@ _MJCF_LIGHT = (
     'diffuse="0.4 0.4 0.4" specular="0.1 0.1 0.1"/>'
 )
 STEP = "0.001"
-"""Step of the time in the files that have one [s]."""
-# Measured: docs/how-to/engines.md has the table.
+"""Time step in formats that state one [s]."""
+# Chosen by the measurements in docs/how-to/engines.md.
 _MJCF_STEPS = f'timestep="{STEP}" integrator="implicit" cone="elliptic" impratio="10"'
-# MuJoCo raises the time constant to two steps, whatever the step is. With this priority the
-# settings of the wheel count, not those of the floor.
+# MuJoCo raises the time constant of a contact (the first number of solref) to at least two steps,
+# whatever the step is. Because of the priority it uses the settings of the wheel, not of the floor.
 _MJCF_CONTACT = 'priority="1" friction="1" solref="1e-5 1"'
 _SDF_FRICTION = "<surface><friction><ode><mu>1</mu><mu2>1</mu2></ode></friction></surface>"
 _SDF_SUN = (
@@ -160,8 +160,8 @@ class _Model:
     maneuvers
     gravity, width, quarter
         Gravity [m/s^2], width of the wheels [m], and a quarter turn [rad].
-    visuals : dict
-        Primitives to look at, by the name of the link that carries them.
+    visuals : mapping
+        Primitives to look at, by the name of the link that carries them; empty for none.
     """
 
     bicycle: Bicycle
@@ -192,9 +192,9 @@ def render(
     maneuvers
         Maneuvers whose initial states the file contains.
     width
-        Of the wheels where they touch the floor [m]; zero is `THINNEST`.
+        Width of the wheels' collision shapes [m]; zero stands for `THINNEST`.
     has_visuals
-        Whether there is something to see; programs that measure time do without.
+        True to add shapes, colours and lights to look at.
 
     Raises
     ------
@@ -297,17 +297,17 @@ def _words(numbers: Sequence[Number]) -> str:
 
 
 def _rounded(*numbers: float) -> str:
-    """Numbers of a visual, to 0.1 mm or 1e-4 rad."""
+    """Return lengths or angles of a visual as text, rounded to 0.1 mm or 1e-4 rad."""
     return " ".join(f"{round(x, 4) + 0.0:g}" for x in numbers)
 
 
 def _size(x: float) -> str:
-    """A radius or length of a visual, positive however small."""
+    """Return a radius or length of a visual as text; 4 digits keep even tiny ones positive."""
     return f"{x:.4g}"
 
 
 def _turned_to(primitive: Primitive) -> str:
-    """Roll, pitch and yaw that turn the z axis along a primitive."""
+    """Return roll, pitch and yaw that turn the z axis along a primitive, as text."""
     x, y, z = primitive.along
     return _rounded(0, atan2(hypot(x, y), z), atan2(y, x))
 
@@ -362,8 +362,8 @@ def _urdf(model: _Model) -> Iterator[str]:
 
 def _sdf(model: _Model) -> Iterator[str]:
     tree = model.tree
-    # The newest version that DART and sdformat both read with gravity: DART finds it in <physics>
-    # alone, where later versions refuse it. Readers of later versions move it to the world.
+    # The newest version from which both DART and sdformat read gravity. DART reads it only in
+    # <physics>, where later versions forbid it; readers of later versions move it to the world.
     yield '<sdf version="1.5">'
     yield '  <world name="uncontrolled_bicycle">'
     gravity = f"<gravity>0 0 {_text(-model.gravity)}</gravity>"
@@ -374,7 +374,7 @@ def _sdf(model: _Model) -> Iterator[str]:
     yield '    <model name="floor">'
     yield "      <static>true</static>"
     yield '      <link name="floor">'
-    # DART warns on standard output about a link without it.
+    # DART warns on standard output about a link without inertia.
     unit = "<ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz>"
     yield f"        <inertial><mass>1</mass><inertia>{unit}</inertia></inertial>"
     yield '        <collision name="floor">'

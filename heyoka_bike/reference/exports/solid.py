@@ -13,43 +13,44 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
 
 _MASS = 1e-6
-"""Least mass of a body [kg]."""
+"""Minimum mass of a body [kg]."""
 _GYRATION = 1e-3
-"""Least radius of gyration [m]."""
+"""Minimum radius of gyration about a principal axis [m]."""
 _MARGIN = 1e-9
-"""Relative excess of the two smaller moments over the largest: engines add in binary64."""
+"""Relative excess of the sum of the two smaller moments over the largest. Engines add the moments
+in binary64, where a sum without excess could be rounded down."""
 _ROUNDOFF = 1e-12  # relative
 _DIGITS = 12
 
 
 def nearest_solid(bicycle: Bicycle) -> tuple[Bicycle, list[str]]:
-    """The bicycle with the nearest masses and moments that a solid body can have.
+    """Return the bicycle with the nearest masses and moments that a solid body can have.
 
-    Nearest is meant in the sum of squares over the elements of each inertia matrix. Principal axes
-    stay as they are.
+    The distance is the sum of squared differences over the elements of each inertia matrix. The
+    principal axes do not change.
 
     Returns
     -------
     tuple of (Bicycle, list of str)
-        The bicycle, and a line for each parameter that is changed.
+        The bicycle, and a line for each changed parameter.
     """
     changed: dict[str, Exact] = {}
     for letter in "BHRF":
-        symbols = [f"I{letter}{ij}" for ij in ("xx", "yy", "zz", "xz")]
-        xx, yy, zz, xz = (float(bicycle[s]) if s in bicycle.values else None for s in symbols)
-        assert xx is not None
-        assert yy is not None
-        mass = max(float(bicycle[f"m{letter}"]), _MASS)
-        found = _nearest((xx, yy, xx if zz is None else zz, xz or 0.0), mass * _GYRATION**2)
-        new = dict(zip(symbols, found, strict=True)) | {f"m{letter}": mass}
-        old = {s: float(bicycle[s]) for s in new if s in bicycle.values}
+        symbols, m = [f"I{letter}{ij}" for ij in ("xx", "yy", "zz", "xz")], f"m{letter}"
+        xx, yy, zz, xz = symbols
+        old = {s: float(bicycle[s]) for s in (*symbols, m) if s in bicycle.values}
+        mass = max(old[m], _MASS)
+        # A wheel has no zz, which equals its xx, and no xz.
+        given = (old[xx], old[yy], old.get(zz, old[xx]), old.get(xz, 0.0))
+        found = _nearest(given, mass * _GYRATION**2)
+        new = dict(zip(symbols, found, strict=True)) | {m: mass}
         changed |= {s: _exact(new[s]) for s, x in old.items() if new[s] != x}
     said = [f"{s} is {_said(x)} in place of {_said(bicycle[s])}" for s, x in changed.items()]
     return (bicycle.replace(**changed) if changed else bicycle), said
 
 
 def _nearest(elements: tuple[float, float, float, float], least: float) -> tuple[float, ...]:
-    """Elements xx, yy, zz, xz of the nearest inertia; unchanged if a solid body can have them."""
+    """Return xx, yy, zz, xz of the nearest inertia; unchanged if a solid body can have them."""
     xx, yy, zz, xz = elements
     mean, half = (xx + zz) / 2, hypot((xx - zz) / 2, xz)
     given = [mean - half, mean + half, yy]
@@ -60,7 +61,7 @@ def _nearest(elements: tuple[float, float, float, float], least: float) -> tuple
         moments = [x + lacking / 3 * (-1 if i == largest else 1) for i, x in enumerate(moments)]
     if moments == given:
         return elements
-    # In the plane of symmetry the axes stay: half the difference of the moments is scaled.
+    # The axes in the plane of symmetry are fixed, so half the difference of the moments is scaled.
     shift = (moments[0] + moments[1]) / 2 - mean
     new_half = (moments[1] - moments[0]) / 2
     excess = (new_half - half) / half if abs(new_half - half) > _ROUNDOFF * half else 0.0

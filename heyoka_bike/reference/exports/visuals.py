@@ -1,6 +1,6 @@
-"""Frame, fork, rider and wheels of a model as primitive shapes, for a viewer's eyes only.
+"""Primitive shapes that show the frame, fork, rider and wheels of a model; for viewing only.
 
-Every format for engines has spheres and cylinders, so the drawing of the bicycle is made of these
+Every format for engines has spheres and cylinders, so the drawing of the bicycle consists of these
 two. Places are in a model's axes: x forward, y to the left, z up.
 """
 
@@ -15,13 +15,15 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.bicycle.shapes import Point, Solid, shape
 
 _LINKS = {"rear": "B", "front": "H"}
-_SEGMENTS = 24  # of a tyre
+_SEGMENTS = 24  # cylinders of a tyre
 _TYRE = 0.017
-"""Radius of a tyre's section [m]; at most an eighth of the wheel's radius."""
-_SPOKES = 6  # from rim to rim
+"""Radius of a tyre's cross-section [m], reduced to an eighth of the wheel's radius if that is less.
+The other dimensions of the wheel are reduced by the same factor."""
+_SPOKES = 6  # each from rim to rim
 _SPOKE, _MARK, _HUB = 0.0025, 0.011, 0.022  # radii [m]
-_MARK_ANGLE = 0.17  # of the coloured mark on two spokes [rad], by which a viewer sees a wheel turn
-_MARK_SPAN = (0.55, 0.8)  # in wheel radii
+# Angle of the first spoke [rad]. Its coloured marks show how the wheel turns.
+_MARK_ANGLE = 0.17
+_MARK_SPAN = (0.55, 0.8)  # ends of a mark, in wheel radii
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +37,9 @@ class Primitive:
     colour
         A key of `shapes.COLOURS`.
     ends
-        Centres of the end faces, from the origin of the link [m].
+        Centres of the end faces, relative to the origin of the link [m].
     radius
-        [m]
+        Radius [m].
     """
 
     link: str
@@ -58,7 +60,7 @@ class Primitive:
 
     @property
     def along(self) -> Point:
-        """From the first end to the other [m]."""
+        """Vector from the first end to the other [m]."""
         x, y, z = (b - a for a, b in zip(*self.ends, strict=True))
         return x, y, z
 
@@ -79,7 +81,10 @@ def primitives(bicycle: Bicycle, places: Mapping[str, Point]) -> Iterator[Primit
 
 
 def _solid(solid: Solid, link: str, origin: Point) -> Iterator[Primitive]:
-    """Spheres, and a cylinder between each two; a tube of the bicycle has open ends."""
+    """Yield the spheres of a solid, and a cylinder between each two of them.
+
+    A tube of the bicycle (two spheres) is drawn without them, as a cylinder.
+    """
     balls = [((x - origin[0], -y - origin[1], -z - origin[2]), r) for x, y, z, r in solid.spheres]
     for (a, r_a), (b, r_b) in combinations(balls, 2):
         yield Primitive(link, solid.colour, (a, b), (r_a + r_b) / 2)
@@ -89,10 +94,11 @@ def _solid(solid: Solid, link: str, origin: Point) -> Iterator[Primitive]:
 
 
 def _wheel(link: str, radius: float) -> Iterator[Primitive]:
-    """A tyre, spokes with a mark, and a hub, about the origin and the y axis."""
+    """Yield tyre, spokes, marks and hub of a wheel that turns about the y axis at the origin."""
     tyre = min(_TYRE, radius / 8)
     scale = tyre / _TYRE
-    # Between the circles through the corners and through the middles of the segments.
+    # The corners of the polygon are as far outside of the tyre's centre line as the middles of its
+    # sides are inside.
     rim = (radius - tyre) * 2 / (1 + cos(pi / _SEGMENTS))
 
     def at(angle: float, distance: float) -> Point:
