@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _point(word: str, wanted: Design) -> dict[str, Exact]:
-    """The exact values of a point, by the names of the axes."""
+    """Return the exact values of a point, by the names of the axes."""
     texts = word.split(",")
     if len(texts) != len(wanted.axes):
         names = ",".join(a.name for a in wanted.axes)
@@ -93,7 +93,7 @@ def _point(word: str, wanted: Design) -> dict[str, Exact]:
 
 
 def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
-    """Say of each point what is proved of its wheels; exit code 3 if something was left open."""
+    """Print what is proved about the wheels at each point; exit code 3 if one is undecided."""
     from heyoka_bike.workbench.after_ten_seconds.facts import prove_lift
     from heyoka_bike.workbench.atlas.make import lift_of
 
@@ -124,7 +124,7 @@ def _axes(args: argparse.Namespace) -> list[GridAxis]:
     for name, text in _DEFAULTS.items():
         if len(given) < 2 and name not in given:
             given[name] = text
-    # The speed goes first, so that the edge is looked for along the other.
+    # The speed comes first, so that the basin boundary is searched for along the other axis.
     names = sorted(given, key=lambda name: name != "speed")
     return [axis(given[name], name) for name in names]
 

@@ -83,13 +83,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _figure_format(output: str | None) -> str | None:
-    """Format of a figure to be written, None if it is none."""
+    """Return the format of the figure to write; None if the output is not a figure."""
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None
 
 
 def _check_output(output: str | None) -> None:
-    """Refuse what cannot be written before the work, not after it."""
+    """Raise an error before the measurements if the output cannot be written."""
     if output is None:
         return
     path = Path(output)

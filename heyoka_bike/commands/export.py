@@ -66,7 +66,7 @@ def add_parser(subparsers: Any) -> None:
         "--page [FILE_OR_DIR]": f"write {_STEM_NAME}.html: a page that judges files in the "
         "browser, without a server",
     }
-    # Without a place they are written where -o says; an empty one is this folder.
+    # Without a value the files are written where -o says; an empty value means this folder.
     place: dict[str, object] = {"const": True, "type": lambda text: text or "."}
     options.add_arguments(
         what, kinds, equations={"choices": _LANGUAGES}, model={"choices": _MODELS},
@@ -116,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _output(args: argparse.Namespace, asked: str) -> str:
-    """Where the files are written: behind --checker or --page, or by -o."""
+    """Return the file or folder to write: the value of --checker or --page, or that of -o."""
     place, output = getattr(args, asked), args.output
     if asked not in ("checker", "page") or place is True:
         return "." if output is None else str(output)

@@ -105,7 +105,7 @@ def _limits(args: argparse.Namespace) -> Limits:
 
 
 def _board(args: argparse.Namespace) -> str | None:
-    """The leaderboard as a page."""
+    """Return the leaderboard as a page; None without ``--leaderboard``."""
     if args.leaderboard is None:
         return None
     from heyoka_bike.reference.load import load_reference

@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _text(results: Results, report: Report, numbers: Sequence[int]) -> str:
-    """The columns of these maneuvers, as the benchmark has them.
+    """Return the columns of these maneuvers in the benchmark's text format.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _text(results: Results, report: Report, numbers: Sequence[int]) -> str:
 
 
 def _said(report: Report, number: int, given: Mapping[str, str], cpu: float) -> str:
-    """The numbers of the form, and the true digits; eq. (1) is of this maneuver."""
+    """Return the text of the form: eq. (1) of maneuver `number`, and the true digits of all."""
     measured = report[number]
     digits = (
         f"maneuver {number}: "
@@ -134,7 +134,7 @@ def _said(report: Report, number: int, given: Mapping[str, str], cpu: float) -> 
 
 
 def _packed(files: Mapping[str, str]) -> bytes:
-    """A .zip of texts, the same bytes for the same texts."""
+    """Return a .zip archive of texts; equal texts give equal bytes."""
     from io import BytesIO
     from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 

@@ -273,7 +273,7 @@ def events(
 def zeros(
     run: Trajectory, quantity: Quantity, what: str, certificate: Certificate | None = None
 ) -> list[Event]:
-    """Yield all zeros of a function of the state after the start of a run, in order of time.
+    """Return all zeros of a function of the state after the start of a run, in order of time.
 
     Parameters
     ----------

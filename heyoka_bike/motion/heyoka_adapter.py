@@ -4,9 +4,9 @@ All other modules use the expressions, integrators, compiled functions and numbe
 here; an import contract and a test enforce this. If heyoka changes a name, only this module
 changes.
 
-heyoka's formula for the Taylor order belongs to the interface: the order is ``ceil(1 -
-log(tolerance) / 2)`` (Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904, as documented by
-heyoka).
+heyoka's formula for the Taylor order belongs to the interface: the order is
+``ceil(1 - log(tolerance) / 2)`` (Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904, as
+documented by heyoka).
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ STATES_OF_FORM = {
 }
 """Variables of the candidate by the form of the equations."""
 _REWORDED = {"Conventions", "comment", "dataset_version"}
-"""Attributes of whole files that have other texts in datasets before 1.5.0."""
+"""Attributes of whole files whose texts differ in datasets before 1.5.0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +52,10 @@ class SetForm:
     columns : mapping of str to sequence of Column
         Columns of each file: those it has among those of this version, and those that are required.
     has_bounds : bool
-        True if its derivatives are proved; those of sets before 1.4.0 are not.
+        True if the derivatives have certified bounds, as in datasets since 1.4.0.
     has_proof : bool
-        True if every number is compared with a proved one: then only what is said of the numbers
-        is looked at.
+        True if a proof recomputes the numbers. Their values are then not checked here, only types,
+        shapes and attributes.
     """
 
     manifest: Manifest
@@ -204,7 +204,7 @@ def _do_increase(breaks: Array) -> bool:
 
 
 def _group(group: Any, declared: hdf5.Group, e: SetForm) -> Iterator[str]:
-    """Problems of a group, and of the groups in it."""
+    """Yield problems of a group and of its subgroups."""
     yield from _attributes(group, declared.attributes)
     yield from _names(group, declared.members)
     for item in declared.datasets:
@@ -224,7 +224,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
 
 
 def _dataset(group: Any, item: hdf5.Dataset, e: SetForm) -> Iterator[str]:
-    """Problems of a dataset: type, shape, attributes, dimension scales, its numbers."""
+    """Yield problems of a dataset: type, shape, attributes, dimension scales, numbers."""
     dataset = group[item.name]
     _check_shape(dataset, item)
     yield from _attributes(dataset, item.attributes)
@@ -277,7 +277,7 @@ def _attributes(
 def _trajectory(
     group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm
 ) -> Iterator[str]:
-    """Problems of the group of a candidate."""
+    """Yield problems of the group of a candidate."""
     said = {name: group.attrs.get(name) for name in STATED}
     yield from _attributes(group, {**inputs, **said}, is_strict=True)
     yield from problems_of_candidate(group, maneuver)

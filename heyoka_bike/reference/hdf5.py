@@ -151,13 +151,16 @@ _MOST_BYTES, _MOST_TIMES = 50_000_000, 20
 published files unpack to twice their length; columns of zeros take no space."""
 
 _MOST_OBJECTS = 100_000
-"""Maximum number of groups, datasets and attributes of a file; published datasets have 20,000."""
+"""Maximum number of groups and datasets of a file; the published files have at most 1,500."""
 
 
 def _look_through(f: h5py.File, most: int) -> None:
-    """Reject a file with an object that is stored elsewhere, duplicated, or too large unpacked."""
-    groups, seen, count = [h5py.h5g.open(f.id, b"/")], set(), 0
-    seen.add(h5py.h5o.get_info(groups[0]).addr)
+    """Reject a file with an object that is stored elsewhere, duplicated, or too large unpacked.
+
+    All datasets together may unpack to at most `most` bytes.
+    """
+    root = h5py.h5g.open(f.id, b"/")
+    groups, seen, count = [root], {h5py.h5o.get_info(root).addr}, 0
     while groups:
         group = groups.pop()
         inside = h5py.h5i.get_name(group).rstrip(b"/") + b"/"
@@ -207,8 +210,8 @@ def refuse_many_texts(item: Any, inside: bytes) -> None:
 
 _NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT)
 _MOST_TEXTS = 32
-"""Maximum number of entries in an attribute of variable length; one for axes has at most HDF5's 32
-axes."""
+"""Maximum number of texts in an attribute. Attributes of dimension scales have an entry per axis,
+and HDF5 allows 32 axes."""
 
 _DEFLATE, _SHUFFLE, _FLETCHER32, _LZF = (
     h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32,
@@ -319,7 +322,7 @@ def on_demand(
     group: Any, where: object, shapes: Mapping[str, tuple[int, ...]],
     may_be_nan: Collection[str] | None = None,
 ) -> Iterator[Mapping[str, Array]]:  # fmt: skip
-    """Return the columns of a group (values, low parts and bounds), read when needed.
+    """Yield the columns of a group (values, low parts and bounds), read when needed.
 
     Parameters
     ----------

@@ -190,8 +190,7 @@ class ReferenceManeuver(Displayed):
         """The time [s] up to which the last polynomials describe the motion, slightly past its end.
 
         The continuation is a hundredth of the last piece. There T_31 is below 250, so errors of the
-        coefficients are magnified by about two digits, of some thirty. Nothing is proved beyond the
-        end.
+        coefficients cost about two of some thirty digits. Nothing is proved beyond the end.
         """
         return float(self.duration) + float(self.breaks[-1] - self.breaks[-2]) / _PARTS_OF_PIECE
 
@@ -376,9 +375,9 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
     def most_apart(self) -> float:
         """Largest spacing [s] between rows of a result that still shows the motion between them.
 
-        It is the longest dense piece of the quickest maneuver: 0.25 s for the benchmark. Errors of
-        wrong motions cross zero twice in a period of the weave or of its double, every 0.3 s or
-        more, so rows that are this close cannot all fall on these zeros.
+        It is the length of the longest dense piece of the quickest maneuver: 0.25 s for the
+        benchmark. Errors of wrong motions oscillate with the weave or at twice its frequency and
+        cross zero every 0.3 s or more, so rows this close cannot all fall on these zeros.
         """
         return min(float(np.diff(m.breaks).max()) for m in self.maneuvers)
 

@@ -108,9 +108,9 @@ def generate(
 ) -> Generated:
     """Integrate maneuvers, prove their accuracy, and write a reference dataset.
 
-    As ``heyoka-bike generate`` does. A script that calls it on more than one maneuver has to guard
-    itself by ``if __name__ == "__main__"``: parts of the work get processes of their own, or what
-    `parallel.using` says. After an interruption the same call makes the set from the beginning.
+    This is what ``heyoka-bike generate`` does. Parts of the work run in processes of their own, or
+    as set by `parallel.using`, so a script that makes more than one maneuver needs the guard
+    ``if __name__ == "__main__"``. After an interruption, the same call starts from the beginning.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -
 
 
 class _SetInMaking:
-    """A set that is being made."""
+    """The jobs of one dataset and their outcomes so far, until it is written."""
 
     def __init__(
         self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str, digits: int

@@ -197,9 +197,9 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
             files=files,
             sha256=sha256(raw),
         )
+    except DatasetError:
+        raise
     except DAMAGE as e:
-        if isinstance(e, DatasetError):
-            raise
         reason = f"{type(e).__name__}: {e}"
         raise DatasetError(f"{path}: is not a manifest ({printable(reason)[:200]})") from None
 
@@ -207,7 +207,7 @@ def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
 def problem_of_form(raw: bytes) -> str:
     """Return how a manifest differs from the form that `generate` writes; empty if it does not.
 
-    Only the form could go unnoticed: duplicate keys or files, spaces, and the order.
+    Parsing does not show these differences: duplicate keys or files, spaces, and the order.
     """
     document = json.loads(raw)
     expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
@@ -224,19 +224,21 @@ def problem_of_form(raw: bytes) -> str:
     return ""
 
 
-def check_published(folder: str | Path) -> None:
-    """Reject a folder without the published dataset that this version of the package knows.
+def check_published(folder: str | Path) -> Manifest:
+    """Return the manifest of a folder; reject any other dataset than the latest published one.
 
     Raises
     ------
     DatasetError
         The manifest is missing or a different one.
     """
-    if read_manifest(folder).sha256 != PUBLISHED_MANIFEST_SHA256:
+    manifest = read_manifest(folder)
+    if manifest.sha256 != PUBLISHED_MANIFEST_SHA256:
         raise DatasetError(
             f"{folder}: its manifest is not that of the published set {PUBLISHED_VERSION}; "
             "name the folder to use a set of your own"
         )
+    return manifest
 
 
 def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
@@ -301,7 +303,7 @@ def contents(folder: Path, name: str, size: int, digest: str) -> bytes:
     try:
         path = _inside(folder, name)
         found = path.stat().st_size
-        # A file of another length is not read; `read_inside` rejects one that is not regular.
+        # A file of another length is not read; `read_regular` rejects one that is not regular.
         is_read = found == size or not path.is_file()
         data = read_regular(path, size) if is_read else b""
     except FileNotFoundError:
@@ -347,9 +349,7 @@ def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, byt
         that this version of the package knows.
     """
     where = reference_folder() if folder is None else Path(folder)
-    manifest = read_manifest(where)
-    if folder is None:
-        check_published(where)
+    manifest = check_published(where) if folder is None else read_manifest(where)
     return where, manifest, read_file(where, name, manifest)
 
 
@@ -360,7 +360,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     Raises
     ------
     DatasetError
-        The block finds that the file is not `what` it should be.
+        The block cannot read the file as `what`, for example "a candidate file".
     """
     try:
         yield

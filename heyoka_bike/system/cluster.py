@@ -18,37 +18,37 @@ from heyoka_bike.system.jobs import ProgressFuture, reporting, throttled
 from heyoka_bike.system.log import complain
 from heyoka_bike.system.machine import versions
 
-_ANSWERS = 5  # [s] in which a scheduler does
+_TIMEOUT = 5  # of connecting to a scheduler and of closing the connection [s]
 _ERRORS_OF_LOSS = ("FutureCancelledError", "FuturesCancelledError", "CommClosedError")
-"""Names of the errors that calls of Dask end with when the connection to the scheduler is lost."""
+"""Names of the errors in calls of Dask after the connection to the scheduler is lost."""
 
 
 @contextmanager
 def connected(address: str) -> Iterator[ClusterExecutor]:
-    """A running Dask scheduler.
+    """Connect to a running Dask scheduler.
 
     Parameters
     ----------
     address
-        Such as ``tcp://127.0.0.1:8786``, or a scheduler file.
+        Address such as ``tcp://127.0.0.1:8786``, or the path of a scheduler file.
     """
     said = "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
     distributed: Any = required("distributed", said)
-    # It says in many lines what is said here in one.
+    # Silence the loggers of distributed: the error below replaces their many lines.
     for name in [x for x in logging.root.manager.loggerDict if x.startswith("distributed")]:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     given = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
 
     class Client(distributed.Client):  # type: ignore[misc]
         def __del__(self) -> None:
-            """One that found nobody to talk to has nothing to close."""
+            """Do nothing: a client that found no scheduler has nothing to close."""
 
     try:
-        client = Client(**given, timeout=_ANSWERS, set_as_default=False)
-    except Exception as e:  # whatever answers there may say anything
+        client = Client(**given, timeout=_TIMEOUT, set_as_default=False)
+    except Exception as e:  # another program at this address may cause any error
         why = " ".join(str(e).split()) or type(e).__name__
         raise InputError(
-            f"--cluster: found no Dask scheduler at {address} within {_ANSWERS} s ({why:.100}), "
+            f"--cluster: found no Dask scheduler at {address} within {_TIMEOUT} s ({why:.100}), "
             "expected the address of one that runs, such as tcp://127.0.0.1:8786"
         ) from None
     try:
@@ -57,14 +57,14 @@ def connected(address: str) -> Iterator[ClusterExecutor]:
         yield cluster
     finally:
         with suppress(Exception):
-            client.close(timeout=_ANSWERS)
+            client.close(timeout=_TIMEOUT)
 
 
 class ClusterExecutor(Executor):
-    """The workers of a scheduler, which begins a call again that ended its worker.
+    """The workers of a scheduler, which starts a call again if its worker ends.
 
-    Its calls raise `BrokenExecutor` once they have ended three workers, and `SchedulerLostError`
-    when the scheduler is gone.
+    A call raises `BrokenExecutor` after it has ended three workers, and `SchedulerLostError` if the
+    scheduler is gone.
     """
 
     def __init__(self, client: Any, address: str) -> None:
@@ -76,7 +76,7 @@ class ClusterExecutor(Executor):
         client.subscribe_topic(self._topic, self._hear)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> ProgressFuture:
-        """Begin a call as soon as a worker is free."""
+        """Run a call as soon as a worker is free."""
         future, number = ProgressFuture(), next(self._numbers)
         self._futures[number] = future
         try:
@@ -93,7 +93,7 @@ class ClusterExecutor(Executor):
             future.progress = stage, t
 
     def _end(self, future: ProgressFuture, call: Future[Any]) -> None:
-        """Take the result of a call over."""
+        """Copy the result or the error of Dask's call to the future."""
         if not future.set_running_or_notify_cancel():
             return
         error = None if call.cancelled() else call.exception()
@@ -107,7 +107,7 @@ class ClusterExecutor(Executor):
             future.set_exception(error)
 
     def check(self) -> None:
-        """Refuse workers of other versions; those that come later refuse their jobs."""
+        """Refuse workers of other versions; workers that join later refuse their jobs."""
         try:
             found = self.client.run(versions, on_error="return")
             threads = self.client.nthreads()
@@ -149,14 +149,14 @@ def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> 
 
 
 class _UnwantedError(Exception):
-    """Nobody waits for this call any more."""
+    """Ends a call for whose result nobody waits any more."""
 
 
 def _run(
     here: dict[str, str], topic: str, number: int, fn: Callable[..., Any], args: Sequence[Any],
     kwargs: Mapping[str, Any],
 ) -> Any:  # fmt: skip
-    """A call, on a worker."""
+    """Run a call on a worker, and report its progress."""
     from distributed import get_worker
 
     worker = get_worker()

@@ -61,7 +61,7 @@ class Job:
     duration
         Duration of that motion [s], for the progress.
     stages
-        Those that are over when it is.
+        Stages that are over when the job ends.
     """
 
     work: Callable[..., Any]

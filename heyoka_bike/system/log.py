@@ -30,7 +30,7 @@ def shown(level: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        The level is another text.
+        The level is unknown.
     """
     if level not in _LEVELS:
         raise InputError(f"{VARIABLE}: {unknown_word(level, list(_LEVELS))}")

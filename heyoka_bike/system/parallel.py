@@ -43,8 +43,8 @@ def using(
 ) -> Iterator[None]:
     """Select the executor of long work inside the ``with``.
 
-    Results do not depend on it. A script that uses more than one process needs the guard ``if
-    __name__ == "__main__"``.
+    Results do not depend on it. A script that uses more than one process needs the guard
+    ``if __name__ == "__main__"``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Beside the reference and its score: figures, records of speed, maps, a server, longer proofs.
+"""Tools beyond the reference and its score: figures, speed records, maps, a server, longer proofs.
 
-It uses the rest of the package below it; commands use it.
+These modules may use the whole package except the commands, which use them.
 """

@@ -3,9 +3,9 @@
 With s = (t - t0) / h, the candidate p(s) is a polynomial and makes sense for complex s. A function
 F of the state (the equations of motion, the columns) is evaluated for abs(s) = R and for all states
 within rho_j of p(s) in variable j. The bound M found there also bounds F inside the circle and its
-Taylor coefficients in s. By Cauchy's estimate in the state it bounds the derivatives of F: with
-respect to variable j, at most M / (rho_j / 2) on the polydisc of half the radii, and at most M /
-rho_j at its centre.
+Taylor coefficients in s. By Cauchy's estimate in the state it bounds the derivatives of F with
+respect to variable j: they are at most M / (rho_j / 2) on the polydisc of half the radii, and at
+most M / rho_j at its centre.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -251,7 +251,7 @@ def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
 
 
 def _parts(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
-    """Return the halves of an arc and, once on the way, a smallest part of it as a probe.
+    """Return the halves of an arc, and at one level of halving also a smallest part as a probe.
 
     If the probe fails, the circle fails early instead of after all halvings.
     """

@@ -113,7 +113,7 @@ shows whether the maneuver needs a new run with more digits, then the longest on
 def tabulating(
     run: Trajectory | Job, job: Callable[..., Job], published: Mapping[str, Any]
 ) -> dict[str, Job]:
-    """Yield the jobs that make a table from a candidate, by first stage (see `STAGES`).
+    """Return the jobs that make a table from a candidate, by first stage (see `STAGES`).
 
     Parameters
     ----------
@@ -595,7 +595,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     NotCertifiedError
         The files do not agree on the bicycle or the maneuvers.
     """
-    manifest = manifest_file.read_manifest(folder)
+    of_manifest = manifest_file.read_raw(folder)
+    manifest = manifest_file.parse(of_manifest, Path(folder) / manifest_file.MANIFEST)
     raw = {name: manifest_file.read_file(folder, name, manifest) for name in manifest.files}
     runs = read_candidate(folder)
     if not runs:
@@ -652,12 +653,12 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         )
     expected = replace(form.expected(manifest, maneuvers, raw), has_proof=True)
     for name in layouts:
-        of_groups = partial(form.of_groups, name=name)
-        look = form.of_instants if name == STATES_HDF5 else of_groups
+        is_states = name == STATES_HDF5
+        look = form.of_instants if is_states else partial(form.of_groups, name=name)
         for problem in form.problems_of(look, raw[name], expected):
             if not isinstance(problem, form.Unchecked):
                 raise NotCertifiedError(f"{folder}/{name}: {problem}")
-    if problem := manifest_file.problem_of_form(manifest_file.read_raw(folder)):
+    if problem := manifest_file.problem_of_form(of_manifest):
         raise NotCertifiedError(f"{folder}/{manifest_file.MANIFEST}: {problem}")
     return runs
 
@@ -757,7 +758,8 @@ def _covers(published: Any, proved: Any, where: str) -> None:
 
 
 BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
-"""A bound as a certificate writes it. Evaluating a longer exponent could take forever."""
+"""A bound in the notation of a certificate. Longer exponents are rejected, because computing the
+fraction could take forever."""
 
 
 def _as_bound(x: Any) -> Fraction | None:

@@ -500,7 +500,7 @@ def tabulate_motion(
     run: Trajectory, certificate: Certificate, dense: Dense | None = None,
     progress: TellTime = lambda _: None,
 ) -> tuple[Values, Dense]:  # fmt: skip
-    """Tabulate the whole motion along a certified candidate: rows, and dense output if wanted.
+    """Tabulate the whole motion along a certified candidate: rows and dense output.
 
     The dense output is the one passed, or else a new one, with its certified bounds.
 

@@ -12,12 +12,13 @@ ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
    of f with respect to the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
 3. The Jacobian J along p is expanded in the same way (dual numbers over complex values).
 4. Y is a polynomial that nearly solves ``Y' = h J Y``, Y(0) = 1; its own defect D is bounded.
-5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of ``h (f(p +
-   e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the line through
-   p and p + e. Y contains all of the linear motion, so Gronwall's inequality applies only to the
-   tiny D. Y^-1 is bounded by a polynomial V that nearly solves ``V' = -h V J``. From piece to piece
-   e is carried by Y(1) in a moving frame (Lohner's QR method), which keeps the bound from growing
-   where the motion does not. Jumps between pieces and the distance of the initial states are added.
+5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of
+   ``h (f(p + e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the
+   line through p and p + e. Y contains all of the linear motion, so Gronwall's inequality applies
+   only to the tiny D. Y^-1 is bounded by a polynomial V that nearly solves ``V' = -h V J``. From
+   piece to piece e is carried by Y(1) in a moving frame (Lohner's QR method), which keeps the bound
+   from growing where the motion does not. Jumps between pieces and the distance of the initial
+   states are added.
 
 A piece over which Y is badly conditioned, or on which no circle works, is halved, exactly.
 

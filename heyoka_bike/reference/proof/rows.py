@@ -377,7 +377,7 @@ def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
     progress: TellTime = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure]]:  # fmt: skip
-    """Yield every column of every row as far as it is known: row 0 and constants, then the others.
+    """Return enclosures of every column by row, exact in row 0 and for constants if known.
 
     In a proof, a constant column must agree with its enclosure from the state.
     """

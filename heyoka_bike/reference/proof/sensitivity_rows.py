@@ -92,9 +92,9 @@ class ColumnDerivatives:
     def along(
         cls, variations: Sequence[Variation], unknowns: Unknowns, equations: Equations
     ) -> list[ColumnDerivatives]:
-        """Yield the derivatives over some parts, computed together for all of them.
+        """Return the derivatives over some parts, computed together for all of them.
 
-        `equations` are equations in balls.
+        `equations` are in balls.
         """
         a = AtPoints(COLUMN_BITS)
         with a.precision():

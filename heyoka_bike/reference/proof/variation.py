@@ -9,8 +9,8 @@ Each piece of the candidate p is treated about its middle, with u = (t - middle)
    estimate on a circle and a polydisc of states and constants bounds the omitted terms, and the
    effect of the distance of x from p (see `cauchy`).
 2. Y nearly solves ``Y' = h J Y``, Y(0) = 1, with a defect D, and p ``p' = h J p + h g``, p(0) = 0,
-   each bounded by its coefficients. With the constant C that joins it to the previous piece, q = Y
-   C + p nearly solves the equation; f is its residual.
+   each bounded by its coefficients. With the constant C that joins it to the previous piece,
+   q = Y C + p nearly solves the equation; f is its residual.
 3. S - q = Y z with ``z' = Y^-1 (f - D z)``: Y contains all of the linear motion, so Gronwall's
    inequality applies only to D.
 4. From piece to piece S - q is carried by Y(1) Y(-1)^-1 in a moving frame, as in `enclose`. One box

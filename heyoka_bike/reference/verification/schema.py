@@ -1,8 +1,8 @@
 """Checks that the files of a reference folder have the format of docs/files.md.
 
-Those of HDF5 files are in `form`. Every function yields problems, each in words, and `Unchecked`
-for each thing that cannot be compared as the set is older. They take bytes that match the manifest
-and trust nothing else.
+The module `form` checks HDF5 files. Every function yields problems in words, and an `Unchecked` for
+each item that cannot be compared because the dataset is older. The functions assume only that the
+bytes match the manifest.
 """
 
 import json

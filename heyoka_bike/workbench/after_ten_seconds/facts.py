@@ -126,7 +126,7 @@ def cycle_fact(run: Trajectory, like: Maneuver, progress: TellTime | None = None
 
 
 def settling_fact(bicycle: Bicycle, maneuver: Maneuver) -> Fact:
-    """Return the speed in upright straight running with the energy of such a start."""
+    """Return the speed of upright straight running with the energy of a maneuver's start."""
     balls = Balls(_BITS_OF_FACTS)
     with balls.precision():
         equations = Equations.of(bicycle, balls)

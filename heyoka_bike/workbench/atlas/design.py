@@ -99,8 +99,8 @@ class Design:
             )
             for row in table
         ]
-        # The constants of a single bicycle would be compiled in. Adding a second one makes the code
-        # read them, the same in every chunk.
+        # The constants of a single bicycle would be compiled in. A second bicycle makes the code
+        # read them at run time, so all chunks use the same code.
         return [*bicycles, self.bicycle], starts, which.reshape(-1)
 
     def provenance(self) -> dict[str, str]:

@@ -107,8 +107,10 @@ EARLY = 2
 """Oversampling within these seconds, because magnification comes in bursts."""
 
 _SECONDS_OF_STEP = 2 * SPACING / EARLY
-_TERMS_OF_EXPONENTIAL = 12  # of its series
-_SHIFT_OF_PITCH = 1e-5  # the pitch is even about straight running: slopes are good to 1e-10
+_TERMS_OF_EXPONENTIAL = 12  # of the series of the matrix exponential
+# Step in roll and steer for differences of the pitch [rad]. The pitch is even about straight
+# running, so its slopes are accurate to 1e-10.
+_SHIFT_OF_PITCH = 1e-5
 _AROUND = 2  # samples on either side of the largest one
 
 

@@ -35,7 +35,7 @@ def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
 
 
 def changes(axis: Array, row: Array) -> tuple[Array, Array]:
-    """Return the neighbours in a row of fates of which one stays and the other falls, as values.
+    """Return neighbouring values on an axis of which the first stays and the second falls.
 
     If one of the two is undecided, nothing is known about a change.
     """

@@ -91,9 +91,9 @@ typedef struct bicycle_check {
     int grade;    /* the worst */
     int bad_time; /* 1 + the place among the eight of a column with a time that is not finite */
     int is_whole; /* whether all eight columns of every maneuver that you gave cover its run, with
-                     no value missing; without that nothing is right, only as far as it goes */
-    int columns;     /* the fewest columns that were compared of a maneuver: 8 is all */
-    double coverage; /* the least fraction of the run that a column covers, 0 to 1 */
+                     no value missing; else the grade is only about the part that was compared */
+    int columns;     /* the number of compared columns in the maneuver with the fewest; 8 is all */
+    double coverage; /* the fraction of the run that the column with the least covers, 0 to 1 */
 } bicycle_check;
 
 /* ---- The exact motion ---------------------------------------------------- */
@@ -1106,8 +1106,8 @@ BICYCLE_API int ub_has_times(const bicycle_data *d)
     return 1;
 }
 
-/* The fraction of the run that values of a column cover: two cover the time between them if they are
-   near enough to each other. missing becomes 1 if a row has no value. */
+/* The fraction of the run that the values of a column cover. Two values cover the time between them
+   if they are at most UB_MOST_APART apart. missing becomes 1 if a row has no value. */
 BICYCLE_API double ub_coverage(const bicycle_check *c, int m, int key, int *missing)
 {
     const bicycle_data *d = &c->data[m][key];
@@ -1128,7 +1128,7 @@ BICYCLE_API double ub_coverage(const bicycle_check *c, int m, int key, int *miss
     return fmin(1, covered / ub_maneuvers[m].end);
 }
 
-/* How many columns of a maneuver were compared. */
+/* The number of compared columns of a maneuver. */
 BICYCLE_API int ub_count_columns(const bicycle_check *c, int m)
 {
     int key, count = 0;
@@ -1137,7 +1137,7 @@ BICYCLE_API int ub_count_columns(const bicycle_check *c, int m)
     return count;
 }
 
-/* Whether a column of a maneuver was given. */
+/* Whether at least one column of a maneuver was given. */
 BICYCLE_API int ub_has_columns(const bicycle_check *c, int m)
 {
     int key;
@@ -1243,8 +1243,9 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
     return c->grade;
 }
 
-/* Whether all eight columns of every maneuver that you gave are right over the whole run. Where fewer
-   are meant, or less of the run: grade == BICYCLE_RIGHT && columns >= 5 && coverage >= 0.3. */
+/* Whether all eight columns of every maneuver that you gave are right over the whole run. To accept
+   fewer columns or a part of the run, test for instance
+   grade == BICYCLE_RIGHT && columns >= 5 && coverage >= 0.3. */
 BICYCLE_API int bicycle_is_right(const bicycle_check *c)
 {
     return c->grade == BICYCLE_RIGHT && c->is_whole;
@@ -1300,7 +1301,7 @@ BICYCLE_API int ub_put_marked(char *text, size_t size, size_t *at, const int mar
     return count;
 }
 
-/* That a verdict is about a part, and how many columns that is. */
+/* Appends that the verdict is about a part, and the number of columns if some are missing. */
 BICYCLE_API size_t ub_put_part(const bicycle_check *c, char *text, size_t size, size_t at)
 {
     int m, fewest = -1, differ = 0;
@@ -1389,8 +1390,8 @@ BICYCLE_API const char *bicycle_line(const bicycle_check *c, char *text, size_t 
 
 /* A whole table in one call: the number at [row * row_stride + column * column_stride], with the
    time in column 0, then eight columns for each of some maneuvers from the first one (1, 2, ...) on.
-   digits has 8 numbers for each, NaN where nothing could be compared; text the line. The grade, or
-   BICYCLE_CLOSE in the place of BICYCLE_RIGHT where a column or a part of the run is missing. */
+   digits has 8 numbers for each, NaN where nothing could be compared; text the line. Returns the
+   grade, but BICYCLE_CLOSE instead of BICYCLE_RIGHT if a column or a part of the run is missing. */
 BICYCLE_API int bicycle_check_table(size_t rows, const double *table, ptrdiff_t row_stride,
                                     ptrdiff_t column_stride, int first, int maneuvers,
                                     double *digits, char *text, size_t size)

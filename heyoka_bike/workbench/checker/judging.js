@@ -38,7 +38,8 @@ function judged(file, maneuver) {
   return { name: file.name, line: string(judge.line()), style: grade === 1 && !isRight ? "close" : styles[grade], isWhole: Boolean(judge.is_whole()), cells: found, rows: rows.length };
 }
 
-// A text judged, or an `Unreadable`. Maneuver 0 is recognised by its values; `guess` then lists those that it may be, too.
+// Judges a text, or throws `Unreadable`. If the file names no maneuver and `chosen` is 0, the maneuver is recognised by the
+// values; `guess` then lists other possible maneuvers, or is null.
 function judgedText(text, name, chosen = 0) {
   const file = read(text, name);
   file.written = evened(Array.from({ length: file.width }, (_, i) => written(file, i)), file.columns.time);

@@ -86,7 +86,7 @@ function differencesOf(number, cells, { numbers, width, columns, rows }) {
 
 const listed = (items) => (items.length > 1 ? `${items.slice(0, -1).join(", ")} and ${items[items.length - 1]}` : items.join(""));
 
-// Half of the last digit that the file writes of a column, at its largest value [SI].
+// Resolution of roll, steer and speed in the file: half a unit in the last digit at the largest value [SI]; 0 without the column.
 function resolutionOf(given, { numbers, width, rows, written }) {
   const of = (key) => {
     const c = given[data.replay.states.indexOf(key)];

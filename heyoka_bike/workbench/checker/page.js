@@ -52,7 +52,7 @@ function judgeText(text, name, chosen = 0) {
 
 let offered = null;
 
-// The control by which a person chooses the maneuver of a file that does not name it; 0: not yet chosen.
+// Shows the control for choosing the maneuver of a file that does not name it; maneuver 0 means that none is chosen yet.
 function offerManeuvers(text, name, maneuver, guess) {
   offered = { text, name };
   at("guess").textContent = guess;
@@ -72,7 +72,7 @@ const inWords = (key) => key.replaceAll("_", " ");
 const title = (cell) => `${phrases.maneuver} ${cell.maneuver}, ${inWords(keys[cell.key])}`;
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
-// How a column differs from the default, and what else fits it, in the words of a report; empty without either.
+// Describes how a column differs from the default, and other definitions that fit it, in the words of a report; may be empty.
 function takenAs(c) {
   if (!c.rows) return "never filled in: one number in every row";
   const said = [], isDefault = c.column === c.key, usual = string(judge.definition(c.key));
@@ -129,7 +129,7 @@ function show(result) {
   at("shown").scrollIntoView({ block: "nearest" });
 }
 
-// The target says what was judged, and that it takes another file.
+// Makes the drop target name the judged file and invite another one; without a name it shows the first invitation again.
 function invite(name) {
   at("drop").classList.toggle("has", Boolean(name));
   at("invitation").textContent = name ? `${name}: drop another file here, or click to choose one` : INVITATION;
@@ -137,7 +137,7 @@ function invite(name) {
 
 const STEPS_OF_KEYS = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] };
 
-// Arrow keys choose the next cell in their direction that was compared; Home and End the ends of a row.
+// Arrow keys choose the next compared cell in their direction; Home and End choose the first and the last one of the row.
 function moveInMatrix(event) {
   const cell = event.target.closest("td"), isEnd = event.key === "Home" || event.key === "End";
   if (!cell || !(isEnd || STEPS_OF_KEYS[event.key]) || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -284,7 +284,7 @@ function worstRows(c, mine) {
 const exactly = exactScenes();
 const showMotions = replay({ bicycle: data.replay.bicycle, maneuvers: exactly, isPart: true, timeShown: moveCursors });
 
-// The time of the replay in the charts of its maneuver.
+// Moves the cursors in the charts of a maneuver to the time of the replay, given as a fraction of the run; hides the others.
 function moveCursors(maneuver, part) {
   for (const line of document.querySelectorAll(".curve .cursor")) {
     const x = Number(line.dataset.left) + part * Number(line.dataset.width), isHere = Number(line.dataset.maneuver) === maneuver;
@@ -408,7 +408,7 @@ at("link").addEventListener("click", async () => {
 for (const name of ["dragenter", "dragover", "dragleave", "drop"])
   document.addEventListener(name, (event) => {
     event.preventDefault();
-    // A drag that goes from one element of the page to another leaves nothing.
+    // A dragleave event with a related target goes to another element of the page, so the file is still over the page.
     const isOver = name !== "drop" && (name !== "dragleave" || event.relatedTarget !== null);
     if (isOver !== at("drop").classList.contains("over")) showDrag(isOver);
     if (name === "drop" && event.dataTransfer.files.length) take(event.dataTransfer.files[0]);

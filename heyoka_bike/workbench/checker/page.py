@@ -96,9 +96,8 @@ def page_data() -> dict[str, Any]:
 
 
 def _recognition_data(reference: Reference) -> dict[str, Any]:
-    """What ``recognising.js`` needs of `scoring.recognition`; columns by their place."""
+    """Return the limits and values of `scoring.recognition` for ``recognising.js``, by index."""
     keys, maneuvers = list(BENCHMARK_COLUMNS), [reference[n] for n in reference]
-    rates = {keys.index(a): keys.index(r) for a, r in RATE_OF.items() if a in keys}
     return {
         "fastest": recognition.FASTEST_MODE,
         "near": recognition.NEAR,
@@ -111,7 +110,7 @@ def _recognition_data(reference: Reference) -> dict[str, Any]:
         "roundoff": recognition.ROUNDOFF,
         "zeroed": [keys.index(key) for key in recognition.ZEROED],
         "factors": [recognition.factors(key, None, maneuvers[0]) for key in keys],
-        "rates": [rates.get(i) for i in range(len(keys))],
+        "rates": [keys.index(RATE_OF[key]) if key in RATE_OF else None for key in keys],
         "varies": [[recognition.varies(key, m) for key in keys] for m in maneuvers],
         "middles": [[recognition.middle(key, m) for key in keys] for m in maneuvers],
     }

@@ -6,11 +6,11 @@ const number = (text) => (/n/i.test(text) ? NaN : Number(text.replace(/d/i, "e")
 const SEPARATORS = ["\t", ";", ",", ""];
 const FEWEST_COUNTED = 9;
 const LONGEST_SHOWN = 40;
-// Skipped lines that are quoted.
+// At most this many skipped lines are quoted.
 const MOST_SKIPPED = 3;
-// Values that the repeat counts of a row may stand for.
+// Limit on the values that the repeat counts of one row may produce, see `expanded`.
 const MOST_REPEATED = 100;
-// Begins as a number, and has only the letters of an exponent.
+// A field that begins like a number and contains no letters except those of exponents.
 const LIKE_A_NUMBER = /^["'([{]*[+-]?\.?\d[\d.,+*^-]*(?:[edq][\d.,+*^-]*)*[)\]}"']*$/i;
 const FACTOR = /^\s*1\.?0*e[+-]?\d{1,2}\s*\*\s*$/i;
 const COMMENT_SIGNS = /^[#%!/;*\s]+/;
@@ -77,21 +77,21 @@ function fieldsOf(line, { separator, point = "." }) {
   return line.includes("*") ? expanded(fields, point) : fields;
 }
 
-// Fortran's 3*0.5 is three values.
+// Expands Fortran's repeat counts: 3*0.5 means three values.
 function expanded(fields, point) {
   const each = fields.map((x) => x.match(/^([1-9]\d{0,2})\*([^*^].*)$/)).map((x) => (x && isNumber(decimal(x[2], { point })) ? x : null));
   if (each.reduce((sum, x) => sum + (x ? Number(x[1]) : 0), 0) > MOST_REPEATED) return fields;
   return fields.flatMap((x, i) => (each[i] ? Array(Number(each[i][1])).fill(each[i][2]) : [x]));
 }
 
-// A line that is not read and looks like a row: most of its fields do, or as many as a row has. A
-// comment must have as many: it may list a few parameters.
+// True if a skipped line looks like a row: it has at least as many numbers as a row, or most of its
+// fields are numbers. A comment needs as many numbers as a row, because it may list a few parameters.
 function looksLikeRow(line, plain, dialect, width) {
   const text = (plain || line.replace(COMMENT_SIGNS, "")).trim();
   if (!text || (plain && countsColumns(fieldsOf(text, dialect)))) return false;
   return SEPARATORS.some((separator) => {
     const fields = fieldsOf(text, { separator }), numbers = fields.filter((x) => LIKE_A_NUMBER.test(x)), count = numbers.length;
-    // Whole numbers behind a word are labels.
+    // If a line starts with a word and all of its numbers are integers, these are labels, not values.
     if (numbers[0] !== fields[0] && numbers.every((x) => /^\d+$/.test(x))) return false;
     return count >= width || (plain && count > 1 && 2 * count > fields.length);
   });
@@ -104,8 +104,8 @@ function skippedText(skipped, lines) {
   return `${skipped.length === 1 ? "a line with numbers was" : `${skipped.length} lines with numbers were`} not read: ${shown}${more}`;
 }
 
-// A field as a number with a point; beside a decimal comma a point has no place. Mathematica writes
-// exponents as *^-18.
+// The text of a field with a decimal point; empty if a file with decimal commas has a point in a number.
+// Mathematica writes exponents as *^-18.
 const decimal = (field, { point }) => (point === "." ? field : field.includes(".") ? "" : field.replace(",", ".")).replace("*^", "e");
 const shortened = (text) => JSON.stringify(text.length > LONGEST_SHOWN ? `${text.slice(0, LONGEST_SHOWN)}...` : text);
 const countsColumns = (fields) => fields.length >= FEWEST_COUNTED && [0, 1].some((start) => fields.every((x, i) => x === String(i + start)));

@@ -1,16 +1,16 @@
-/* The maneuver of rows that do not name it, recognised as heyoka-bike score recognises it: see scoring/recognition.py,
-   which says why. `data.recognition` has the limits of that module. */
+/* Recognises the maneuver of rows that do not name it, with the method of heyoka-bike score: scoring/recognition.py gives
+   the reasons. `data.recognition` contains the limits of that module. */
 
 const RULES = data.recognition;
 
 class NoManeuver extends Unreadable {}
 
-// The nearest maneuver, and those that cannot be excluded, the nearest first.
+// Returns the nearest maneuver, and its rivals: the others that cannot be excluded, the nearest first.
 function recognised(file) {
   const near = new Map(MANEUVERS.map((n) => [n, nearness(file, n)]).filter(([, columns]) => columns.size));
   const apart = (n) => Math.exp(mean([...near.get(n).values()].flatMap((c) => c.spans)));
   const far = new Map([...near].map(([n, columns]) => [n, [...columns.values()].reduce((s, c) => s + c.cost, 0)]));
-  // Without rows to compare any maneuver shows that there are none.
+  // Without rows to compare, any maneuver will do: the caller then reports that no row is within the run.
   if (!near.size) return { maneuver: MANEUVERS[0], rivals: [] };
   const [maneuver, ...others] = [...near.keys()].sort((a, b) => far.get(a) - far.get(b));
   if (apart(maneuver) >= RULES.farthest) {
@@ -26,7 +26,7 @@ const median = (x) => {
   return (sorted[(sorted.length - 1) >> 1] + sorted[sorted.length >> 1]) / 2;
 };
 
-// True if rows that are near to a maneuver cannot be those of the other one.
+// True if rows near one maneuver cannot be rows of the other maneuver.
 function isExcluded(near, far, maneuver, other) {
   const { exact, far: distant, clearly, near: close } = RULES, both = [...near.keys()].filter((k) => far.has(k));
   const starts = both.filter((k) => startsApart(k, maneuver, other)).map((k) => [near.get(k).atStart, far.get(k).atStart]).filter(([a, b]) => a !== null && b !== null);
@@ -41,7 +41,7 @@ function startsApart(key, one, other) {
   return [key, RULES.rates[key]].some((k) => k !== null && Math.abs(judge.exact(one, k, 0) - judge.exact(other, k, 0)) > RULES.exact * Math.max(judge.scale(one, k), judge.scale(other, k)));
 }
 
-// How near each column is to a maneuver, by its key; empty if fewer than half of the rows are within its run.
+// Nearness of each column to a maneuver, by the key of the column; empty if fewer than half of the rows are within the run.
 function nearness(file, maneuver) {
   const { numbers, width, columns, rows } = file, found = new Map();
   const time = (i) => numbers[i * width + columns.time];
@@ -54,9 +54,9 @@ function nearness(file, maneuver) {
       const x = numbers[i * width + c.at], size = Math.abs(x);
       return { t: time(i), x: size > MOST_VALUE ? NaN : size < 1 / MOST_VALUE ? 0 : x, y: judge.exact(maneuver, c.key, time(i)), half: halfDigit(x, file.written[c.at]) };
     }).filter((row) => Number.isFinite(row.x) && Number.isFinite(row.y)));
-    const first = read.flat()[0];
+    const all = read.flat(), [first] = all;
     if (!first) continue;
-    let start = read.flat().filter((row) => row.t <= RULES.fastest);
+    let start = all.filter((row) => row.t <= RULES.fastest);
     // An angle that starts at zero shows its rate in the next rows.
     const isAngle = RULES.rates[c.key] !== null && Math.abs(judge.exact(maneuver, c.key, 0)) <= RULES.roundoff * scale;
     start = isAngle ? start.filter((row) => row.t > 0) : start.slice(0, 1);
@@ -66,13 +66,13 @@ function nearness(file, maneuver) {
   return found;
 }
 
-// Half of what the last digit of a number is worth.
+// Half a unit in the last written digit of a number.
 function halfDigit(x, { digits, places }) {
   if (places >= 0) return 10 ** -places / 2;
   return x && Number.isFinite(x) ? 10 ** (Math.floor(Math.log10(Math.abs(x))) + 1 - (digits || 17)) / 2 : 0;
 }
 
-// Rows of each span of time: those at the start, then of times that double.
+// Indices of rows in each time span: first the rows at the start, then spans that double in length. Long spans are thinned.
 function spansOf(rows, time) {
   const spans = new Map();
   for (const i of rows) {
@@ -86,7 +86,7 @@ function spansOf(rows, time) {
   });
 }
 
-// Units, signs and zeros in which a column may be written, and what each costs.
+// Possible units, signs and zeros of a column; the cost is the logarithm of the odds against each combination.
 function waysOf({ key, unit }) {
   const written = unit || units[key], isEnergy = units[key] === "J";
   return Object.entries(RULES.factors[key]).flatMap(([name, factor]) => (isEnergy ? [1] : [1, -1]).flatMap((sign) =>
@@ -100,7 +100,7 @@ function compare(read, start, first, { times, isMoved, cost }, middle, scale) {
     const apart = Math.abs(x - y) + floor;
     return { apart, beyond: Math.max(apart - 2 * floor, 0), size: Math.abs(x) + Math.abs(y) + floor };
   };
-  // Medians, for a few rows may be of anything.
+  // Medians, because a few rows may contain arbitrary values.
   const typical = (rows) => {
     const found = rows.map(difference), size = median(found.map((d) => d.size));
     return { apart: median(found.map((d) => d.apart)) / size, beyond: median(found.map((d) => d.beyond)) / size };

@@ -405,7 +405,7 @@ def _signed(x: Register, quarters: Register) -> Register:
     return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", WHOLE)
 
 
-_LEVEL = 3  # of LLVM's optimisation
+_LEVEL = 3  # LLVM's optimisation level
 ADDRESS, COUNT, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 """ctypes of the arguments of a `function`."""
 MOST_STEPS = 200_000

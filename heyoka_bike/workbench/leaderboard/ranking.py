@@ -76,7 +76,7 @@ class RankedProblem:
     maneuver: int | None = None
 
     def numbers(self, count: int) -> tuple[int, ...]:
-        """Return the numbers of the problem's maneuvers in its dataset, which has `count`."""
+        """Return the numbers of the problem's maneuvers in its dataset of `count` maneuvers."""
         return tuple(range(1, count + 1)) if self.maneuver is None else (self.maneuver,)
 
 
@@ -203,7 +203,7 @@ def _read_file(
 GRADES = (12, 9, 6, 3)
 """Numbers of correct digits for which a problem counts as solved, see docs/harder-tier.md."""
 
-_SCORING = 0.05  # fraction of the progress bar, if entries are diagnosed
+_SCORING = 0.05  # fraction of the progress bar for scoring, if entries are diagnosed
 
 References = Mapping[tuple[str, str], Reference]
 """Datasets by the names of their bicycle and maneuvers."""

@@ -1,9 +1,9 @@
 "use strict";
 // Draws the scene and runs the time. World and body axes: x forward, y to the right, z down [m].
 // Returns a function that shows other maneuvers in place of those given; its `goTo` chooses a maneuver
-// and a time. Where `data.isPart`, the stage is a part of a page: it begins at rest, takes nothing from
-// the address, and has no keys outside of it. `data.timeShown` is called with the maneuver and the part
-// of its duration that are shown.
+// and a time. If `data.isPart` is true, the stage is a part of a page: it starts paused, ignores the
+// address, and handles keys only inside the stage. `data.timeShown` is called with the maneuver and the
+// fraction of its duration that are shown.
 const replay = (data) => {
   let { points: P, radii, tilt, solids } = data.bicycle;
   const FAR_ANGLE = 1.15;  // what an exaggerated roll or steer may come to [rad]
@@ -501,7 +501,8 @@ const replay = (data) => {
   };
   const fixed = (x, digits) => x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1").replace("-", "−");
   const short = (x) => x === 0 ? "0" : x.toExponential(1).replace("-", "−").replace("e-", "e−").replace("e+", "e");
-  // A difference below the digits of the file is zero. Yaw and track follow from the angles and the speed.
+  // A difference that the digits of the file cannot resolve is shown as zero. Yaw follows from the angles and
+  // the track from the speed, so they have the resolution of these.
   const resolved = (name, d) => {
     const { roll = 0, steer = 0, speed = 0 } = scene.result.resolution;
     const least = { roll, steer, speed, yaw: Math.max(roll, steer), track: speed }[name];
@@ -720,7 +721,7 @@ const replay = (data) => {
     begin();
     setPlaying(!data.isPart && !still.matches);
   };
-  // The maneuver as it is, with the time that it has, if no time is given.
+  // Pauses, and shows a maneuver at a time, by default the current one.
   show.goTo = (maneuver, time = t) => {
     setPlaying(false);
     if (maneuver !== scene.number) setManeuver(maneuver);

@@ -23,7 +23,6 @@ from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.measures import rounding
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
@@ -91,7 +90,7 @@ class ShownResult(Shown):
     first
         Index of the first frame among those of the reference.
     resolution : mapping of str to float
-        Half of the last digit that the file writes of each column, at its largest value [SI].
+        Largest rounding error of each column at the digits written [SI], see `ColumnScore`.
     notes : tuple of str
         Sentences on the sources of the quantities, and on where the result ends.
     """
@@ -245,8 +244,7 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     else:
         end = f"Its rows end at {rows_time[-1]:.4g} s."
     notes = _notes(found, moving, columns, float(shown[0]), end)
-    units = {name: columns[name].as_understood.unit for name in moving}
-    resolution = {name: float(np.max(rounding(part, name, units[name])[0])) for name in moving}
+    resolution = {name: columns[name].resolution for name in moving}
     return ShownResult(motion, values, first, resolution, notes)
 
 

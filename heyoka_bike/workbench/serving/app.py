@@ -144,7 +144,7 @@ class Guard:
 
 
 def _is_foreign(headers: Headers) -> bool:
-    """Return whether a browser says that a page of another site sent the request."""
+    """True if a browser says that a page of another site sent the request."""
     site = headers.get("sec-fetch-site")
     if site is not None:
         return site in _FOREIGN

@@ -166,7 +166,7 @@ class TaskEnding:
 
 
 def is_long(kind: Kind) -> bool:
-    """Return whether a task of this kind may take minutes."""
+    """True if a task of this kind may take minutes."""
     return kind == "diagnose"
 
 

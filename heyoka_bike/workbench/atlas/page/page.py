@@ -187,7 +187,7 @@ def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 _HERE = Path(__file__).parent
 _BODY = Template((_HERE / "page.html").read_text(encoding="utf-8"))
 _SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
-_LETTERS_OF_SOURCE = 200  # letters of the provenance on the page, which leaves out the inputs
+_LETTERS_OF_SOURCE = 200  # longer texts of the provenance, such as the inputs, are not shown
 _SHAPES = 9  # drawings along an axis that changes the bicycle
 _CURVE = 25  # points of a curve of speeds
 _DIGITS_OF_RANGE = 15  # of the ends of the stable range
