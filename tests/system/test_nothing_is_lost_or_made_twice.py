@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from heyoka_bike.cli import main
+from heyoka_bike.errors import Exit
 from heyoka_bike.reference import making as module
 from heyoka_bike.system.parallel import carry_out, using
 from support.clusters import HEARS, started
@@ -55,7 +56,7 @@ def begun(*words):
 
 
 def wait_for_jobs(run, count):
-    """Read what a command logs until this many jobs are done."""
+    """Read a command's log until this many jobs are done."""
     lines = []
     while sum(" done, " in line for line in lines) < count:
         lines.append(run.stderr.readline())
@@ -79,7 +80,7 @@ def test_a_killed_scheduler_ends_the_run_with_one_line(sets, tmp_path):
         wait_for_jobs(run, 2)
         processes.all[0].kill()
         _, said = run.communicate(timeout=120)
-    assert run.returncode == 70
+    assert run.returncode == Exit.INPUT
     assert re.search("the scheduler at .* ended", said.splitlines()[-1])
 
 
