@@ -141,7 +141,7 @@ def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeO
     """What many tests need and is long in the making: a folder by its name, and what fills it."""
 
     def make(name: str, fill: Callable[[Path], object]) -> Path:
-        from filelock import FileLock  # only here, so that other tests need no package
+        from filelock import FileLock  # only tests that use this fixture need it
 
         # The first of the processes that run the tests makes it, the others wait for it.
         base = tmp_path_factory.getbasetemp()

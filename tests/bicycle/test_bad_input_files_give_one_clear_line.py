@@ -68,7 +68,7 @@ spacing = "0.01"
 
 NUMBER = "expected a decimal number or an expression"
 
-# What is replaced, by what, and the beginning of the message after the name of the file.
+# Old text, new text, and the beginning of the message after the name of the file.
 BICYCLES = [
     # Missing, unknown, given twice
     ('w = "1.02"\n', "", "parameters: found no entry 'w', expected one (wheel base)"),

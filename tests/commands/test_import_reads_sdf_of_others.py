@@ -8,7 +8,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.reference.exports.models import render
 from heyoka_bike.system.resources import find_input
 
-# Half a unit of the fifteenth digit, to which files are read.
+# Files are read to 15 digits: this is half a unit of the last one.
 ROUNDOFF = 5e-15
 
 
@@ -20,7 +20,7 @@ def bicycle():
 
 @pytest.fixture
 def changed(bicycle, tmp_path):
-    """The exported file with one text in the place of another, imported."""
+    """Imports the exported file after replacing texts in it; a change is an old and a new text."""
 
     def read(*changes):
         text = render("sdf", bicycle, (), has_visuals=False).decode().partition("-->")[2].strip()
@@ -35,7 +35,7 @@ def changed(bicycle, tmp_path):
 
 
 def places(text):
-    """The text of the pose of each link."""
+    """Return the text of each link's pose, by the name of the link."""
     return {
         name: text.partition(f'<link name="{name}">')[2].partition("<pose>")[2].partition("</")[0]
         for name in "BRHF"
@@ -55,7 +55,7 @@ def same(found, bicycle):
 
 
 def test_a_model_that_is_turned_and_moved_in_its_world(changed, bicycle):
-    """All poses are relative to the model's, angles in degrees."""
+    """The model has a pose of its own, with angles in degrees; all others are relative to it."""
     found = changed(
         (
             '<model name="bicycle">',
@@ -66,7 +66,7 @@ def test_a_model_that_is_turned_and_moved_in_its_world(changed, bicycle):
 
 
 def test_a_link_is_placed_relative_to_another(changed, bicycle, pose):
-    """The front wheel's pose is that of a frame attached to the fork, which is turned."""
+    """The front wheel is placed relative to a rotated frame, which is attached to the fork."""
     wheel, fork = ([float(a) for a in pose[link].split()[:3]] for link in "FH")
     x, _, z = (a - b for a, b in zip(wheel, fork, strict=True))
     half = "0.70710678118654752440"
@@ -87,7 +87,7 @@ def test_a_link_is_placed_relative_to_another(changed, bicycle, pose):
 @pytest.mark.parametrize(
     ("version", "axis"),
     [
-        # The axis of a joint whose frame is turned by half a turn about z.
+        # In all cases the joint's frame is rotated by half a turn about z.
         ("1.6", "<xyz>{-x} 0 {z}</xyz>"),
         ("1.6", "<xyz>{x} 0 {z}</xyz><use_parent_model_frame>true</use_parent_model_frame>"),
         ("1.9", '<xyz expressed_in="__model__">{x} 0 {z}</xyz>'),
@@ -110,7 +110,7 @@ def test_axes_are_along_the_frame_of_their_version(version, axis, changed, bicyc
 
 
 def test_links_that_are_fixed_are_one_body(changed, bicycle):
-    """A rider of 3 kg at the frame's own centre of mass leaves the rest as it is."""
+    """A rider of 3 kg, fixed at the frame's centre of mass, counts as a part of the frame."""
     rider = (
         '<link name="rider"><pose relative_to="B">{} 0 {} 0 0 0</pose><inertial><mass>3</mass>'
         "<inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link>"

@@ -144,12 +144,12 @@ ANSWERS = {
     "linearised, wheel spin inertia missing": "linearised",
     "linearised, another mistake in the equations": "linearised",
 }  # fmt: skip
-"""What a right answer says, by what was done."""
+"""Pattern of a right answer, by the mistake that was made."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """An entry of the index, and what is said first of its file.
+    """An entry of the index, the outcome for its file, and the message that decides.
 
     The outcome is ``fair`` or ``unfair`` for an honest file; else ``right``, ``wrong`` if another
     cause is named, ``helpful`` if anything is described, or ``silent``.
@@ -161,7 +161,7 @@ class Judged:
 
 
 def judged(entry, report):
-    """Compare what is said of a file with the right answer."""
+    """Compare the diagnosis of a file with the right answer."""
     answer = entry["expected"]
     accused = [f.message for f in report.diagnosis if f.code in ACCUSES]
     if answer in ("correct", "convention", "linearised"):
@@ -174,7 +174,7 @@ def judged(entry, report):
     named = [f for f in report.diagnosis if f.code in NAMES_A_CAUSE]
     others = [f for f in (*report.diagnosis, *report.findings) if f.code not in NAMES_NOTHING]
     told = [f.message for f in named[:1] or others]
-    # Two mistakes that undo each other's surplus are no answer where one was made.
+    # More mistakes than were made are no right answer: one may cancel another.
     made = 2 if ", " in answer or "several" in answer else 1
     is_surplus = any(len(f.evidence.get("mistakes", ())) > made for f in named[:1])
     if not is_surplus and any(
@@ -188,7 +188,7 @@ def judged(entry, report):
 
 
 def report_of(file, path, reference):
-    """The diagnosis of a file; its maneuver is given where the scorer asks for it."""
+    """Diagnose a file, with its maneuver if the scorer asks for that."""
     try:
         return diagnose([read(str(path), None, reference)], reference)
     except NothingScoredError as e:
@@ -212,22 +212,21 @@ def judge(names, folder, reference):
 
 
 def read_index():
-    """The entries of the index by the name of their file."""
+    """Return the entries of the index by the name of their file."""
     with open(HERE / "index.toml", "rb") as stream:
         return {entry["name"]: entry for entry in tomllib.load(stream)["file"]}
 
 
 def answered_before(path):
-    """A report as `judged` reads it, from the JSON that the command line printed."""
+    """Return a report for `judged`, from the JSON that the command line printed."""
     content = path.read_text()
     given = json.loads(content[content.index("\n{") :] if "\n{" in content else content)
-
     said = [SimpleNamespace(**{"evidence": {}, **f}) for f in given.get("findings", ())]
     return SimpleNamespace(diagnosis=said, findings=[])
 
 
 def table(found):
-    """Count the outcomes, of honest files, visible mistakes and others; and list what is amiss."""
+    """Count the outcomes of honest files, visible and hidden mistakes, and list the failures."""
     counts = {kind: Counter() for kind in ("honest", "visible", "hidden")}
     lines = []
     for j in found:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from games.files import EIGHT, MOTION, correct, decimal_times, names, references, scale, truth
-from games.truth import FREE, ZEROED, _digits, errors, units
+from games.truth import FREE, PI, ZEROED, _digits, errors, units
 
 MANEUVERS = (1, 2, 3)
 END = 10.0
@@ -186,7 +186,7 @@ def honest_file(seed, number):
 
 
 WHEELS = ("rear_wheel_angle", "front_wheel_angle")
-_TURN = 2 * np.longdouble("3.14159265358979323846264338327950288")
+_TURN = 2 * PI
 
 
 def _freely(random, parts, reading, size, digits):

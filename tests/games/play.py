@@ -1,9 +1,9 @@
 """Play the two games against the scorer: wrong files that must not pass, honest ones that must.
 
-python tests/games/play.py wrong            # 20,000 files, 0.11 s of processor time each python
-tests/games/play.py honest           # 5,000 files, 0.15 s each python tests/games/play.py wrong
---first 5000 --count 5000 --processes 1   # a slice, one process python tests/games/play.py wrong
---case 123 # one of them, with its outcome
+python tests/games/play.py wrong            # 20,000 files, 0.11 s of processor time each
+python tests/games/play.py honest           # 5,000 files, 0.15 s each
+python tests/games/play.py wrong --first 5000 --count 5000 --processes 1   # a slice, one process
+python tests/games/play.py wrong --case 123 # one of them, with its outcome
 """
 
 import argparse

@@ -12,8 +12,9 @@ import numpy as np
 from games.files import EIGHT, END, UNITS, names, references, scale, truth
 from heyoka_bike.numbers.double import two_sum
 
+PI = np.longdouble("3.14159265358979323846264338327950288")
 # Number of the file's units in one SI unit.
-_DEGREES = 180 / np.longdouble("3.14159265358979323846264338327950288")
+_DEGREES = 180 / PI
 _ONE = np.longdouble(1)
 _FACTORS = {
     "rad": {"rad": _ONE, "deg": _DEGREES},
@@ -32,7 +33,7 @@ _FACTORS = {
 }
 SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 ZEROED = ("potential_energy", "mechanical_energy")
-# No equation contains them: a program starts anywhere, and counts turns or does not.
+# No equation contains these columns: they may start anywhere, and angles may lack whole turns.
 FREE = ("yaw", "rear_wheel_angle", "front_wheel_angle",
         *(f"{place}_{axis}" for place in ("rear_contact", "front_contact", "rear_hub", "front_hub",
                                           "rear_frame_com", "front_frame_com", "com")

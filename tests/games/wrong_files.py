@@ -410,6 +410,21 @@ def _table(random, maneuvers=MANEUVERS):
     return parts, columns
 
 
+def _without_numbers(columns):
+    """Return the columns under headings without the number of the maneuver."""
+    return [(name.partition("_")[2] or name, values) for name, values in columns]
+
+
+def _wrong(values):
+    """Return texts of values that no definition, unit or sign explains."""
+    return [repr(1.3 * float(v) + 0.01) for v in values]
+
+
+def _others(random):
+    """Return columns without a known name, which are zero."""
+    return [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
+
+
 def _lines(columns):
     return [
         ",".join(row) for row in zip(*([name, *values] for name, values in columns), strict=True)
@@ -581,7 +596,7 @@ def _second_of(random, columns):
     The headings of all columns contain the number of the maneuver, or none does.
     """
     if random.random() < 0.5:
-        columns[:] = [(name.partition("_")[2] or name, values) for name, values in columns]
+        columns[:] = _without_numbers(columns)
     i = random.integers(1, 9)
     heading = columns[i][0]
     return i, EIGHT[i - 1], heading
@@ -591,7 +606,7 @@ def another_column_beside(random):
     """A second, wrong column of the same quantity with a name of its own."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     i, name, heading = _second_of(random, columns)
-    wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
+    wrong = _wrong(columns[i][1])
     unit = COMPARED[name][0].unit
     behind = ["2", "_2", "_3", ".1", "*", "#2", f" [{unit}]", f" [m{unit.partition(' ')[0]}]"]
     columns.insert(random.integers(1, 10), (f"{heading}{random.choice(behind)}", wrong))
@@ -602,26 +617,34 @@ def a_long_name_beside(random):
     """A second, wrong column of the same quantity with a very long name."""
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
     i, name, heading = _second_of(random, columns)
-    wrong = [repr(1.3 * float(v) + 0.01) for v in columns[i][1]]
+    wrong = _wrong(columns[i][1])
     about = " ".join(random.choice(_REMARKS, random.integers(1, 30)))
     second = f'"{heading} ({about}) {random.integers(2, 100)}"'
-    others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
-    columns = [*columns, *others]
+    columns = [*columns, *_others(random)]
     columns.insert(random.integers(1, len(columns) + 1), (second, wrong))
     return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
 
 
 def a_name_not_understood(random):
     """The only column of a quantity is wrong, and its name merely contains the known one."""
+    parts, columns, keys = _wrong_under_other_names(random, _around)
+    columns = [columns[0], *_others(random), *columns[1:]]
+    key = keys[-1]
+    return _of_text(parts, _lines(columns), [key], ["scd >= 6", f"{key}.scd >= 6"])
+
+
+def _wrong_under_other_names(random, rename):
+    """Return the table of one maneuver with 1 to 3 wrong columns, and the keys of these.
+
+    The headings have no number. `rename` draws another name for each wrong column.
+    """
     parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
-    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
+    columns, keys = _without_numbers(columns), []
     for i in random.choice(np.arange(1, 9), random.integers(1, 4), replace=False):
-        name, values = columns[i]
-        wrong = [repr(1.3 * float(v) + 0.01) for v in values]
-        columns[i] = f'"{_around(random, name)}"', wrong
-    others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
-    columns = [columns[0], *others, *columns[1:]]
-    return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
+        key, values = columns[i]
+        columns[i] = f'"{rename(random, key)}"', _wrong(values)
+        keys.append(key)
+    return parts, columns, keys
 
 
 def under_a_path_in_a_unit(random):
@@ -649,10 +672,9 @@ def a_maneuver_that_is_none(random):
     own = [i for i, (name, _) in enumerate(columns) if name.endswith(key)]
     for i in own if random.random() < 0.5 else random.choice(own, 1):
         name, values = columns[i]
-        wrong = [repr(1.3 * float(v) + 0.01) for v in values]
         number = random.integers(4, 100)
         ways = [f"m{number}_{key}", f"maneuver {number} {key}", f"{name}_{number}"]
-        columns[i] = random.choice(ways), wrong
+        columns[i] = random.choice(ways), _wrong(values)
     return _of_text(parts, _lines(columns), [key], ["scd >= 6", f"{key}.scd >= 6"])
 
 
@@ -879,17 +901,12 @@ def _right_in_part(random, parts, amount):
 
 def an_odd_name(random):
     """Columns are wrong under names that are misspelt, path segments, or derivatives."""
-    parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
-    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
-    for i in random.choice(np.arange(1, 9), random.integers(1, 4), replace=False):
-        name, values = columns[i]
-        wrong = [repr(1.3 * float(v) + 0.01) for v in values]
-        columns[i] = f'"{_odd(random, name)}"', wrong
+    parts, columns, _ = _wrong_under_other_names(random, _odd)
     kept = [
         columns[j]
         for j in sorted(random.choice(np.arange(1, 9), random.integers(5, 9), replace=False))
     ]
-    others = [(f"{_word(random)}_{j}", ["0"] * 1001) for j in range(random.choice([0, 3, 120]))]
+    others = _others(random)
     if all('"' not in name for name, _ in kept):
         kept = columns[1:]
     name = next(name for name, _ in kept if '"' in name)

@@ -78,7 +78,7 @@ def _times(x, pick):
     elif how == 10:
         t[:] = np.arange(len(x)) * pick.choice((1.0, 1e-3, 1e-6, 1e-9, 1e-10, 1e-16, 5e-324))
     elif how == 11:
-        # Neighbours that differ in their last bit.
+        # Each time differs from the one before in its last bit.
         t[:] = t[0] + 1.0
         for k in range(1, len(t)):
             t[k] = np.nextafter(t[k - 1], np.inf)

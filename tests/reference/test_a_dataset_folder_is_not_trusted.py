@@ -1,6 +1,6 @@
 """Every command that opens a dataset folder refuses a hostile one in one line, and ends.
 
-The manifest vouches for what is changed: hashes find accidents, not intentions.
+Each change updates the manifest's hashes, because hashes only detect accidental damage.
 """
 
 import json
@@ -27,7 +27,7 @@ def copy(small_set, tmp_path):
 
 
 def run(capsys, *words):
-    """Exit code and lines on standard error, without a number of another file anywhere."""
+    """Return exit code and lines on standard error; no output contains another file's content."""
     code = main(list(map(str, words)))
     out, err = capsys.readouterr()
     assert "1234.5" not in out + err
@@ -36,7 +36,7 @@ def run(capsys, *words):
 
 
 def replaced(name, make):
-    """A dataset of the rows is replaced by what `make` puts there."""
+    """Return a change that replaces a column of the rows with the object that `make` creates."""
 
     def change(folder):
         with h5py.File(folder / "uncontrolled-bicycle.h5", "r+") as f:
@@ -118,7 +118,7 @@ def test_a_hostile_column_is_refused_by_every_command(copy, capsys, make, monkey
         assert code in (1, 3), words
         named = [line for line in lines if "roll_angle" in line or "content_sha256" in line]
         assert named, (words, lines)
-        # Only `verify` has several lines: one for each check that failed.
+        # `verify` prints one line for each failed check, the other commands a single line.
         assert len(lines) == 1 or words[0] == "verify"
 
 
@@ -139,7 +139,7 @@ def test_coefficients_kept_elsewhere_are_refused(copy, capsys):
 
 
 def entry(name, **changes):
-    """The manifest lists a file by another name, or with something else said of it."""
+    """Return a change of the manifest's first entry: its file name, and optionally other keys."""
 
     def change(folder):
         document = json.loads((folder / MANIFEST).read_text())
@@ -255,7 +255,7 @@ def test_other_units_and_another_licence_are_not_certified(
     copy, capsys, file, place, attribute, text
 ):
     with h5py.File(copy / file, "r+") as f:
-        # A set of one's own states no licence.
+        # A custom dataset states no licence.
         is_known = attribute in f[place].attrs
         assert is_known == (attribute != "license")
         f[place].attrs[attribute] = text
@@ -280,7 +280,7 @@ def test_a_doubled_entry_of_the_manifest_is_not_certified(copy, capsys):
 
 
 def test_numbers_whose_hash_is_right_are_accepted(copy, capsys):
-    """The changes above are refused for what they are, not for being changes."""
+    """A copy with an updated manifest is accepted, so it is the changes above that are refused."""
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         assert f.attrs["content_sha256"] == content_sha256(f)
     accept(copy)

@@ -1,4 +1,4 @@
-"""An HDF5 file of a set that names other files, or unpacks to far more, is refused unread."""
+"""An HDF5 file that refers to other files, or unpacks to far more bytes, is refused unread."""
 
 import io
 import subprocess
@@ -69,26 +69,33 @@ def longer_chunk(group, other):
     group[NAME].id.write_direct_chunk((0,), raw)
 
 
-def longer_chunk_shuffled(group, other):
-    """The same behind another filter, so that its stream is not the stored bytes."""
-    made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    made.set_chunk(ROWS.shape)
-    made.set_deflate(9)
-    made.set_shuffle()
+def store_chunk(group, raw, filters):
+    """Store bytes as the only chunk of a dataset; `filters` adds filters to its properties."""
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_chunk(ROWS.shape)
+    filters(properties)
     space = h5py.h5s.create_simple(ROWS.shape)
-    dataset = h5py.h5d.create(group.id, NAME.encode(), h5py.h5t.IEEE_F64LE, space, made)
+    dataset = h5py.h5d.create(group.id, NAME.encode(), h5py.h5t.IEEE_F64LE, space, properties)
+    dataset.write_direct_chunk((0,), raw)
+
+
+def longer_chunk_shuffled(group, other):
+    """The compressed stream of the long chunk is shuffled, so the stored bytes are not a stream."""
+
+    def filters(properties):
+        properties.set_deflate(9)
+        properties.set_shuffle()
+
     raw = zlib.compress(bytes(200_000_000), 9)
-    dataset.write_direct_chunk((0,), raw + bytes(-len(raw) % 8))
+    store_chunk(group, raw + bytes(-len(raw) % 8), filters)
 
 
 def packed_twice(group, other):
-    made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    made.set_chunk(ROWS.shape)
-    made.set_deflate(9)
-    made.set_deflate(9)
-    space = h5py.h5s.create_simple(ROWS.shape)
-    dataset = h5py.h5d.create(group.id, NAME.encode(), h5py.h5t.IEEE_F64LE, space, made)
-    dataset.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(10**9))))
+    def filters(properties):
+        properties.set_deflate(9)
+        properties.set_deflate(9)
+
+    store_chunk(group, zlib.compress(zlib.compress(bytes(10**9))), filters)
 
 
 def other_filter(group, other):
@@ -180,7 +187,7 @@ def test_numbers_of_another_type_or_shape_are_not_read(data, said):
 
 @pytest.mark.parametrize("compression", ["gzip", "lzf"])
 def test_long_chunks_that_unpack_to_their_length_are_read(tmp_path, compression):
-    """Zeros in one chunk of more than is unpacked without a look."""
+    """The chunk is larger than `hdf5._USUAL_CHUNK`, so its unpacked size is checked."""
     with h5py.File(tmp_path / "x.h5", "w") as f:
         f.create_dataset(
             "x", data=np.zeros(9_000_000), chunks=(9_000_000,), compression=compression
@@ -198,7 +205,7 @@ def test_little_memory_is_used_for_a_bomb(tmp_path):
         "import sys\nfrom pathlib import Path\n"
         "from heyoka_bike.reference.hdf5 import opened\n"
         "try:\n    opened(Path(sys.argv[1]).read_bytes())\nexcept ValueError:\n"
-        # The peak of the process since its program began; ru_maxrss counts its parent, too.
+        # VmHWM is the peak of this program alone; ru_maxrss includes its parent's.
         "    status = Path('/proc/self/status').read_text()\n"
         "    print(status.partition('VmHWM:')[2].split()[0])"
     )

@@ -140,12 +140,12 @@ def test_gravity_is_the_bicycles(bicycle):
     light = bicycle.replace(g=Exact.parse("1.62"))
     assert 'gravity="0 0 -1.62"' in render("mjcf", light, ()).decode()
     root = ElementTree.fromstring(render("sdf", light, ()))
-    # DART reads it there, and the version allows it.
+    # DART only reads gravity there, and version 1.5 allows it.
     assert root.findtext("world/physics/gravity") == "0 0 -1.62"
     assert (root.get("version"), root.find("world/gravity")) == ("1.5", None)
 
 
 def test_every_link_of_sdf_has_mass(bicycle):
-    """DART warns about another one on standard output, where a table may be."""
+    """DART reports a link without mass on standard output, where it would spoil a table."""
     root = ElementTree.fromstring(render("sdf", bicycle, ()))
     assert all(link.find("inertial/inertia/ixx") is not None for link in root.iter("link"))

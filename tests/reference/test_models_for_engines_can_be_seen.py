@@ -15,14 +15,15 @@ from heyoka_bike.reference.exports.models import MODELS, render
 from heyoka_bike.system.resources import find_input
 from support.model_files import about, numbers
 
-# Sizes are written to 0.1 mm, with angles to 1e-4 rad on parts of a metre.
+# Sizes are written to 0.1 mm, angles to 1e-4 rad, and parts are at most about a metre long.
 ROUNDING = 2e-4
-# A viewer sees a tyre of 24 straight parts: half their height, 1 - cos(pi / 24), of the radius.
+# A tyre is drawn as 24 straight parts, so its radius varies by a fraction 1 - cos(pi / 24). The
+# tolerance is about half of it.
 POLYGON = 0.005
 
 
 def shown(name, root):
-    """By link: colour, radius and both ends of each shape to look at, from the link's origin."""
+    """Return by link the colour, radius and ends (from its origin) of each visible shape."""
     found = {}
     for link in root.iter("body" if name == "mjcf" else "link"):
         if link.get("name") == "floor":
@@ -72,7 +73,7 @@ def test_bicycles_of_all_kinds_are_shown_in_full(name):
             (section,) = {r for colour, r, _ in found[link] if colour == "tyre"}
             outer = np.linalg.norm(np.concatenate(tyre), axis=1) + section
             assert outer == pytest.approx(float(radius), rel=POLYGON, abs=ROUNDING)
-            # It is as wide as a tyre, however thin the shape that touches the floor is.
+            # The drawn tyre has a usual width; the shape that touches the floor may be far thinner.
             assert section >= min(0.01, float(radius) / 10)
         colours = {link: {colour for colour, *_ in seen} for link, seen in found.items()}
         assert {"frame", "metal", "dark"} <= colours["B"]
@@ -94,7 +95,7 @@ def test_formats_show_the_same(bicycle):
 
 
 def test_the_fork_ends_at_the_hub(name, bicycle):
-    """Fork and front wheel are two links; the drawing knows both."""
+    """Fork and front wheel are separate links, and their shapes meet at the hub."""
     found = shown(name, ElementTree.fromstring(render(name, bicycle, ())))
     hub = np.array([1.02, 0, 0.35])
     s, c = np.sin(np.pi / 10), np.cos(np.pi / 10)

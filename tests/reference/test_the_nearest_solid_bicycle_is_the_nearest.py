@@ -1,4 +1,4 @@
-"""``export --nearest-valid-inertia`` changes what no solid body has, and as little as possible."""
+"""``export --nearest-valid-inertia`` changes only impossible inertias, as little as possible."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from heyoka_bike.reference.exports.models import refused
 from heyoka_bike.reference.exports.solid import nearest_solid
 from heyoka_bike.system.resources import collection, find_input
 
-# What is written has 12 digits.
+# Parameters are written with 12 digits.
 ROUNDOFF = 1e-11
 
 
@@ -24,7 +24,7 @@ def inertia(bicycle, letter):
 
 
 def lacking(matrix):
-    """How far the largest moment exceeds the sum of the others; negative for a solid body."""
+    """Return how far a matrix is from a solid body's; negative if a solid body has it."""
     a, b, c = np.linalg.eigvalsh(matrix)
     return max(c - a - b, -a)
 
@@ -35,7 +35,7 @@ def test_every_bicycle_becomes_solid_and_a_solid_one_stays():
         found, said = nearest_solid(bicycle)
         assert not list(refused(found)), name
         for letter in "BHRF":
-            # A hoop, whose moments are just possible, stays: bluenose has two.
+            # Hoops, whose moments are at the limit, stay unchanged: bluenose has two.
             assert lacking(inertia(found, letter)) <= 0, f"{name} {letter}"
         if not list(refused(bicycle)):
             assert (found, said) == (bicycle, [])
@@ -45,13 +45,13 @@ def test_every_bicycle_becomes_solid_and_a_solid_one_stays():
     ("letter", "changes"),
     [
         ("B", {"IByy": "13"}),  # the largest moment is about the axle
-        ("B", {"IByy": "7"}),  # it is in the plane of symmetry
+        ("B", {"IByy": "7"}),  # the largest moment is in the plane of symmetry
         ("H", {"IHxx": "0.09"}),
         ("R", {"IRyy": "0.2"}),
     ],
 )
 def test_no_other_solid_body_is_nearer(letter, changes, bicycle):
-    """Random symmetric changes of the result that stay solid are farther from what was given."""
+    """Random changes of the result that stay solid are farther from the given inertia."""
     wrong = bicycle.replace(**{s: Exact.parse(x) for s, x in changes.items()})
     given = inertia(wrong, letter)
     size = np.abs(given).max()

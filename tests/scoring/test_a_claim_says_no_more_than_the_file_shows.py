@@ -1,4 +1,4 @@
-"""A cause is claimed as far as it explains; rivals and what remains are named beside it."""
+"""A diagnosis claims a cause only as far as it explains the file, and also names the rest."""
 
 from dataclasses import replace
 
@@ -93,7 +93,7 @@ def test_an_answer_without_a_cause_has_twelve_lines_at_most(reference):
 
 @pytest.mark.proof
 def test_an_inertia_is_named_whole(simulator, right, reference):
-    """As where those of parts are added without moving them to the common centre."""
+    """Inertias of parts were added without moving them to the common centre."""
     wrong = {"IBxx": 7.4, "IByy": 9.1, "IBzz": 2.7, "IBxz": 2.85}
     table = simulated(simulator, with_values(right, **wrong), KEYS)
     (found,) = diagnose(table, reference).diagnosis
@@ -113,7 +113,7 @@ def test_a_cubic_spring_is_named_from_two_columns_of_one_maneuver(simulator, rig
 
 @pytest.mark.proof
 def test_what_a_drag_does_not_explain_is_named(simulator, right, reference):
-    """The potential energy lacks what the front wheel varies by: a drag has none."""
+    """The potential energy is multiplied by a growing factor, which no drag explains."""
     table = simulated(simulator, right, KEYS, air_drag=0.2)
     for n in reference:
         table[f"potential_energy_{n}"] = table[f"potential_energy_{n}"] * (1.0 + 1e-3 * TIME)

@@ -1,6 +1,6 @@
 """A column score says how large its error is, and whether rounding to its digits explains it.
 
-The digits are cut by the test, so half a last digit is known without the program.
+The test itself rounds the values, so it knows half a last digit without the program.
 """
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ HALF_DIGIT = 10.0**-PLACES / 2
 
 @pytest.fixture(scope="module")
 def written(reference, tmp_path_factory):
-    """The score of roll angles of three places, row 5 of which is off by this many last digits."""
+    """A function that scores rounded roll angles with row 5 wrong by this many last digits."""
 
     def result(off):
         m = reference[2]

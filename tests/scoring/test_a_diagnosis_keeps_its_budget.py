@@ -175,7 +175,7 @@ def test_in_python_it_is_a_keyword(tmp_path):
 
 
 def turn_for_ever(*_):
-    """A step of which nobody knows that it never ends, so it does not look at the clock."""
+    """A step that never ends and never looks at the clock."""
     while True:
         sum(range(1000))
 
@@ -198,7 +198,7 @@ def test_a_step_that_never_ends_is_interrupted(tmp_path, capsys, monkeypatch, so
 
 @pytest.mark.timeout(120)
 def test_what_was_seen_before_it_is_said(tmp_path, monkeypatch, soon):
-    """The rows are diagnosed as they were meant, and that is interrupted."""
+    """The first step corrects the rows, and the second one is interrupted."""
 
     def look(report):
         return Undone((Mirrored((2,)),), tuple(m.part for m in report.maneuvers))

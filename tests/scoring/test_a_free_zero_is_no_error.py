@@ -1,6 +1,6 @@
-"""Values that no equation depends on are right from any zero: whole turns, heading and place.
+"""Whole turns, heading and place are right with any zero: no equation depends on them.
 
-The files are the published rows, with the constant, the turns or the direction of another program.
+The files are the published rows with another program's constant, turns or direction.
 """
 
 import numpy as np
@@ -83,7 +83,7 @@ def test_wheel_angles_within_one_turn_are_right(whole, key, low, every):
     held = table(whole, ["roll_angle", key], 3, every)
     held[key] -= turn * np.floor(held[key] / turn - low)
     report = score(held, whole, maneuver=3)
-    # Wrapped in binary64, from up to 267 rad.
+    # Wrapping in binary64 loses digits of angles up to 267 rad.
     assert scores(report)[key] > 14
     assert is_right_in_part(report)
     assert "whole_turns" in [f.code for f in report.findings]
@@ -100,7 +100,7 @@ def test_angles_from_zero_to_a_turn_beside_rates_are_right(whole, keys, sign, un
     for key in rates[:2] if sign < 0 else ():
         held[key] *= -1
     report = score(held, whole, maneuver=2)
-    # Of the pitch, far smaller than a turn, twelve digits are left.
+    # The pitch is far smaller than a turn, so only twelve of its digits remain.
     assert min(scores(report).values()) > 12
     assert is_right_in_part(report)
     assert codes(report) == []
@@ -113,7 +113,7 @@ def test_digits_of_a_wrapped_angle_are_those_written(whole, tmp_path):
     lines = zip(*([f"{x:.6g}" for x in held[k]] for k in held), strict=True)
     path.write_text("\n".join([",".join(held), *map(",".join, lines)]) + "\n")
     column = score(path, whole, maneuver=1)[1]["rear_wheel_angle"]
-    # Six digits of 6.28: half of 1e-5.
+    # Half of 1e-5, the last of six digits of 6.28.
     assert column.floor == pytest.approx(5e-6)
     assert column.max_abs_error <= 5.01e-6
 

@@ -44,7 +44,7 @@ def scored(reference, number, columns, keys, *, keep=slice(None), change=lambda 
 
 
 def taken(report):
-    """The maneuver that was taken, and those that it may also be."""
+    """Return the chosen maneuver and, if it is a guess, the others that it may be."""
     guessed = [x.may_be for x in report.seen if isinstance(x, ManeuverGuessed)]
     assert len(guessed) + sum(isinstance(x, ManeuverRecognised) for x in report.seen) == 1
     return report.maneuvers[0].maneuver, *guessed
@@ -116,7 +116,7 @@ def test_a_guess_is_said_with_the_way_to_choose(reference, wrong, tmp_path, caps
 
 
 def test_blocks_that_may_be_of_several_share_the_maneuvers(reference, wrong):
-    """Blocks without names: each is of a maneuver that no other block is of."""
+    """Blocks without names are assigned to different maneuvers."""
     order = (3, 2, 1)
     rows = [
         Rows(None, reference[n].time, reference[n].time_lo, {k: wrong[0, n][k] for k in RATES})

@@ -1,7 +1,7 @@
 """A met requirement covers all eight columns over the whole run, unless less is said to be enough.
 
-The wrong motions here are the right one with its values changed: nobody has to understand the name
-of a wrong column, or to find a wrong motion between the rows, to refuse the file.
+The wrong columns here are the right ones times a factor. A requirement on such a file fails
+although the program does not understand the names of these columns, or sees no error in the rows.
 """
 
 import csv
@@ -39,15 +39,12 @@ def written(path, columns):
 
 
 def of_all(keys=KEYS, **fewer):
-    """All maneuvers in one mapping, `fewer` the keys of some of them (m2=...)."""
-    found = {}
-    for number in (1, 2, 3):
-        found[number] = some(*fewer.get(f"m{number}", keys), number=number)
-    return found
+    """Return all maneuvers in one mapping; `fewer` sets the keys of some of them (m2=...)."""
+    return {n: some(*fewer.get(f"m{n}", keys), number=n) for n in (1, 2, 3)}
 
 
 ODD_NAMES = [
-    # The name, the column that it is like, and what its values are multiplied by.
+    # A name, the column that it resembles, and the factor of its values.
     ("bike.v", "forward_speed", 1.1), (".bicycle.speed.Q", "forward_speed", 1.1),
     ("Ground Speed [km/h]", "forward_speed", 1.1 * 3.6), ("roll\u02cdt(t)", "roll_rate", 1.5),
     ("Differential(t)(roll(t))", "roll_rate", 1.5), ("D(roll)", "roll_rate", 1.5),
@@ -126,7 +123,7 @@ def test_few_rows_may_be_those_at_which_a_wrong_motion_is_right(rows, tmp_path):
     (["columns <= 8"], False), (["1.columns >= 5"], False), (["coverage >= 0.5"], False),
 ])  # fmt: skip
 def test_fewer_columns_are_enough_where_that_is_said(text, enough, is_met):
-    """Of all that is required with it, in any order; also of a requirement on one column."""
+    """The limit applies to all requirements beside it, in any order, and to those on one column."""
     for asked in ([text, *enough], [*enough, text]):
         found = score(some(*WITHOUT_ENERGIES), require=asked, maneuver=2).requirements
         assert next(r for r in found if r.text == text).met is is_met

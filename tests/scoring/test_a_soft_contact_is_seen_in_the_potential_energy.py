@@ -1,24 +1,21 @@
-"""A bicycle that sinks into the floor of an engine is told from one whose roll angle is wrong."""
+"""Sinking into the soft floor of an engine is distinguished from a wrong roll angle."""
 
 import numpy as np
 import pytest
 
 from heyoka_bike import score
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.diagnosis.energies import of_contact
 
-STIFFNESS_TIME = 0.005  # of the contact, at rest after ten of it [s]
+STIFFNESS_TIME = 0.005  # time constant of the contact, at rest after ten of them [s]
 WEIGHT = 94 * 9.81
-DEPTH = 0.58e-3  # where MuJoCo's wheels come to rest with its own contact [m]
+DEPTH = 0.58e-3  # at which wheels come to rest with the contact of MuJoCo [m]
 
 
 @pytest.fixture
 def table(reference):
     """The 25 columns of the reference as they are published."""
-    keys = [
-        "roll_angle", "roll_rate", "forward_speed", "potential_energy", "kinetic_energy",
-        "mechanical_energy", "steer_angle", "steer_rate",
-    ]  # fmt: skip
-    blocks = [np.column_stack([np.asarray(reference[n][key]) for key in keys]) for n in (1, 2, 3)]
+    blocks = [np.column_stack([reference[n][key] for key in KEYS]) for n in (1, 2, 3)]
     return np.hstack([np.arange(1001)[:, None] / 100, *blocks])
 
 

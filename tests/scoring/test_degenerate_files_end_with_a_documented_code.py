@@ -1,8 +1,8 @@
-"""However little a file is like a run, `score` and `diagnose` end with a documented exit code.
+"""`score` and `diagnose` end with a documented exit code for every degenerate file.
 
-Each call is held to 25 s of processor time and 1 GB. Continuous integration scores 1,800 drawn
-tables, diagnoses 200 others and all files of the corpus, with a small budget: what looks at rows
-and times before anything is simulated does not depend on it. The slow tests diagnose with more.
+A call may take 25 s of processor time and 1 GB. Continuous integration scores 1,800 drawn tables,
+and diagnoses 200 others and all files of the corpus with a small budget. The budget does not limit
+the steps that look at rows and times before a simulation. The slow tests have a larger budget.
 """
 
 import random
@@ -20,13 +20,13 @@ from heyoka_bike.system.jobs import ProcessExecutor, ProcessLimits
 from support.degenerate_runs import DOCUMENTED, PRELOAD, on_corpus, on_tables
 
 MOST_MEMORY = 1_000_000_000
-# A hang is what this is to find: a process has many calls, and is ended long after them.
+# Limits of a process, which makes many calls: only one that hangs reaches them.
 LIMITS = ProcessLimits(600.0, 4 * MOST_MEMORY)
 SMALL = ("diagnose", "--budget", "0.05")
 
 
 def check(jobs, calls, workers=1):
-    """Carry out jobs, each in a process of its own; all calls have to end as documented."""
+    """Run each job in its own process; check that all calls end with a documented exit code."""
     codes, faults = {}, []
     with ProcessExecutor(workers, LIMITS, PRELOAD) as pool:
         for future in as_completed([pool.submit(*job) for job in jobs]):
@@ -154,7 +154,7 @@ def test_large_numbers_beside_small_ones(reference, called, capsys, large):
 
 
 def test_levels_that_share_no_step_end():
-    """On levels that die out Euclid's algorithm turned in a circle at the last digits."""
+    """Euclid's algorithm used to loop forever at the last digits of decaying levels."""
     pick = random.Random(1)
     least = float(np.finfo(np.float64).eps)
     for _ in range(300):

@@ -1,4 +1,4 @@
-"""MATLAB's files are read with what they contain; they unpack to no more than allowed."""
+"""MATLAB's files are read as written, and unpack to no more than allowed."""
 
 import io
 import struct
@@ -17,7 +17,7 @@ from support.without_packages import python
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])
-# What is written, and what it is read as.
+# Values as written, and as read.
 KINDS = {
     "matrix": (np.arange(12.0).reshape(3, 4) / 7,) * 2,
     "long": (np.arange(30000.0), np.arange(30000.0)[None]),

@@ -1,7 +1,9 @@
-"""A line that holds numbers is read, or is quoted with its number, or is refused by name.
+"""A line with numbers is read, quoted with its line number, or rejected with an error.
 
-Headings and comments with a number in them are reported to nobody.
+Headings and comments that contain a number are not reported.
 """
+
+from itertools import groupby
 
 import numpy as np
 import pytest
@@ -34,7 +36,7 @@ def results(tmp_path):
 
 
 def skipped(results):
-    """The lines that are reported, by number, and how many there are."""
+    """Return the quoted lines by their number."""
     found = [x for x in results.seen if isinstance(x, LinesNotRead)]
     return {number: text for x in found for number, text in x.first}
 
@@ -46,13 +48,8 @@ def values(results):
 
 def repeated(row):
     """A row as list-directed output writes it: equal neighbours as a count and a value."""
-    found = []
-    for field in row:
-        if found and found[-1][1] == field:
-            found[-1][0] += 1
-        else:
-            found.append([1, field])
-    return ", ".join(f"{n}*{field}" if n > 1 else field for n, field in found)
+    counts = ((field, len([*same])) for field, same in groupby(row))
+    return ", ".join(f"{n}*{field}" if n > 1 else field for field, n in counts)
 
 
 def test_repeat_counts_are_expanded_in_any_row(results, table):
@@ -84,7 +81,7 @@ def test_the_common_factor_of_matlab_is_applied(results, table, form, power, dig
     lines = ["m2 =", "", f"   1.0e+{power:02d} *", "", *lines_of(table / 10**power, "   ", form)]
     found = results(lines)
     assert np.abs(values(found) - table).max() <= digits
-    # Its digits stay those that are written: half of the last place is what a value may be off by.
+    # The digits are those that are written: the last place, times the factor.
     (rows,) = found.maneuvers
     quantum = rows.quantum["roll_angle"].at(rows.values["roll_angle"])
     assert quantum == pytest.approx(10.0 ** (power - len(form % 0) + 2))
@@ -101,7 +98,7 @@ def test_times_with_a_factor_are_exact_decimals(results, table):
 
 
 def displayed(table, width, ends=("through", "Columns %d %s %d", "Column %d")):
-    """The lines of a matrix, so many columns in a block."""
+    """Return the lines of a matrix in blocks of this many columns."""
     word, several, one = ends
     lines = []
     for first in range(0, table.shape[1], width):

@@ -62,7 +62,7 @@ def test_the_game_sees_values_that_are_not_compared(monkeypatch):
 
 @pytest.fixture
 def a_part_is_enough(monkeypatch):
-    """Few columns and a part of the run suffice, so that the defence of the test alone decides."""
+    """Let few columns and a part of the run suffice, so that only the patched check decides."""
     for module in (verdict, requirements):
         monkeypatch.setattr(module, "ALL_COLUMNS", 0)
         monkeypatch.setattr(module, "WHOLE", 0.0)

@@ -1,4 +1,4 @@
-"""What is said of a definition, an energy or a count is no more than the file shows."""
+"""A report states no more about definitions and energies than the file shows."""
 
 import numpy as np
 import pytest

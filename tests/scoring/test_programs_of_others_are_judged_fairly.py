@@ -1,12 +1,10 @@
 """Result files of programs that share nothing with the judge: right ones accused of nothing."""
 
-import tomllib
-
 import pytest
 
-from corpus.answers import ANSWERS, judge
+from corpus.answers import ANSWERS, judge, read_index
 from corpus.files import files
-from corpus.writing import HERE, File, Runs, text
+from corpus.writing import File, Runs, text
 from heyoka_bike.commands.result_files import read
 from heyoka_bike.scoring.score import score
 
@@ -72,8 +70,7 @@ def test_definitions_signs_units_and_zeros_cost_no_digits(reference, tmp_path):
 
 
 def test_every_answer_is_known():
-    with open(HERE / "index.toml", "rb") as stream:
-        asked = {entry["expected"] for entry in tomllib.load(stream)["file"]}
+    asked = {entry["expected"] for entry in read_index().values()}
     assert asked - {"correct", "convention"} == set(ANSWERS)
 
 

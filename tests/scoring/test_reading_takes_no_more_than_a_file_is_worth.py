@@ -116,7 +116,7 @@ def test_a_long_text_is_in_memory_once(tmp_path):
 
 
 def calls_of(path):
-    """Functions that are called for reading a file, whatever comes of it."""
+    """Count the function calls for reading a file, even if it is rejected."""
     count = 0
 
     def note(frame, event, _):
@@ -145,7 +145,7 @@ ROW = " ".join(map(str, range(9))) + "\n"
     ],
 )  # fmt: skip
 def test_lines_that_are_no_rows_cost_no_more_than_rows(line, end, tmp_path):
-    """Twenty calls for a further line, at most; it was hundreds where a line was a heading."""
+    """A further line takes at most twenty calls; a heading used to take hundreds."""
     path, count = tmp_path / "r.txt", 100_000
     calls = []
     for n in (count, 2 * count):
@@ -168,7 +168,7 @@ def test_a_heading_is_found_below_a_long_preface(tmp_path):
 
 @pytest.mark.timeout(60)
 def test_blanks_within_a_heading_are_passed_once(tmp_path):
-    """With every blank as a beginning this would take minutes."""
+    """A search that starts again at every blank would take minutes."""
     path = tmp_path / "r.txt"
     path.write_text(f"time{' ' * 300_000}roll\n0 1.5\n1 2.5\n")
     assert read_results(path).maneuvers[0].time.tolist() == [0, 1]

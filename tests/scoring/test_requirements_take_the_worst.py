@@ -192,8 +192,11 @@ def test_rows_that_are_farther_apart_cover_nothing(reference, step):
 
 @pytest.mark.parametrize(("number", "key"), [(2, "forward_speed"), (3, "roll_rate")])
 def test_rows_at_which_a_wrong_motion_is_right_do_not_cover_the_run(reference, number, key):
-    """The error crosses zero as often as the quickest that lasts: every 0.4 s in maneuver 2, where
-    the speed oscillates twice as fast as the roll, and every 0.37 s in maneuver 3."""
+    """The rows are at the zeros of the quickest error that lasts.
+
+    They are 0.4 s apart in maneuver 2, where the speed oscillates twice as fast as the roll, and
+    0.37 s apart in maneuver 3.
+    """
     every = {2: 0.4, 3: 0.37}[number]
     rows = np.unique(np.round(np.arange(0.0, 10.0, every) * 100).astype(int))
     part = next(m for m in made(reference).maneuvers if m.maneuver == number)

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.timeout(300)
 REFERENCE = load_reference()
 DOCUMENTED = {Exit.INPUT, Exit.NOTHING_SCORED}
 MANY = 100_000
-# Excerpts are a few rows.
+# The fuzzed files have only a few rows.
 _ENOUGH = ["scd >= 1", "columns >= 1", "coverage >= 0"]
 
 PIECES = [

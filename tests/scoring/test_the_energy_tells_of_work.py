@@ -58,7 +58,7 @@ def test_it_is_said_where_the_time_is_spent(simulator, right, reference):
 
 
 def test_an_energy_that_changes_at_first_only_falls_not_steadily(reference):
-    """Gravity that is ramped up, say: after that nothing does work."""
+    """An example is gravity that is ramped up: nothing does work afterwards."""
     lost = 5.0 * np.minimum(TIME / 0.3, 1.0)
     table = {"time": TIME} | {
         f"mechanical_energy_{n}": reference[n].approximate(TIME, ["mechanical_energy"])[

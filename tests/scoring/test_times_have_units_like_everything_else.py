@@ -147,7 +147,7 @@ def larger_units(report):
 def test_larger_units_are_asked_about_where_angles_are_too_fast(
     unit, seconds, every, factor, reference
 ):
-    """Right or wrong, often or hardly written: a run in a thousandth of its time."""
+    """Right or wrong, with many rows or few, angles change far more than their rates allow."""
     few = slice(None, None, every)
     for number in reference:
         m = reference[number]
@@ -161,7 +161,7 @@ def test_larger_units_are_asked_about_where_angles_are_too_fast(
 @pytest.mark.parametrize("end", [0.02, 0.1, 0.17])
 @pytest.mark.parametrize("degrees", [(), ("angle",), ("rate",), ("angle", "rate")])
 def test_a_short_run_is_in_seconds(end, degrees, reference):
-    """Its angles are no faster than their rates, and in degrees they only look so."""
+    """Angles change as their rates allow; only degrees make them look faster."""
     m = reference[2]
     times = np.linspace(0.0, end, 30)
     columns = {k: np.asarray(m.evaluate(times, [k])[k]) for k in KEYS}

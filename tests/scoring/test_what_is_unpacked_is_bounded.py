@@ -92,13 +92,13 @@ def test_so_many_columns_are_refused_before_they_are_looked_at(count, tmp_path):
         read_results(path)
 
 
-def hdf5(path, dtype="f8", shape=(101,), **how):
-    """A file of nine columns, of which the roll angle is made as told."""
+def hdf5(path, dtype="f8", **how):
+    """Write a file of nine columns, with these options for the dataset of the roll angle."""
     with h5py.File(path, "w") as f:
         for i, name in enumerate(("time", *BENCHMARK_COLUMNS)):
             if name != "roll_angle":
                 f[name] = np.linspace(0, 1, 101) + i
-        return f.create_dataset("roll_angle", shape, dtype, **how).name
+        f.create_dataset("roll_angle", (101,), dtype, **how)
 
 
 def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused(tmp_path):

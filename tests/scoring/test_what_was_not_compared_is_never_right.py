@@ -1,6 +1,6 @@
 """What was not compared keeps a result from being right, whatever its name is.
 
-All eight columns are asked for, so no name, place, number, unit or neighbour of a wrong column can
+All eight columns are required, so no name, place, number, unit or neighbour of a wrong column can
 hide it. A second column of a compared quantity, with other values, is not passed over either.
 Columns with a meaning of their own, in addition to all eight, hide nothing.
 """

@@ -51,9 +51,7 @@ def command(tmp_path):
     environment = os.environ | {
         "PYTHONPATH": str(tmp_path / "site"), "PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0",
     }  # fmt: skip
-    # Windows uses another lock than that of fcntl.
     options = ["-X", "warn_default_encoding", "-W", "error::EncodingWarning:heyoka_bike"]
-    options += ["-W", "ignore:only soft file lock"]
 
     def run(*arguments):
         return subprocess.run(

@@ -106,7 +106,7 @@ def said(dom, name):
 
 
 def verdict_of(dom):
-    """The verdict in the words of `score`, without the capital and the full stop of the page."""
+    """Return the page's verdict as `score` writes it: without capital letter and full stop."""
     (text,) = re.findall('<span id="verdict">(.*?)</span>', dom)
     return text[:1].lower() + text[1:].removesuffix(".")
 

@@ -225,7 +225,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
 @pytest.mark.timeout(60)
 @pytest.mark.skipif(os.name != "posix", reason="pipes have names on POSIX")
 def test_a_pipe_or_a_file_elsewhere_is_refused(folder, capsys):
-    """A pipe without a writer would be waited for, and a link would show the hash of any file."""
+    """Opening a pipe would wait for a writer, and a link would reveal the hash of any file."""
     file = read_submission(folder / SCIPY).files[0].path
     kept = folder.parent / "elsewhere.gz"
     file.rename(kept)

@@ -14,7 +14,7 @@ from support.browser import DROP, browser, wait_until
 
 EXUDYN = data_folder() / "peers" / "exudyn-h0.01.txt"
 IS_SHOWN = '!document.getElementById("result").hidden'
-# A drag of a file over the page, and out of it; it also passes from one element to another.
+# Drags a file over the page, from one element to another, and out of the page.
 DRAG = """(kinds) => {
   const data = new DataTransfer();
   data.items.add(new File(["0 1"], "x.txt"));
@@ -38,7 +38,7 @@ def page():
 
 @pytest.fixture
 def judged(page, opened):
-    """The page with a file, by its name and text, dropped on it."""
+    """Opens the page and drops a file on it, given by name and text."""
 
     def judge(name, text, until=IS_SHOWN):
         shown = opened(page)
@@ -58,7 +58,7 @@ def test_the_target_says_what_it_takes_and_that_a_file_is_over_it(page, opened):
     assert shown.evaluate(DRAG, ["dragenter", "dragleave in", "dragover", "dragleave out"]) == [
         [True, release], [True, release], [True, release], [False, invitation],
     ]  # fmt: skip
-    # What is not needed at first is folded.
+    # Parts that are not needed at first are folded.
     assert not shown.is_visible("#text")
     assert not shown.is_visible("#wanted")
     assert shown.is_visible("#example")
@@ -91,7 +91,7 @@ def test_only_what_is_not_the_default_is_said_of_a_column(judged, reference):
 def test_arrow_keys_choose_the_cells(judged):
     shown = judged(EXUDYN.name, EXUDYN.read_text())
     assert shown.evaluate(CHOSEN).startswith("maneuver 1, steer rate: 1.6 digits")
-    # One stop of the tabulator, at the cell that is chosen.
+    # The Tab key stops at one cell only, the chosen one.
     assert shown.locator('#matrix button[tabindex="0"]').count() == 1
     shown.locator('#matrix button[tabindex="0"]').focus()
     for key, wanted in [
@@ -118,7 +118,7 @@ def test_the_charts_and_the_replay_show_one_time(judged):
     late = shown.evaluate(CURSORS)
     assert [v for v, _ in early + late] == ["visible"] * 4
     assert all(b > a for (_, a), (_, b) in zip(early, late, strict=True))
-    # A click on a place of the chart, and the cell of another maneuver.
+    # A click into the chart moves the replay; a click on a cell changes its maneuver.
     box = shown.locator("#curve svg").bounding_box()
     shown.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + 0.5 * box["height"])
     wait_until(shown, "document.querySelector('.clock').textContent !== '5.00 s'")
@@ -132,7 +132,7 @@ def test_the_charts_and_the_replay_show_one_time(judged):
 
 @browser
 def test_what_the_digits_of_a_file_cannot_show_is_no_difference(judged, reference):
-    """A tenth of the last digit; the page once showed 1.6e-39."""
+    """The file has six decimals; formerly the page showed a difference of 1.6e-39."""
     rows = np.column_stack([reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)])
     text = "\n".join(" ".join(f"{x:.6f}" for x in row) for row in rows)
     shown = judged("six.txt", text)
@@ -145,7 +145,7 @@ def test_what_the_digits_of_a_file_cannot_show_is_no_difference(judged, referenc
 
 
 def of_another_speed(reference):
-    """Maneuver 1 as a program has it that starts at the speed of its front wheel's radius."""
+    """Return maneuver 1 without roll and steer, its speed wrong by the ratio of the wheel radii."""
     rows = np.column_stack([reference[1].time, *(reference[1][k] for k in BENCHMARK_COLUMNS)])
     rows[:, 3] *= 0.35 / 0.3
     rows[:, 1:3] = 0.0
