@@ -100,7 +100,7 @@ def findings() -> dict[str, list[Code]]:
 
 
 def _codes_of_class(x: type, module: ast.Module) -> Iterator[Code]:
-    """The code that a class has, or those that its own `_finding` makes."""
+    """Yield the code of a class, or the codes that its own `_finding` makes."""
     node = next(n for n in module.body if isinstance(n, ast.ClassDef) and n.name == x.__name__)
     methods = {n.name: n for n in node.body if isinstance(n, ast.FunctionDef)}
     if "_finding" in methods:
@@ -119,7 +119,7 @@ def _codes_of_class(x: type, module: ast.Module) -> Iterator[Code]:
 def _returned_keys(
     made: ast.expr | None, method: ast.FunctionDef, module: ast.Module
 ) -> Iterator[str]:
-    """The keys of a dictionary that a method returns, in its order, with those put into it."""
+    """Yield the keys of a dictionary that a method returns, in order, with those added to it."""
     if isinstance(made, ast.Dict):
         for key, value in zip(made.keys, made.values, strict=True):
             passed = ast.keyword(arg=None if key is None else ast.literal_eval(key), value=value)

@@ -84,7 +84,7 @@ def part(page, name):
 
 
 def among(text, pattern):
-    """The first group of a pattern in a text, which must have it; a space may be a line break."""
+    """Return the first group of a pattern's match in a text; a space also matches a line break."""
     found = re.search(pattern.replace(" ", r"\s+"), text)
     if found is None:
         raise ValueError(f"found no {pattern!r} in {text[:80]!r}")
