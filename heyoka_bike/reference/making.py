@@ -425,7 +425,7 @@ def write_dataset(
     files[layout.CERTIFICATE] = layout.as_json(document)
     if dataset_version != manifest_file.CUSTOM:
         files |= _after(Path(folder))
-    packages = {name: installed(name) or "unknown" for name in ("heyoka_bike", *PACKAGES)}
+    packages = versions_of_packages(dataset_version)
     manifest_of = partial(
         manifest_file.render,
         dataset_version=dataset_version,
@@ -436,6 +436,18 @@ def write_dataset(
     )
     files |= describe(manifest_file.parse(manifest_of(files=files)))
     return manifest_file.write_set(folder, files, manifest_of(files=files))
+
+
+def versions_of_packages(dataset_version: str) -> dict[str, str]:
+    """Return the versions that the manifest of a dataset names, by package.
+
+    For the published dataset the version of heyoka_bike is the one that first made it: a later
+    version writes the same files, so it must write the same manifest.
+    """
+    found = {name: installed(name) or "unknown" for name in ("heyoka_bike", *PACKAGES)}
+    if dataset_version == DATASET_VERSION:
+        found["heyoka_bike"] = manifest_file.DATASET_PACKAGE_VERSION
+    return found
 
 
 def _after(folder: Path) -> dict[str, bytes]:

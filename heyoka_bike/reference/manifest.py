@@ -34,6 +34,10 @@ DATASET_DATE = "2026-11-24"
 """Date of the dataset version. It belongs to the version, not to a run: everybody who makes the
 dataset writes this date."""
 
+DATASET_PACKAGE_VERSION = "1.0.0"
+"""Version of this package that first made the dataset version. It belongs to the dataset version,
+too: later versions of the package make the same bytes."""
+
 _HDF5_VERSION = "2.0.0"
 
 PUBLISHED_MANIFESTS = {

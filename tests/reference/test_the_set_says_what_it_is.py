@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from importlib.metadata import version
 
 import h5py
 import pytest
@@ -17,6 +18,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.reference import description as facts
 from heyoka_bike.reference.description import describe
 from heyoka_bike.reference.layout import CARD, CRATE
+from heyoka_bike.reference.making import versions_of_packages
 from heyoka_bike.reference.manifest import (
     CUSTOM,
     DATASET_DATE,
@@ -31,6 +33,13 @@ from support.export_programs import need
 FILES = [p.relative_to(reference_folder()).as_posix() for p in reference_folder().rglob("*.h5")]
 OF_THE_MAKER = {"id", "product_version", "creator_name", "creator_type", "license"}
 OF_ANY = {"title", "summary", "keywords", "Conventions", "source", "references", "history"}
+
+
+def test_a_later_version_of_the_package_names_the_one_that_first_made_the_set(folder):
+    """Otherwise `generate` would write another manifest, and every command would refuse it."""
+    named = read_manifest(folder).made_by["packages"]
+    assert versions_of_packages(DATASET_VERSION)["heyoka_bike"] == named["heyoka_bike"]
+    assert versions_of_packages(CUSTOM)["heyoka_bike"] == version("heyoka_bike")
 
 
 @pytest.mark.parametrize("name", sorted(FILES))
