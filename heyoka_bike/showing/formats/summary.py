@@ -35,6 +35,7 @@ _MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with som
 _WIDTH_OF_DIAGNOSIS = 96  # characters in a line of a diagnosis
 _MOST_LINES = 12  # maximum length of a diagnosis that names no cause
 _NAMES_A_CAUSE = ("mistake", "parameters", "linearised")
+_STOPPED = "stopped_early"
 
 
 _Entry = tuple[str, str, int]
@@ -92,12 +93,14 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
     paragraphs = [words.verdict(report), *([DEFAULT_CONVENTIONS] if is_usual else [])]
     paragraphs += [f.message for f in findings([*own, *beside])]
     head = "\n\n".join(map(_filled, paragraphs)) + "\n"
-    told = [_filled(f.message) for f in report.diagnosis]
     is_named = any(f.code in _NAMES_A_CAUSE for f in report.diagnosis)
     if has_details or is_named:
-        return "\n".join([head, "\n\n".join(told)])
+        return "\n".join([head, "\n\n".join(_filled(f.message) for f in report.diagnosis)])
+    # The search that ended early decides what the other remarks are worth: it is always shown.
+    stops = [_filled(f.message) for f in report.diagnosis if f.code == _STOPPED]
+    told = [_filled(f.message) for f in report.diagnosis if f.code != _STOPPED]
     shown: list[str] = []
-    room = _MOST_LINES - len(head.split("\n")) - 1
+    room = _MOST_LINES - len("\n".join([head, *stops]).split("\n")) - 1
     for said in told:
         room -= len(said.split("\n"))
         if shown and room < 0:
@@ -105,7 +108,7 @@ def diagnosis(report: Report, *, has_details: bool = False) -> str:
         shown.append(said)
     left = len(told) - len(shown)
     more = [f"{words.counted(left, 'more remark')}: --details"] if left else []
-    return "\n".join([head, *shown, *more])
+    return "\n".join([head, *shown, *more, *stops])
 
 
 def _filled(paragraph: str) -> str:
