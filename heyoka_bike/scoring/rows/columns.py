@@ -29,6 +29,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     ColumnOfAnotherManeuver,
     ColumnRatio,
     OtherColumn,
+    OtherManeuver,
     Scaled,
     SingleRows,
     SmoothedColumns,
@@ -413,6 +414,9 @@ def _bounds_of(c: ColumnScore) -> tuple[float, float] | None:
 
 def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
     """Evidence of the columns, those of one kind and size together."""
+    exchanged = _other_maneuvers(report, found)
+    yield from (OtherManeuver(n, of) for n, of in exchanged.items())
+    found = {place: d for place, d in found.items() if place[0] not in exchanged}
     averaged = grouped((d.about[0], place) for place, d in found.items() if d.how == "averaged")
     for count, where in averaged.items():
         yield SmoothedColumns(tuple(f"{n}.{key}" for n, key in where), int(count))
@@ -437,6 +441,27 @@ def _told(report: Report, found: _Deviations) -> Iterator[Evidence]:
             elif how == "clipped":
                 low, high = map(_finite, about)
                 yield ClippedColumn(key, tuple(of), low, high, is_right_within=True)
+
+
+def _other_maneuvers(report: Report, found: _Deviations) -> dict[int, int]:
+    """Return the maneuvers all of whose wrong columns hold those of one other maneuver, by number.
+
+    A single column may have been written to the wrong place, so at least half of the columns must.
+    """
+    exchanged = {}
+    for m in report.maneuvers:
+        columns = [c for n, c in places(report) if n.maneuver == m.maneuver]
+        wrong = [c.key for c in columns if not is_right_column(c)]
+        deviations = [found.get((m.maneuver, key)) for key in wrong]
+        held = {
+            d.of if d is not None and d.how == "another" and d.other == key else None
+            for key, d in zip(wrong, deviations, strict=True)
+        }
+        if len(held) == 1 and 2 * len(wrong) > len(columns) > 1:
+            (of,) = held
+            if of is not None:
+                exchanged[m.maneuver] = of
+    return exchanged
 
 
 def _finite(x: float) -> float | None:
