@@ -44,7 +44,7 @@ from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.numbers.working import working_bits
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.reference.proof.certificate import kept, relative_bounds
+from heyoka_bike.reference.proof.certificate import drift_entry, relative_bounds
 from heyoka_bike.reference.proof.rows import (
     TEXT_DIGITS,
     constant_columns,
@@ -433,7 +433,8 @@ def integration(x: StoredManeuver, tally: Tally) -> None:
     drift = evaluator(x.run).drift()
     # Sets before 2.0.0 say nothing of it.
     said = x.entry.get("integration", {})
-    _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
+    entry = drift_entry(drift, x.run.bits)
+    _same(tally, x, said, {key: y for key, y in entry.items() if key in said})
     tally.counts(True, "", drift.performance)
 
 
