@@ -20,7 +20,7 @@ from heyoka_bike.scoring.outcomes import (
     WorstValue,
 )
 from heyoka_bike.scoring.verdict import ALL_COLUMNS, DoesNotCount
-from heyoka_bike.showing.wording import DOES_NOT_COUNT
+from heyoka_bike.showing.wording.verdict_text import DOES_NOT_COUNT
 
 
 def findings(evidence: Iterable[Evidence]) -> tuple[Finding, ...]:

@@ -16,10 +16,11 @@ import numpy as np
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver
 from heyoka_bike.reference.values import Values
+from heyoka_bike.scoring.evidence.words import counted, unit_text
 from heyoka_bike.showing.document import Block, Chapter, Chart, Paragraph, TableBlock, head
 from heyoka_bike.showing.document import text as as_text
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.wording import counted, number, plain, unit_text
+from heyoka_bike.showing.wording.number_text import number, plain
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.trajectory import Trajectory

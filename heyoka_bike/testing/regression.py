@@ -23,7 +23,7 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import ENOUGH, OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
 from heyoka_bike.showing import sayings
-from heyoka_bike.showing import wording as words
+from heyoka_bike.showing.wording import column_text, number_text, verdict_text
 
 # Metrics for which larger is better; smaller is better for all others.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
@@ -221,7 +221,7 @@ class Score:
         return tuple(sayings.sentences((*said, *(more[-1:] if found.is_stopped_early else ()))))
 
     def __repr__(self) -> str:
-        return f"<score of {words.verdict(self._report)}>"
+        return f"<score of {verdict_text.verdict(self._report)}>"
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
@@ -243,7 +243,7 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
 
 def _taken(c: ColumnScore) -> str:
     """Return the definition that fits, and other parts of the column's interpretation."""
-    return ", ".join((c.definition, *words.notes(c)))
+    return ", ".join((c.definition, *column_text.notes(c)))
 
 
 def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[str]) -> str:
@@ -258,11 +258,13 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
         Sentences on why the results differ.
     """
     failed = [r for r in checked if not r.met]
-    lines = [f"required {printable(r.text)}, found {words.sentence(r.message)}" for r in failed]
+    lines = [
+        f"required {printable(r.text)}, found {number_text.sentence(r.message)}" for r in failed
+    ]
     lines.append("")
     entries = list(_explained(parse(failed[0].text), scored))
     for m in scored.maneuvers:
-        digits = (f"{c.key} {words.one_decimal(c.scd)}" for c in m.columns)
+        digits = (f"{c.key} {number_text.one_decimal(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
     entries += [("warning", said) for said in sayings.warnings(scored.findings)]
     in_part = next((r.outcome for r in failed if isinstance(r.outcome, InPart)), None)
@@ -283,7 +285,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
 def _entry(label: str, text: str) -> str:
     """Return a label and its text, wrapped next to the label."""
     return textwrap.fill(
-        words.sentence(text), _WIDTH_OF_FAILURE,
+        number_text.sentence(text), _WIDTH_OF_FAILURE,
         initial_indent=f"{label:<{_LABEL}} ", subsequent_indent=" " * (_LABEL + 1),
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
@@ -304,14 +306,15 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     yield (
         "worst column",
         f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
-        f"{words.in_unit(words.number(c.max_abs_error), c.unit)}, "
-        f"{words.number(c.max_rel_error)} of its scale "
-        f"(scd {words.one_decimal(c.scd)})",
+        f"{number_text.in_unit(number_text.number(c.max_abs_error), c.unit)}, "
+        f"{number_text.number(c.max_rel_error)} of its scale "
+        f"(scd {number_text.one_decimal(c.scd)})",
     )
     yield (
         "worst row",
         f"t = {trace.time[at]:.10g} s: found {float(trace.value[at])!r}, expected "
-        f"{float(trace.reference[at])!r}, error {words.in_unit(f'{trace.error[at]:+.2e}', c.unit)}",
+        f"{float(trace.reference[at])!r}, error "
+        f"{number_text.in_unit(f'{trace.error[at]:+.2e}', c.unit)}",
     )
     yield "first departure", _departure(p, m, c)
 
@@ -328,7 +331,7 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
 def _taken_as(c: ColumnScore) -> str:
     """Return `_taken`, and whether it is the default or other definitions fit as well."""
     taken = _taken(c)
-    remarks = ["the default"] if words.is_default(c) else []
+    remarks = ["the default"] if column_text.is_default(c) else []
     if c.indistinguishable:
         remarks.append(f"{' and '.join(c.indistinguishable)} fit as well")
     return f"{taken} ({'; '.join(remarks)})" if remarks else taken
@@ -349,9 +352,10 @@ def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
             first = above[0]
             said.append(
                 f"t = {c.trace.time[first]:.10g} s (row {first + 1} of {len(c.trace.time)}) is the "
-                f"first above {words.in_unit(words.number(allowed), c.unit)}, the error allowed"
+                f"first above {number_text.in_unit(number_text.number(allowed), c.unit)}, "
+                "the error allowed"
             )
-    seen = words.first_above(c)
+    seen = column_text.first_above(c)
     said.append(
         f"above {TOLERANCE:g} of the scale {seen if seen == 'never' else f'from t = {seen} s'}"
     )

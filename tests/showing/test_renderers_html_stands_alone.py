@@ -10,7 +10,7 @@ import pytest
 
 from generators import sample_reports
 from heyoka_bike.showing.formats.output import render as rendered
-from heyoka_bike.showing.wording import label
+from heyoka_bike.showing.wording.column_text import label
 from heyoka_bike.version import __version__
 from support.pages import Page
 

@@ -17,15 +17,10 @@ from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import Measures
 from heyoka_bike.scoring.verdict import WHOLE
 from heyoka_bike.showing.formats.json import clean
-from heyoka_bike.showing.wording import (
-    PHRASES,
-    WORDS,
-    by_severity,
-    percent,
-    reports,
-    sentence,
-    verdict,
-)
+from heyoka_bike.showing.wording.grade_text import WORDS
+from heyoka_bike.showing.wording.number_text import percent, sentence
+from heyoka_bike.showing.wording.run_text import reports
+from heyoka_bike.showing.wording.verdict_text import PHRASES, by_severity, verdict
 
 
 def render(scored: Report | Series) -> str:
