@@ -2,9 +2,9 @@
 
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.answers import answers
-from heyoka_bike.showing import causes
+from heyoka_bike.showing import sayings
 
 
 def said_of(found, report):
     """Return the findings about the causes in a report."""
-    return causes.findings(answers(found, report, plain.shown(report)))
+    return sayings.findings(answers(found, report, plain.shown(report)))

@@ -6,9 +6,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
-from heyoka_bike.scoring.diagnosis.energies import of_contact
-from heyoka_bike.scoring.diagnosis.explain import Diagnosis
-from heyoka_bike.scoring.diagnosis.found import (
+from heyoka_bike.scoring.diagnosis.conclusions import (
     Direction,
     Explained,
     ForceUnexplained,
@@ -22,6 +20,8 @@ from heyoka_bike.scoring.diagnosis.found import (
     TorqueLaw,
     UnitsBeside,
 )
+from heyoka_bike.scoring.diagnosis.energies import of_contact
+from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS

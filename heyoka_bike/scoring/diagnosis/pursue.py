@@ -17,8 +17,7 @@ from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis import followed, plain
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
-from heyoka_bike.scoring.diagnosis.explain import explain
-from heyoka_bike.scoring.diagnosis.found import (
+from heyoka_bike.scoring.diagnosis.conclusions import (
     Explained,
     IntegratedBy,
     LinearMotion,
@@ -26,6 +25,7 @@ from heyoka_bike.scoring.diagnosis.found import (
     NothingToDiagnose,
     NothingWrong,
 )
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.sources import SOURCES
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import DefinitionUnknown, SignContradiction

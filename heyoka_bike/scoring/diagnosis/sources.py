@@ -1,7 +1,7 @@
 """The looks at the rows that a diagnosis takes, in this order, before anything is simulated.
 
 To add one, write a function in a module of `scoring.rows` that returns what it sees and the rows
-with that undone. Add a line here, and the sentence of its evidence in `showing.sayings`.
+with that undone. Add a line here, and the class of its evidence in `scoring.evidence`.
 """
 
 from dataclasses import dataclass
