@@ -45,7 +45,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.commands.result_files import budget_told, maneuvers_of, read
+    from heyoka_bike.commands.result_files import maneuvers_of, parse_budget, read
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.diagnosis.conclusions import NothingToDiagnose
     from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.showing.formats.summary import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
-    budget = budget_told(args.budget, args.thorough)
+    budget = parse_budget(args.budget, args.thorough)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.file), reference)
     files = [

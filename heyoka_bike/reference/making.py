@@ -46,7 +46,7 @@ from heyoka_bike.reference.proof import candidate, certificate, compute_table
 from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
 from heyoka_bike.reference.structure import COLUMNS_OF, of_file
-from heyoka_bike.system.jobs import Job, Outcome, TellStage
+from heyoka_bike.system.jobs import Job, OnStage, Outcome
 from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.parallel import Progress, carry_out
 from heyoka_bike.system.resources import reference_folder
@@ -254,12 +254,12 @@ def _endings(
 
 
 def _end_of_each(
-    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: TellStage
+    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: OnStage
 ) -> tuple[Ending, ...]:
     return tuple(ending(bicycle, m, until) for m in maneuvers)
 
 
-def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: TellStage) -> Trajectory:
+def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: OnStage) -> Trajectory:
     try:
         return integrate(
             bicycle, maneuver, Precision.of(digits), least_trail=_LEAST_TRAIL,

@@ -60,7 +60,7 @@ from heyoka_bike.bicycle.columns import (
     RATE_OF,
 )
 from heyoka_bike.numbers.double import Array, Double, median, two_sum
-from heyoka_bike.scoring.alignment import HALF, Part
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part
 from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
@@ -500,8 +500,10 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
-    varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
-    limit = HALF if varies else NEAR_STEADY
+    varies = any(
+        float(np.ptp(s.expected[key])) >= MEANINGLESS_ERROR * s.scale[key] for s in samples
+    )
+    limit = MEANINGLESS_ERROR if varies else NEAR_STEADY
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
@@ -641,7 +643,7 @@ def _with_offset(
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
-    is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
+    is_zero &= all(t <= MEANINGLESS_ERROR * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
     # The typical error falls by that much in each maneuver.
     fits = all(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from heyoka_bike.bicycle.aliases import key_of
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.display import Displayed, Held
+from heyoka_bike.display import Displayed, IdentityMapping
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import grades
@@ -371,7 +371,7 @@ class Worst(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
-class ManeuverScore(Displayed, Held[str, ColumnScore]):
+class ManeuverScore(Displayed, IdentityMapping[str, ColumnScore]):
     """Verdict on one maneuver: ``maneuver["roll_angle"]`` is that on one of its columns.
 
     Attributes

@@ -50,7 +50,7 @@ def text(shown: Any, view: str) -> str:
 
 def report(scored: Report | Series) -> Iterable[Block]:
     """All that is said of results; what follows verdict and digits is folded."""
-    from heyoka_bike.showing.formats.report import document
+    from heyoka_bike.showing.formats.report_document import document
 
     return document(scored).blocks
 
@@ -68,7 +68,7 @@ def _report_text(scored: Report | Series) -> str:
 def maneuver(m: ManeuverScore) -> Iterable[Block]:
     """Its scores, and its errors over time."""
     from heyoka_bike.showing.charts.results import all_errors
-    from heyoka_bike.showing.formats.report import scores, title
+    from heyoka_bike.showing.formats.report_document import scores, title
 
     return Paragraph(title(m), "head"), *scores(m), Chart(partial(all_errors, m))
 

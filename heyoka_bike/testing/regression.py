@@ -35,7 +35,7 @@ _LABEL = 17
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RequirementSpec:
     """Requirements as keywords.
 
     Attributes
@@ -70,7 +70,7 @@ class Asked:
         return all(name in ENOUGH for name in self.metrics)
 
 
-def asked(maneuver: object = None, column: object = None, **metrics: object) -> Asked:
+def asked(maneuver: object = None, column: object = None, **metrics: object) -> RequirementSpec:
     """Check requirements given as keywords.
 
     Raises
@@ -93,9 +93,9 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise InputError(f"found {name}={value!r:.60}, expected a number")
         limits[name] = value if isinstance(value, int) else float(value)
-    found = Asked(maneuver, column, limits)
+    found = RequirementSpec(maneuver, column, limits)
     # Any limit serves to check whether the column is known.
-    for text in found.texts() or Asked(maneuver, column, {"scd": 0.0}).texts():
+    for text in found.texts() or RequirementSpec(maneuver, column, {"scd": 0.0}).texts():
         try:
             parse(text)
         except InputError as e:
@@ -124,7 +124,7 @@ class Score:
     _reference: Reference
     # Requirements of the test's markers, for a call without any. Then the required digits if the
     # markers have no number; None if not set.
-    _marked: tuple[Asked, ...]
+    _marked: tuple[RequirementSpec, ...]
     _scd: float | None
     # Returns the reason for not diagnosing a failure; an empty text if it is to be diagnosed.
     _may_diagnose: Callable[[], str]
@@ -174,7 +174,7 @@ class Score:
             self._fail(_failure(checked, self._report, self._diagnosis()))
         return self
 
-    def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
+    def _texts(self, requirements: Sequence[str], own: RequirementSpec) -> tuple[str, ...]:
         """Return the requirements of the call, or else of the markers, or else of the settings."""
         if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
             raise InputError(
@@ -183,13 +183,13 @@ class Score:
         if requirements or not own.is_about_amount:
             return (*requirements, *own.texts())
         texts: list[str] = []
-        for marked in self._marked or (Asked(),):
+        for marked in self._marked or (RequirementSpec(),):
             metrics = {**marked.metrics, **own.metrics}
             if marked.is_about_amount and self._scd is not None:
                 metrics = {"scd": self._scd, **metrics}
             maneuver = marked.maneuver if own.maneuver is None else own.maneuver
             column = marked.column if own.column is None else own.column
-            texts += Asked(maneuver, column, metrics).texts()
+            texts += RequirementSpec(maneuver, column, metrics).texts()
         if not texts:
             raise InputError(
                 "nothing is required: expected a number such as scd=8, here, in the marker "
@@ -200,7 +200,9 @@ class Score:
     def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
         """Return the settings' limits on columns and coverage that a test does not set itself."""
         told = {parse(text).metric for text in texts}
-        return Asked(metrics={k: x for k, x in self._enough.items() if k not in told}).texts()
+        return RequirementSpec(
+            metrics={k: x for k, x in self._enough.items() if k not in told}
+        ).texts()
 
     def _diagnosis(self) -> tuple[str, ...]:
         """Return sentences on why the results differ, or on why there is no diagnosis."""

@@ -18,7 +18,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsReversed,
     SingleRows,
 )
-from heyoka_bike.scoring.rows.columns import deviating_columns, single_rows
+from heyoka_bike.scoring.rows.column_faults import deviating_columns, single_rows
 from heyoka_bike.scoring.rows.edits import (
     Clock,
     Exchanged,
@@ -31,7 +31,7 @@ from heyoka_bike.scoring.rows.edits import (
 )
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import reversed_rows
-from heyoka_bike.scoring.rows.times import other_clocks
+from heyoka_bike.scoring.rows.wrong_times import other_clocks
 from heyoka_bike.scoring.score import score
 
 TIME = np.arange(201) / 20

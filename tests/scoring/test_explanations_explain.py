@@ -9,7 +9,7 @@ from heyoka_bike.scoring.diagnosis.claims import left_over
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, log_ratio
-from heyoka_bike.scoring.diagnosis.programs.program import FittedValues, Found
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, FittedValues
 
 BY_CODE = {m.code: m for m in MISTAKES}
 MODEL, OUTPUT = BY_CODE["sign_IHxz"], BY_CODE["energy_difference"]
@@ -36,7 +36,7 @@ def test_what_resembles_an_error_by_chance_is_not_said():
 
 
 def test_values_that_are_fitted_and_second_mistakes_cost_more():
-    found = Found("g", None, 9.8, 9.81, 1e-3)
+    found = FittedValue("g", None, 9.8, 9.81, 1e-3)
     fitted, two = (
         FittedValues("other", "", "", "model", lambda p: p, values)
         for values in ((found,), (found, found))
@@ -73,8 +73,8 @@ def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion(
 
 def test_nothing_is_left_at_the_floor():
     h = hypothesis(dict.fromkeys(PLACES, 1e-5))
-    assert not h.leaves_nothing
-    assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).leaves_nothing
+    assert not h.is_exhaustive
+    assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).is_exhaustive
 
 
 @pytest.mark.parametrize(("others", "is_told"), [(1e-9, True), (1e-4, False)])

@@ -30,7 +30,7 @@ from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.rows import constant_columns, round_rows, rounded_times
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.values import Dense, RoundedRows, Sensitivity, Values
-from heyoka_bike.system.jobs import Job, Outcome, TellStage
+from heyoka_bike.system.jobs import Job, OnStage, Outcome
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def compute_rows(
     run: Trajectory,
     certificate: Certificate,
     published: ReferenceManeuver | None,
-    report: TellStage,
+    report: OnStage,
 ) -> tuple[RoundedRows, Dense, Drift]:
     """Compute every number of the columns, and the drift of the run's conserved quantities."""
     rows = round_rows(run, certificate, partial(report, "rows"))
@@ -159,7 +159,7 @@ def compute_motion(
     run: Trajectory,
     certificate: Certificate,
     published: ReferenceManeuver | None,
-    report: TellStage,
+    report: OnStage,
 ) -> tuple[Values, Dense]:
     """Compute every number of the whole motion."""
     dense = None if published is None else published.dense
@@ -169,7 +169,7 @@ def compute_motion(
 
 
 def compute_derivatives(
-    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: TellStage
+    run: Trajectory, certificate: Certificate, published: Sensitivity | None, report: OnStage
 ) -> Sensitivity:
     """Compute every number of the derivatives."""
     found = differentiate(run, certificate, partial(report, "vary"))

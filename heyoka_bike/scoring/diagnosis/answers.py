@@ -23,11 +23,11 @@ from heyoka_bike.scoring.diagnosis.conclusions import (
 from heyoka_bike.scoring.diagnosis.energies import of_contact
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED_CODE
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
-from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, SmoothError, TooFar
@@ -44,7 +44,7 @@ from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 
 # In which columns a start is written.
-_COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
+_COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE_KEYS, strict=True)}
 
 
 _STIFFEST = 3.0
@@ -58,14 +58,14 @@ def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
 
 
 def answers(
-    diagnosis: Diagnosis, report: Report, first: Sequence[plain.AtOnce]
+    diagnosis: Diagnosis, report: Report, first: Sequence[plain.VisibleFault]
 ) -> tuple[Evidence, ...]:
     """What explains the file, or what its error looks like if nothing does.
 
     `first` is what was seen at once.
     """
     units = (UnitsBeside(diagnosis.units),) if diagnosis.units else ()
-    if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
+    if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED_CODE,):
         return (_linear(diagnosis.classes[0][0]), *units)
     falls = tuple(x for x in first if isinstance(x, FallsOver))
     if diagnosis.classes:
@@ -171,7 +171,7 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
     if causes.best is None and causes.law is not None:
         yield TorqueLaw(causes.law)
         return
-    is_beside, is_end = causes.best is not None, diagnosis.ends_at_a_force
+    is_beside, is_end = causes.best is not None, diagnosis.stops_at_unknown_force
     yield ForceUnexplained(_left(causes), is_beside, is_end)
 
 
@@ -227,7 +227,7 @@ def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, f
     return (where, causes.shares[where], relief) if relief > WEIGHTS.explains else None
 
 
-def _written_as_given(x: Found, report: Report) -> str:
+def _written_as_given(x: FittedValue, report: Report) -> str:
     """Name the column whose first row has the start that is given, not the one that is fitted."""
     key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):

@@ -7,7 +7,7 @@ from math import floor, log10
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
+from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
 from heyoka_bike.scoring.grades import TOLERANCE
 
 UNIT_OF_VALUE = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
@@ -36,7 +36,7 @@ def scale_words(error: float) -> str:
     return f"{100 * error:.2g} % of its scale" if error < 2.0 else f"{error:.2g} times its scale"
 
 
-def inertia_words(found: Sequence[Found]) -> str:
+def inertia_words(found: Sequence[FittedValue]) -> str:
     """Describe the pattern in several wrong inertias of one body; empty if there is none."""
     by_axes = {m[2]: x for x in found if (m := _INERTIA.fullmatch(x.name))}
     if len(by_axes) < len(found) or not {"xx", "zz"} <= by_axes.keys():
@@ -57,14 +57,14 @@ def inertia_words(found: Sequence[Found]) -> str:
     return ""
 
 
-def _values_words(found: Sequence[Found]) -> str:
+def _values_words(found: Sequence[FittedValue]) -> str:
     return ", and ".join(
         _part_words(x) if x.name in FORCES and FORCES[x.name].is_part else _value_words(x)
         for x in found
     )
 
 
-def _part_words(x: Found) -> str:
+def _part_words(x: FittedValue) -> str:
     """Say which fraction of a term of the equations a program has."""
     says = FORCES[x.name].says
     is_missing = abs(x.value - 1.0) < _NEARLY_ALL
@@ -72,7 +72,7 @@ def _part_words(x: Found) -> str:
     return f"the {says} {times}"
 
 
-def _value_words(x: Found) -> str:
+def _value_words(x: FittedValue) -> str:
     """Return a value with the digits that its uncertainty allows, and the correct value."""
     size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
     least = max(x.uncertain, _LEAST_UNCERTAINTY_SHOWN * size)
@@ -85,7 +85,7 @@ def _value_words(x: Found) -> str:
     return f"{_name_words(x)} is {after} {UNIT_OF_VALUE[x.name]}{within} instead of {right}"
 
 
-def _name_words(x: Found) -> str:
+def _name_words(x: FittedValue) -> str:
     if x.name in FORCES:
         return f"the {FORCES[x.name].says}"
     if x.maneuver is None:

@@ -3,8 +3,7 @@
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, LINEARISED_CODE
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
@@ -20,7 +19,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     """True if what is left can be an integrator's error."""
     # A method that is run has no value that is fitted: rows tell its step.
     is_mistake = any(
-        m.kind not in ("output", "method") and m.code != LINEARISED for m in h.mistakes
+        m.kind not in ("output", "method") and m.code != LINEARISED_CODE for m in h.mistakes
     )
     is_hidden = is_mistake and not shows_equations(residual)
     # Each of several explains something where the equations do not show it.
@@ -48,7 +47,7 @@ def explains_mostly(h: Hypothesis, residual: Residual | None) -> bool:
 
 def ends_search(h: Hypothesis, residual: Residual | None) -> bool:
     """True if no single cause that is tried later could take its place."""
-    return h.leaves_nothing or explains_mostly(h, residual)
+    return h.is_exhaustive or explains_mostly(h, residual)
 
 
 def above_digits(h: Hypothesis) -> dict[Place, float]:

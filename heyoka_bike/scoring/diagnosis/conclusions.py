@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.cause_words import (
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
+from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
 from heyoka_bike.scoring.diagnosis.residual.methods import Method
 from heyoka_bike.scoring.evidence.base import Evidence
@@ -603,7 +603,7 @@ def _errors(h: Hypothesis) -> dict[str, Any]:
     return {"gain": h.gain, "relief": h.relief, "before": before, "after": after}
 
 
-def _value(x: Found) -> dict[str, Any]:
+def _value(x: FittedValue) -> dict[str, Any]:
     """Return a fitted value as numbers."""
     return {
         "unknown": x.name,

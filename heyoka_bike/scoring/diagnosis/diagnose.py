@@ -10,7 +10,7 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import mostly_zeros
 from heyoka_bike.scoring.diagnosis.budget import (
-    SECONDS,
+    DEFAULT_BUDGET,
     USUAL,
     Budget,
     BudgetSpentError,
@@ -40,7 +40,7 @@ def diagnose(
     *,
     maneuver: int | None = None,
     columns: str | Sequence[str] | None = None,
-    budget: float = SECONDS,
+    budget: float = DEFAULT_BUDGET,
     thorough: bool = False,
     **named: Any,
 ) -> Report:
@@ -156,7 +156,7 @@ def _is_of_times(seen: Evidence) -> bool:
 
 
 def diagnosed_elsewhere(
-    report: Report, reference: Reference, budget: Budget, told: jobs.TellStage
+    report: Report, reference: Reference, budget: Budget, told: jobs.OnStage
 ) -> Report:
     """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
     return diagnosed(report, reference, lambda share: told("diagnose", share), budget)

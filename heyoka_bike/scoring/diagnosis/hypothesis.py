@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, fall, log_ratio
@@ -22,7 +22,7 @@ from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 if TYPE_CHECKING:
     from heyoka_bike.numbers.double import Array
     from heyoka_bike.scoring.definitions import Understandings
-    from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
+    from heyoka_bike.scoring.diagnosis.programs.program import Cause, FittedValue
 
 
 KNOWN = log(len(MISTAKES) + len(EQUATION_MISTAKES))
@@ -79,7 +79,7 @@ class Hypothesis:
         return tuple(m.code for m in self.mistakes)
 
     @property
-    def found(self) -> tuple[Found, ...]:
+    def found(self) -> tuple[FittedValue, ...]:
         """Values that were found in the file, if it is explained by nothing else."""
         each = [m.found for m in self.mistakes]
         return tuple(x for found in each for x in found) if all(each) else ()
@@ -129,7 +129,8 @@ class Hypothesis:
                 self.after[k] < AS_GOOD * max(self.before[k], floor, self.floors.get(k, 0.0))
                 for k in self.before
             )
-            and sum(x > HALF for x in self.after.values()) <= WEIGHTS.strange * len(self.after)
+            and sum(x > MEANINGLESS_ERROR for x in self.after.values())
+            <= WEIGHTS.strange * len(self.after)
         )
 
     @property
@@ -157,7 +158,7 @@ class Hypothesis:
         return None
 
     @property
-    def leaves_nothing(self) -> bool:
+    def is_exhaustive(self) -> bool:
         """True if no other cause could explain more."""
         return bool(self.after) and all(
             x <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))

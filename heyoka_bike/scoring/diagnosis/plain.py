@@ -13,7 +13,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -32,7 +32,7 @@ from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY, FEW_COLUMNS, MOST_ROWS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.rows.columns import of_other_maneuvers, scaled
+from heyoka_bike.scoring.rows.column_faults import of_other_maneuvers, scaled
 from heyoka_bike.scoring.rows.maneuvers import last_step, standing_still
 from heyoka_bike.scoring.rows.other_times import AtOtherTimes, fitted_clock, meant_by
 from heyoka_bike.scoring.rows.table import whole_columns
@@ -54,14 +54,16 @@ _GIVEN = ("roll_rate", "forward_speed")
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
-AtOnce = FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+VisibleFault = (
+    FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+)
 """What is seen at once."""
 
 
-def shown(report: Report) -> tuple[AtOnce, ...]:
+def shown(report: Report) -> tuple[VisibleFault, ...]:
     """Return what is seen at once, whatever else is found."""
     maneuvers = report.maneuvers
-    found: list[AtOnce] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
+    found: list[VisibleFault] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
     found += _between(maneuvers)
     found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
@@ -83,7 +85,7 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[FallsOver]:
             continue
         roll, height = traces["roll_angle"], traces["potential_energy"]
         # Other units of the angle do not lower it.
-        low = height.value < HALF * height.reference
+        low = height.value < MEANINGLESS_ERROR * height.reference
         lies = (
             low & (np.abs(roll.value) > _LEAN_OF_LYING) & (np.abs(roll.reference) < _LEAN_OF_LYING)
         )
@@ -172,7 +174,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     return sorted(float(np.mean(x)) for x in parts)[1]
 
 
-def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
+def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
     """True if every wrong maneuver leaves the right motion later than at its start.
 
     Or some of its rows are right, and only those between them are not.
@@ -384,7 +386,7 @@ def beside(
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):
             columns = {m.maneuver: c for m, c in wrong}
-            found += _wrong_alone(key, columns, is_unknown=key in left_out)
+            found += _isolated_wrong_columns(key, columns, is_unknown=key in left_out)
         elif key not in left_out:
             others.append(key)
     if others:
@@ -399,7 +401,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
     return limit < TOLERANCE and is_far(c, limit, CLEARLY)
 
 
-def _wrong_alone(
+def _isolated_wrong_columns(
     key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
 ) -> Iterator[ColumnBeside]:
     """Yield what is seen in a column that is wrong alone, by the number of the maneuver."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason
 from heyoka_bike.scoring.evidence.base import LostColumn
-from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SPELT, nearest
+from heyoka_bike.scoring.reading.names.suggestions import ALMOST, NAMES_SPELT, nearest
 from heyoka_bike.scoring.report import Report
 
 

@@ -15,7 +15,7 @@ from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
-from heyoka_bike.scoring.reading.names.words import told
+from heyoka_bike.scoring.reading.names.suggestions import told
 from heyoka_bike.scoring.reading.request import (
     ARGUMENT,
     MOST_UNPACKED,

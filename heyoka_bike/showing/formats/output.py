@@ -47,7 +47,7 @@ def render(
     """
     if name in ("html", "table"):
         from heyoka_bike.showing.document import html, text
-        from heyoka_bike.showing.formats.report import document
+        from heyoka_bike.showing.formats.report_document import document
 
         found = document(scored, made)
         if name == "html":

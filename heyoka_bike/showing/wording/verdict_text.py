@@ -14,7 +14,7 @@ from heyoka_bike.scoring.grades import MOST_DIGITS, Grade
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Series
 from heyoka_bike.scoring.scores import ManeuverScore
-from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, DoesNotCount, claim
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, MIN_COVERAGE, DoesNotCount, claim
 from heyoka_bike.showing.wording.column_text import label
 from heyoka_bike.showing.wording.grade_text import WORDS, file_grade
 from heyoka_bike.showing.wording.number_text import in_unit, limit_words, percent, plain, readable
@@ -112,7 +112,7 @@ def _outcome(m: ManeuverScore) -> str:
     # Whatever its value, eq. (1) may not count.
     if reason := claim(m, m.performance_limit).reason:
         return f"does not count: {DOES_NOT_COUNT[reason]}"
-    so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
+    so_far = " so far" if m.meets_limit and m.coverage < MIN_COVERAGE else ""
     limit = limit_words(m.performance_limit)
     return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
 

@@ -48,7 +48,7 @@ DERIVED = (
     "rate that rolling without slip gives this state; the place from the forward speed along "
     "that heading; the turning of the wheels from rolling."
 )
-BROUGHT = (
+CONVERTED_NOTE = (
     "(a different definition is brought to the default one by its difference from the reference)"
 )
 """Text of notes, here and on the page of the checker."""
@@ -326,7 +326,7 @@ def _understood(found: ManeuverScore) -> str:
             taken.append(f"{label(c.key)} taken as {', '.join(how)}")
     if not taken:
         return ""
-    return f"; {'; '.join(taken)} {BROUGHT}"
+    return f"; {'; '.join(taken)} {CONVERTED_NOTE}"
 
 
 def _listed(items: Sequence[str]) -> str:

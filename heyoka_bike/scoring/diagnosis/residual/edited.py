@@ -28,7 +28,7 @@ from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
     linearised,
     solve,
 )
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE, observe
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS, observe
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
@@ -62,7 +62,9 @@ class _Edited:
     @property
     def edits(self) -> list[str]:
         """Names of the offsets and ratios, for each column of the state that all parts have."""
-        keys = [k for k in STATE if all(k in p.values for p in self.parts) and k in self.understood]
+        keys = [
+            k for k in STATE_KEYS if all(k in p.values for p in self.parts) and k in self.understood
+        ]
         return [kind + key for key in keys for kind in (_ZERO, _RATIO)]
 
     def residual(self, changes: Mapping[str, float]) -> Residual | None:

@@ -19,8 +19,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis import followed
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
+from heyoka_bike.scoring.diagnosis import step_log
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
@@ -47,7 +47,7 @@ from heyoka_bike.scoring.diagnosis.residual.laws import Law, best_law
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import (
-    STATE,
+    STATE_KEYS,
     Observed,
     start_shown,
     state_vector,
@@ -74,7 +74,7 @@ GROUPS = tuple(
 
 # Left by equations that have no solution, in parts of the accelerations.
 _NO_LIMIT = 1e9
-_METHOD = followed.Step("method", "which integrator's error is left of the equations?")
+_METHOD = step_log.Step("method", "which integrator's error is left of the equations?")
 _TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -156,7 +156,7 @@ class Residual:
         # Those of roll and steer: where the speed hardly changes it says little.
         slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
-        is_blown_up = max(slopes) > HALF or bool(np.max(rest) == _NO_LIMIT)
+        is_blown_up = max(slopes) > MEANINGLESS_ERROR or bool(np.max(rest) == _NO_LIMIT)
         resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
         is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
         is_judged = is_resolved or bool(np.median(rest / resolved) < share)
@@ -215,7 +215,7 @@ class Residual:
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain what remains and cannot be told apart."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
-        with followed.taken(_METHOD) as told:
+        with step_log.logged(_METHOD) as told:
             found = find_methods(equations, self.motions)
             if found:
                 each = (f"{m.says} (step {m.step:.3g} s)" for m in found)
@@ -332,7 +332,7 @@ class Residual:
 
     @property
     def definitions(self) -> Mapping[str, str]:
-        """Names of the columns of `STATE`, as they were understood."""
+        """Names of the columns of `STATE_KEYS`, as they were understood."""
         return self.motions[0].definitions
 
     @property
@@ -517,7 +517,7 @@ class Residual:
                 continue
             start, scatter = self._starts_shown[m.number]
             off = start - _given(self.program, m.number)
-            size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
+            size = np.std([m.state[key] for key in STATE_KEYS], axis=1) + _TINY
             # By more than the rows disagree, and not next to nothing of what is off most.
             least = WEIGHTS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
             names = [f"initial_{name}_{m.number}" for name in START]
@@ -542,5 +542,5 @@ def _rms(x: Array) -> float:
 
 
 def _given(program: Program, number: int) -> Array:
-    """Columns of `observed.STATE` at the start of a maneuver."""
+    """Columns of `observed.STATE_KEYS` at the start of a maneuver."""
     return np.delete(np.array(beginning(program, number)), 1)

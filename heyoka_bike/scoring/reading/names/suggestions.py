@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     KEYS,
     TIME,
     by_words,
@@ -15,7 +15,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     is_time,
     parse_heading,
 )
-from heyoka_bike.scoring.reading.names.units import split_unit
+from heyoka_bike.scoring.reading.names.heading_units import split_unit
 from heyoka_bike.scoring.reading.request import LEFT_OUT, NAMES
 
 # The names of a message; more would not be read.
