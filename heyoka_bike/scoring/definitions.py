@@ -61,7 +61,7 @@ from heyoka_bike.bicycle.columns import (
 )
 from heyoka_bike.numbers.double import Array, Double, median, two_sum
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
@@ -489,7 +489,7 @@ def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Un
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
-    if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
+    if max(len(s.values[key]) for s in samples) >= MIN_ROWS_FOR_SHAPE:
         return True
     floors = [sum(s.floor[key]) for s in samples]
     return all(t <= CLEARLY * f for t, f in zip(typical, floors, strict=True))
@@ -563,7 +563,7 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
             # A motion that is wrong itself tells nothing.
             continue
         off_by = accuracy(s, found, size=s.moves)
-        allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
+        allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)

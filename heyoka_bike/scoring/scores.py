@@ -248,12 +248,12 @@ class ColumnScore:
     @property
     def hidden(self) -> float:
         """Largest error that rounding to the digits written explains [SI unit]; 0 if unknown."""
-        return grades.FLOORS_OF_ROUNDING * (self.floor or 0.0)
+        return grades.MAX_ROUNDING_FLOORS * (self.floor or 0.0)
 
     @property
     def is_hidden(self) -> bool:
         """True if rounding to the digits written explains the error."""
-        return self.is_at_floor(grades.FLOORS_OF_ROUNDING)
+        return self.is_at_floor(grades.MAX_ROUNDING_FLOORS)
 
     @property
     def time_to_tolerance(self) -> float | None:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, Grade
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, Grade
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.scores import ManeuverScore
@@ -89,7 +89,7 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     scale = m.part.reference.scale("mechanical_energy")
     apart, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
     rounding = inf if floor is None else floor
-    explained = FLOORS_OF_ROUNDING * rounding + ARITHMETIC * scale
+    explained = MAX_ROUNDING_FLOORS * rounding + ARITHMETIC * scale
     if total is None:
         apart = 0.0
     elif apart is not None and apart <= explained:

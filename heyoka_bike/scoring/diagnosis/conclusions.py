@@ -18,7 +18,7 @@ from heyoka_bike.scoring.diagnosis.cause_words import (
     share_words,
 )
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValue, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.laws import Law
@@ -97,7 +97,9 @@ class Explained(Evidence):
             text += f". Nearly as much is explained by: {near}"
         text = f"{text}. {self._advice()}"
         if others:
-            same = "; or ".join(mistakes_words(h.mistakes) for h in others[: WEIGHTS.few])
+            same = "; or ".join(
+                mistakes_words(h.mistakes) for h in others[: THRESHOLDS.max_answers]
+            )
             text += f". The file cannot tell this from {same}"
         return text
 

@@ -19,7 +19,7 @@ from heyoka_bike.scoring.evidence.error_shape import (
     EnergyTrend,
     EnergyVaries,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.ratios import BY_FAR, CLEARLY
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
@@ -67,7 +67,7 @@ class _Energy:
     @property
     def trend(self) -> float:
         """The change over the run if it is steady, in parts of the energy; otherwise 0."""
-        if not self.is_seen or len(self.change) < 2 * FEWEST_TELLING_ROWS:
+        if not self.is_seen or len(self.change) < 2 * MIN_ROWS_FOR_SHAPE:
             return 0.0
         means = np.array([np.mean(part) for part in np.array_split(self.change, 10)])
         change = float(means[-1] - means[0])

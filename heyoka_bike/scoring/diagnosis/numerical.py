@@ -8,7 +8,7 @@ import numpy as np
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE_KEYS
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
@@ -25,7 +25,7 @@ from heyoka_bike.scoring.evidence.error_shape import (
     TooFar,
     TooFewRows,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, TOLERANCE, has_right_digits
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, TOLERANCE, has_right_digits
 from heyoka_bike.scoring.judge.precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.noise import FEWEST_ROWS, Roughness, roughness
@@ -68,12 +68,12 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     # Single precision was seen to leave 1e-5 of a run with steps of 0.01 s, 9e-5 with 0.001 s.
     if single is not None and worst < TOLERANCE:
         return (single,)
-    if max(m.rows for m in report.maneuvers) < FEWEST_TELLING_ROWS:
+    if max(m.rows for m in report.maneuvers) < MIN_ROWS_FOR_SHAPE:
         return (TooFewRows(),)
     there = report.by_column()
     missing = tuple(key for key in STATE_KEYS if key not in there)
     # What is left below this part needs no cause.
-    rough = tuple(_rough(report)) if worst > WEIGHTS.nothing else ()
+    rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
         # A multistep method that changes its order jumps, too, and iterates as it should.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))

@@ -14,7 +14,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
 from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
@@ -26,7 +26,7 @@ from heyoka_bike.scoring.evidence.output_faults import (
     RowsBetween,
     RowsRepeated,
 )
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.grouped import grouped
 from heyoka_bike.scoring.judge.own_definitions import far_worse, is_far
 from heyoka_bike.scoring.measures import ROUNDING, rms
@@ -136,7 +136,7 @@ def _right_rows(c: ColumnScore) -> int:
         return 0
     # The upper quartile is an error of the rows between, even if these are only half of all rows.
     usual = float(np.quantile(error, 0.75))
-    most = min(len(error) // FEWEST_TELLING_ROWS, _MOST_BETWEEN)
+    most = min(len(error) // MIN_ROWS_FOR_SHAPE, _MOST_BETWEEN)
     for every in range(2, most + 1):
         if BY_FAR * float(np.max(error[::every])) < usual:
             return every
@@ -148,7 +148,7 @@ def _flat(c: ColumnScore, order: int) -> float:
 
     Until the last step, after which all stands still.
     """
-    tiny = FLOORS_OF_ROUNDING * 2.0**order * (c.floor or 0.0)
+    tiny = MAX_ROUNDING_FLOORS * 2.0**order * (c.floor or 0.0)
     rows = slice(last_step(c) + 1)
     step = np.diff(c.trace.time[rows])
     # Two rows at one time have no slope.
@@ -161,7 +161,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     is_zero = (c.trace.value[rows] == 0.0)[order:]
     moves = (right > CLEARLY * tiny) & ~is_zero
     # Between others it goes on by steps of any size; few digits make many of the same.
-    if len(moves) < FEWEST_TELLING_ROWS or 2 * moves.sum() <= len(moves):
+    if len(moves) < MIN_ROWS_FOR_SHAPE or 2 * moves.sum() <= len(moves):
         return 0.0
     steps = np.round(found[moves & (found > np.median(right))] / (tiny or 1.0), 1)
     if 2 * len(np.unique(steps)) <= len(steps):
@@ -212,12 +212,12 @@ def _departs(
         return None
     last, row = rows
     # Errors of steps that a tolerance chooses may differ as much, from one step to the next.
-    is_right = off[last] <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * floor)
+    is_right = off[last] <= max(THRESHOLDS.negligible_error, MAX_ROUNDING_FLOORS * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
     right = float(np.max(off[: last + 1]))
     end = int(np.flatnonzero(off > BY_FAR * right)[-1]) + 1
-    is_back = m.rows - end >= FEWEST_TELLING_ROWS
+    is_back = m.rows - end >= MIN_ROWS_FOR_SHAPE
     ahead, relief = _shift_from(m, columns, row)
     return Departs(
         m.maneuver,
@@ -226,7 +226,7 @@ def _departs(
         right,
         float(off[row]),
         float(time[end - 1]) if is_back else None,
-        ahead if relief > WEIGHTS.nearly and not is_back else None,
+        ahead if relief > THRESHOLDS.nearly and not is_back else None,
         keys,
     )
 
@@ -272,7 +272,7 @@ def other_times(report: Report) -> OtherTimes | None:
         energies = {c.key for c in columns} & {*_ENERGY_PARTS, _SUM}
         # Of correct programs two are left a sixth of the error, in one maneuver a thirtieth.
         count = len(columns) - max(len(energies) - 1, 0)
-        if count <= FEW_COLUMNS or m.rows <= FEWEST_TELLING_ROWS:
+        if count <= FEW_COLUMNS or m.rows <= MIN_ROWS_FOR_SHAPE:
             return None
         ahead, left = _ahead(columns)
         if not all(_falls(c, ahead) for c in columns):
@@ -280,7 +280,7 @@ def other_times(report: Report) -> OtherTimes | None:
         relief.append(left)
         low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
         found[m.maneuver] = low, high
-    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
+    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > THRESHOLDS.nearly):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = CLEARLY * (most - least) < abs(most + least)

@@ -19,7 +19,7 @@ from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, LINEARISED_CODE
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
@@ -269,29 +269,33 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
 
     Whole runs show more than rows that are noisy or few, and terms that these do not resolve.
     """
-    w, likeliest = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
-    least = residual.log_odds - w.refuted
+    w, likeliest = THRESHOLDS, sorted(residual.known, key=lambda h: -h.log_odds)
+    least = residual.log_odds - w.drop_log_odds
     singles = [h for h in likeliest if len(h.mistakes) == 1]
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     # What changes next to nothing of the equations is neither shown by them nor refuted.
-    relief = 1.0 / w.also if residual.is_resolved else 0.0
-    most = w.some if residual.visibility is Visibility.NOTHING else w.many
+    relief = 1.0 / w.min_pair_gain if residual.is_resolved else 0.0
+    most = w.max_pairs if residual.visibility is Visibility.NOTHING else w.max_simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.many]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.max_simulated]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
-    return [h.mistakes for h in (*likely, *pairs[: w.some])], [h.mistakes for h in others]
+    return [h.mistakes for h in (*likely, *pairs[: w.max_pairs])], [h.mistakes for h in others]
 
 
 def _values(file: FileUnderTest, residual: Residual) -> Iterator[Hypothesis]:
     """Values of parameters and forces that the equations speak for, as whole runs show them."""
-    least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
-    likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
+    least = max(residual.log_odds - THRESHOLDS.drop_log_odds, 0.0)
+    likely = [h for h in residual.fitted if h.log_odds > least][: THRESHOLDS.refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
         # A likely value with a small relief is kept too: rows far apart show less than whole runs.
-        likely = [h for h in likely if h.relief > WEIGHTS.explains or h.log_odds > WEIGHTS.said]
+        likely = [
+            h
+            for h in likely
+            if h.relief > THRESHOLDS.explains or h.log_odds > THRESHOLDS.report_log_odds
+        ]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
         # Where a force is left, or no motion is seen, no values are those of the file.
         yield from file.judged(h.mistakes for h in likely)
@@ -367,8 +371,10 @@ def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
         (h for h in alone.values() if h.gain > 1.0 and h.mistakes[0].kind in KINDS),
         key=lambda h: -h.log_odds,
     )
-    leaders = [h for h in likeliest if h.log_odds > likeliest[0].log_odds - WEIGHTS.refuted]
-    leaders = leaders[: WEIGHTS.few]
+    leaders = [
+        h for h in likeliest if h.log_odds > likeliest[0].log_odds - THRESHOLDS.drop_log_odds
+    ]
+    leaders = leaders[: THRESHOLDS.max_answers]
     if file.has_one_speed:
         # What linear programs have in common.
         leaders += [h for h in likeliest if h.codes == (LINEARISED_CODE,) and h not in leaders]
@@ -381,7 +387,7 @@ def _pairs(file: FileUnderTest, found: Sequence[Hypothesis]) -> list[Causes]:
         if leader is likeliest[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
         elif not shows_equations(file.residual):
-            others += [h.mistakes[0] for h in likeliest[: WEIGHTS.rivals]]
+            others += [h.mistakes[0] for h in likeliest[: THRESHOLDS.rivals]]
         asked += _with_others(first, others)
     return asked
 
@@ -407,7 +413,8 @@ def _of_start(file: FileUnderTest) -> Sequence[Hypothesis]:
         found += [
             h
             for h in values
-            if h.log_odds > WEIGHTS.said and max(h.after[k] for k in h.changed) < MEANINGLESS_ERROR
+            if h.log_odds > THRESHOLDS.report_log_odds
+            and max(h.after[k] for k in h.changed) < MEANINGLESS_ERROR
         ][:1]
     return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
 

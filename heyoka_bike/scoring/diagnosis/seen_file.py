@@ -21,7 +21,7 @@ from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, log_ratio
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear_motion import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
@@ -33,7 +33,7 @@ from heyoka_bike.scoring.diagnosis.residual.readings import other_definitions, r
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, shows_equations
 from heyoka_bike.scoring.evidence.output_faults import ColumnRatio
 from heyoka_bike.scoring.explanation import Curve
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, RIGHT, TOLERANCE
+from heyoka_bike.scoring.grades import MIN_ROWS_FOR_SHAPE, RIGHT, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR
 from heyoka_bike.scoring.rows.edits import Columns
@@ -195,12 +195,12 @@ class FileUnderTest:
         """
         end = self._first_errors()
         parts = [p.part.at(p.part.time <= end) for p in self._parts]
-        if any(len(part.time) < FEWEST_TELLING_ROWS for part in parts):
+        if any(len(part.time) < MIN_ROWS_FOR_SHAPE for part in parts):
             # A file that begins later has no beginning.
             parts = [p.part for p in self._parts]
         begun = FileUnderTest(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
-        kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.many]
+        kept = sorted(known, key=lambda h: -h.gain)[: THRESHOLDS.max_simulated]
         self.tried += begun.tried - len(kept)
         return [h.mistakes for h in kept]
 
@@ -256,8 +256,8 @@ class FileUnderTest:
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
         # As `claims.explains` has it.
-        needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
-        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
+        needed = THRESHOLDS.explains if shows_equations(self.residual) else BY_FAR
+        return Fits(self.program, leaves, floors, len(parts), THRESHOLDS.promise[1], split, needed)
 
     def _leaves_much(self, residual: Residual) -> bool:
         """True if a wrong file shows the equations, and nothing explains their residual."""

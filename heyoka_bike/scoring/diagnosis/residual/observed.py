@@ -64,7 +64,7 @@ class Observed:
     state : mapping of str to ndarray, shape (n,)
         Columns of `STATE_KEYS` and the yaw, SI, in the default definitions.
     windows : ndarray, shape (w, n)
-        Weights of rows in averages, each of sum one.
+        Thresholds of rows in averages, each of sum one.
     accelerations : ndarray, shape (3, w), or (2, w) without a speed
         Averages of the derivatives of roll rate, steer rate and speed.
     uncertain : ndarray of the same shape
