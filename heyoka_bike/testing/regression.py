@@ -22,8 +22,7 @@ from heyoka_bike.scoring.outcomes import InPart, Requirement
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import ENOUGH, OF_COLUMN, OF_MANEUVER, Parsed, check, parse
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.showing import sayings
-from heyoka_bike.showing.wording import column_text, number_text, verdict_text
+from heyoka_bike.showing.wording import column_text, finding_text, number_text, verdict_text
 
 # Metrics for which larger is better; smaller is better for all others.
 _AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "columns", "coverage"})
@@ -220,7 +219,9 @@ class Score:
             return (f"none: it failed with {type(e).__name__}: {e}",)
         said, more = found.diagnosis[:_FINDINGS_SHOWN], found.diagnosis[_FINDINGS_SHOWN:]
         # The sentence that a search was stopped early comes last.
-        return tuple(sayings.sentences((*said, *(more[-1:] if found.is_stopped_early else ()))))
+        return tuple(
+            finding_text.sentences((*said, *(more[-1:] if found.is_stopped_early else ())))
+        )
 
     def __repr__(self) -> str:
         return f"<score of {verdict_text.verdict(self._report)}>"
@@ -268,7 +269,7 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     for m in scored.maneuvers:
         digits = (f"{c.key} {number_text.one_decimal(c.scd)}" for c in m.columns)
         entries.append((f"scd, maneuver {m.maneuver}", ", ".join(digits)))
-    entries += [("warning", said) for said in sayings.warnings(scored.findings)]
+    entries += [("warning", said) for said in finding_text.warnings(scored.findings)]
     in_part = next((r.outcome for r in failed if isinstance(r.outcome, InPart)), None)
     if in_part is not None:
         keywords = ", ".join(text.replace(" >= ", "=") for text in in_part.enough)

@@ -17,13 +17,13 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose, diagnosed
 from heyoka_bike.scoring.diagnosis.plain import other_times
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing import sayings
+from heyoka_bike.showing.wording import finding_text
 from heyoka_bike.system.resources import data_folder
 
 
 def shown(report):
     """What is said of what is seen at once."""
-    return sayings.findings(plain.shown(report))
+    return finding_text.findings(plain.shown(report))
 
 
 def columns_apart(report):

@@ -2,9 +2,9 @@
 
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.answers import answers
-from heyoka_bike.showing import sayings
+from heyoka_bike.showing.wording import finding_text
 
 
 def said_of(found, report):
     """Return the findings about the causes in a report."""
-    return sayings.findings(answers(found, report, plain.shown(report)))
+    return finding_text.findings(answers(found, report, plain.shown(report)))

@@ -27,8 +27,8 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.runs import Run, Series
 from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.report_document import conventions
-from heyoka_bike.showing.sayings import findings
 from heyoka_bike.showing.wording import number_text, run_text, verdict_text
+from heyoka_bike.showing.wording.finding_text import findings
 from heyoka_bike.showing.wording.grade_text import file_grade
 
 _MOST_RUNS_SHOWN = 4  # of a series, each on a line

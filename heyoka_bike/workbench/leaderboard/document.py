@@ -8,8 +8,8 @@ from typing import Any
 
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart, linear, spread, wide
-from heyoka_bike.showing.sayings import cause
 from heyoka_bike.showing.wording.column_text import label
+from heyoka_bike.showing.wording.finding_text import cause
 from heyoka_bike.showing.wording.number_text import number, readable
 from heyoka_bike.showing.wording.origin_text import reference_words
 from heyoka_bike.version import __version__
