@@ -87,7 +87,7 @@ _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 
-_Way = tuple[str, int]
+_UnitAndSign = tuple[str, int]
 """Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
@@ -356,7 +356,7 @@ def _before(key: str, column: Column, found: Understandings) -> float:
     return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
-def _ways(key: str, samples: Iterable[Sample]) -> list[_Way]:
+def _ways(key: str, samples: Iterable[Sample]) -> list[_UnitAndSign]:
     """All units and signs that a column may have."""
     units = tried(COMPARED[key][0].unit, _named_unit(key, samples))
     return list(product(units, (1,) if key in _UNSIGNED else (1, -1)))
@@ -367,7 +367,7 @@ def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
     return next((s.units[key] for s in samples if key in s.units), None)
 
 
-def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
+def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
     """Unit and sign of the columns whose first row is the given value in one way alone."""
     found = {}
     for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
@@ -384,7 +384,9 @@ def _begins(sample: Sample, key: str, unit: str, sign: int) -> bool:
     return bool(abs(written - given) <= TOLERANCE * abs(given))
 
 
-def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -> _Way:
+def _told_way(
+    key: str, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
+) -> _UnitAndSign:
     """Unit and sign that the first row or the heading says.
 
     They are believed until the values say otherwise, of a wrong motion, too.
@@ -412,7 +414,7 @@ def _choose(
     samples: Sequence[Sample],
     errors_of_motion: Sequence[float],
     found: Understandings,
-    starts: Mapping[str, _Way],
+    starts: Mapping[str, _UnitAndSign],
 ) -> Understanding:
     """Unit and sign, then the definition under them.
 

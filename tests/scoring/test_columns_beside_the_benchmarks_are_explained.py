@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.wording import finding_text
 
@@ -16,7 +16,7 @@ HEADINGS = {
 
 def beside(report):
     """What is said of columns beside the benchmark's."""
-    return finding_text.findings(plain.beside(report))
+    return finding_text.findings(visible_faults.faults_in_other_columns(report))
 
 
 def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):

@@ -8,7 +8,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import visible_faults
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.evidence.contradictions import SinglePrecision
 from heyoka_bike.scoring.evidence.output_faults import (
@@ -126,7 +126,9 @@ def test_rows_between_those_of_large_steps_on_curves(reference):
         for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
             curve = CubicHermiteSpline(TIME[::5], knots[angle][::5], knots[rate][::5])
             knots[angle], knots[rate] = curve(TIME), curve.derivative()(TIME)
-    found = [x for x in plain.shown(report_of(held, reference)) if isinstance(x, RowsBetween)]
+    found = [
+        x for x in visible_faults.shown(report_of(held, reference)) if isinstance(x, RowsBetween)
+    ]
     assert {(n, x.order, x.every) for x in found for n in x.maneuvers} >= {(2, 2, 5)}
 
 

@@ -82,11 +82,11 @@ _BITS_OF_COEFFICIENTS = 112
 _FIRST_WIDTH = Fraction(1, 2)
 _MIN_WIDTH = Fraction(1, 2**24)
 
-Near = Callable[[flint.arb, Fraction], Mapping[str, flint.arb]]
+LocalEvaluator = Callable[[flint.arb, Fraction], Mapping[str, flint.arb]]
 
 
 def interpolate(
-    near: Near, end: Fraction, balls: Balls, scales: Mapping[str, float],
+    near: LocalEvaluator, end: Fraction, balls: Balls, scales: Mapping[str, float],
     constant: Mapping[str, Value], progress: OnTime = lambda _: None,
 ) -> Dense:  # fmt: skip
     """Interpolate columns by Chebyshev pieces from 0 to the end.
@@ -144,7 +144,7 @@ def scale_of_dense(rows: Values, name: str) -> float:
 
 
 def _fit(
-    near: Near, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
+    near: LocalEvaluator, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
     a: Fraction, b: Fraction,
 ) -> list[list[flint.arb]]:  # fmt: skip
     """Return coefficients on [a, b] by column and order, from values at Chebyshev nodes."""

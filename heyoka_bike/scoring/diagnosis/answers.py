@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import START
-from heyoka_bike.scoring.diagnosis import numerical, plain
+from heyoka_bike.scoring.diagnosis import numerical, visible_faults
 from heyoka_bike.scoring.diagnosis.claims import above_digits, left_over
 from heyoka_bike.scoring.diagnosis.conclusions import (
     Direction,
@@ -58,7 +58,7 @@ def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
 
 
 def answers(
-    diagnosis: Diagnosis, report: Report, first: Sequence[plain.VisibleFault]
+    diagnosis: Diagnosis, report: Report, first: Sequence[visible_faults.VisibleFault]
 ) -> tuple[Evidence, ...]:
     """What explains the file, or what its error looks like if nothing does.
 
@@ -87,13 +87,13 @@ def answers(
         if diagnosis.likeliest is not None:
             return (*first, LikeliestUntilThen(diagnosis.likeliest))
         return (*yields, *first, *_direction(diagnosis.causes), *numerical.described(report))
-    times = plain.other_times(report)
+    times = visible_faults.other_times(report)
     if times is not None:
         return (times,)
     # Nothing about the motion where it is right.
     integrator = None if yields else integrator
     is_integrator = integrator is not None and integrator.is_explained
-    whole = plain.columns_apart(report) or (integrator if is_integrator else None)
+    whole = visible_faults.columns_apart(report) or (integrator if is_integrator else None)
     nothing = _no_cause(diagnosis, report)
     if isinstance(whole, ColumnsApart):
         # Their first rows are those of no start.

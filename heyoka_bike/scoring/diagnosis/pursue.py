@@ -14,7 +14,7 @@ from functools import partial
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis import plain, step_log
+from heyoka_bike.scoring.diagnosis import step_log, visible_faults
 from heyoka_bike.scoring.diagnosis.answers import answers, is_right, is_whole_cause
 from heyoka_bike.scoring.diagnosis.budget import BudgetSpentError, Deadline
 from heyoka_bike.scoring.diagnosis.conclusions import (
@@ -167,7 +167,7 @@ class Pursuit:
             found = replace(found, is_whole=found.is_whole and other.is_whole)
         if any(isinstance(x, NothingToDiagnose) for x in found.seen):
             return found
-        more = plain.beside(report, unknown)
+        more = visible_faults.faults_in_other_columns(report, unknown)
         if any(isinstance(x, NothingWrong) for x in found.seen):
             # Report wrong columns before those that are right.
             return replace(found, seen=(*more, _right(report, keys)))
@@ -186,14 +186,14 @@ class Pursuit:
         asked = replace(report, maneuvers=maneuvers)
         if is_right(asked):
             return Answer(report, (NothingWrong(),))
-        at_once = plain.shown(asked)
-        if plain.are_departures(at_once, asked):
+        at_once = visible_faults.shown(asked)
+        if visible_faults.are_departures(at_once, asked):
             # Mistakes of the model or of the initial conditions would show from the start.
             return Answer(report, at_once)
         asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the others are written wrongly.
-        only_output = only_output or plain.columns_apart(asked) is not None
+        only_output = only_output or visible_faults.columns_apart(asked) is not None
         found = explain(
             parts, self.reference, only_output=only_output, asks_for_edit=self.asks_for_edit,
             progress=self.progress, deadline=self.deadline,

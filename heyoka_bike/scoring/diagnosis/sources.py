@@ -11,7 +11,7 @@ from heyoka_bike.scoring.rows.column_faults import bounded, deviating_columns, s
 from heyoka_bike.scoring.rows.grids import coarse_grids, few_bits
 from heyoka_bike.scoring.rows.maneuvers import mirrored, reversed_rows, stopped
 from heyoka_bike.scoring.rows.rates import exchanged_with_rate, own_differences, shifted_rate
-from heyoka_bike.scoring.rows.table import Look
+from heyoka_bike.scoring.rows.table import RowCheck
 from heyoka_bike.scoring.rows.wrong_times import (
     counted_rows,
     late_rows,
@@ -30,7 +30,7 @@ class Source(Step):
     look : callable
     """
 
-    look: Look
+    look: RowCheck
 
 
 SOURCES = (

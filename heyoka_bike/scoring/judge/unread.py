@@ -32,5 +32,5 @@ def names_not_understood(report: Report) -> Iterator[NotCompared]:
         )
         if columns:
             reason = Reason.NOT_UNDERSTOOD
-            how = evidence.how_to_tell
+            how = evidence.columns_hint
             yield NotCompared(reason, columns, how, file=evidence.file)

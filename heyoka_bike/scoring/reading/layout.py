@@ -134,7 +134,7 @@ def _settled(headings: Sequence[Heading], vectors: ReadTable, request: Request) 
             of_which = "" if number is None else f" for maneuver {number}"
             raise request.error(
                 f"found {quoted(headings[best].text)} and {quoted(headings[others[0]].text)}, "
-                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.columns_hint}",
                 vectors.heading,
             )
         meant[meaning] = best

@@ -181,7 +181,7 @@ def _with_tables_beside(found: list[ReadTable], group: ArrayGroup) -> list[ReadT
                 lost.append(LostColumn(name, parse_heading(step).key))
     if not lost:
         return found
-    seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell)
+    seen = NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.columns_hint)
     return _with_evidence(found, seen)
 
 

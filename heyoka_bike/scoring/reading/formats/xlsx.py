@@ -81,7 +81,7 @@ def _with_results(
             for table in _tables(sheets[title], request):
                 layout_of(table, request)
             lost.append(LostColumn(title))
-    return (NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.how_to_tell),) if lost else ()
+    return (NotCompared(Reason.BESIDE_A_TABLE, tuple(lost), request.columns_hint),) if lost else ()
 
 
 def _rows(sheet: Any, request: Request) -> list[list[Any]]:

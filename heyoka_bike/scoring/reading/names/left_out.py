@@ -34,7 +34,7 @@ def left_out(names: Sequence[str], request: Request) -> NotCompared:
         LostColumn(name, key, _maneuver_in_words(name, request) if key else None)
         for name, key in zip(names, keys, strict=True)
     )
-    return NotCompared(Reason.UNKNOWN_NAME, columns, request.how_to_tell)
+    return NotCompared(Reason.UNKNOWN_NAME, columns, request.columns_hint)
 
 
 def resembled(name: str, request: Request) -> str | None:
@@ -63,7 +63,7 @@ def set_aside(
     columns = (
         LostColumn(name, quantity_of(name), _maneuver_in_words(name, request)) for name in names
     )
-    return NotCompared(reason, tuple(columns), request.how_to_tell)
+    return NotCompared(reason, tuple(columns), request.columns_hint)
 
 
 def _maneuver_in_words(name: str, request: Request) -> int | None:

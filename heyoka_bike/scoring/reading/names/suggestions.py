@@ -1,4 +1,4 @@
-"""Words about names: those that are alike, lists for messages, and names that a user told."""
+"""Similar names, lists of names for messages, and the names that a user gives the columns."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ALMOST = 0.85
 """Names that were misspelt are so much alike."""
 
 
-def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
+def parse_column_names(columns: Sequence[str], option: str) -> tuple[str, ...]:
     """The names that columns were said to have.
 
     Raises

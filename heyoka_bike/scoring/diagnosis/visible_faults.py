@@ -367,7 +367,7 @@ def _whole_error(c: ColumnScore) -> float:
     return rms(c.trace.error) / (rms(c.trace.reference) or 1.0)
 
 
-def beside(
+def faults_in_other_columns(
     report: Report, left_out: Collection[str] = ()
 ) -> tuple[ColumnBeside | NotDiagnosed, ...]:
     """Return what is seen in the columns that are not the benchmark's and not right.
