@@ -199,7 +199,7 @@ def _prepare(words: Sequence[str]) -> None:
 def _carry_out(arguments: argparse.Namespace) -> int:
     if sys.stdout is None:
         raise InputError("standard output is closed")
-    with options.telling(arguments), options.using_workers(arguments):
+    with options.verbose_logging(arguments), options.using_workers(arguments):
         code: int = arguments.run(arguments)
     sys.stdout.flush()
     return code

@@ -10,7 +10,7 @@ from string import Template
 from typing import Any
 
 from heyoka_bike.errors import Exit, unknown_word
-from heyoka_bike.scoring.diagnosis.budget import SECONDS
+from heyoka_bike.scoring.diagnosis.budget import DEFAULT_BUDGET
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")
 _FILES = ("FILE", "NAME|FILE", "FILE_OR_DIR", "FILE_OR_FOLDER")
@@ -99,7 +99,7 @@ COLUMNS = {
 }
 BUDGET = {
     "--budget S": "processor time that the diagnosis may take [s]; then what was found until then "
-    f"is said, with exit code 4 (default: {SECONDS:g})",
+    f"is said, with exit code 4 (default: {DEFAULT_BUDGET:g})",
     "--thorough": "try two mistakes at once also where a force is left that nothing explains",
 }
 REFERENCE = {"--reference DIR": "folder of a reference set (default: the published one)"}
@@ -137,7 +137,7 @@ VERBOSE = {"-v --verbose": "say on standard error what is done; twice, why so"}
 """Which `telling` takes."""
 
 
-def telling(args: Namespace) -> AbstractContextManager[None]:
+def verbose_logging(args: Namespace) -> AbstractContextManager[None]:
     """For the time of a command, what ``--verbose`` or ``HEYOKA_BIKE_LOG`` asks for."""
     asked = ("info", "debug")[min(args.verbose, 2) - 1] if args.verbose else ""
     level = asked or os.environ.get("HEYOKA_BIKE_LOG", "")

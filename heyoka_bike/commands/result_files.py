@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import InputError, printable, quoted
-from heyoka_bike.system.console import patience, told_after
+from heyoka_bike.system.console import notice_if_slow, patience
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -36,7 +36,7 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
 
 
-def bytes_told(text: str) -> int:
+def parse_max_bytes(text: str) -> int:
     """The number of ``--max-bytes``.
 
     Raises
@@ -49,7 +49,7 @@ def bytes_told(text: str) -> int:
     return int(text)
 
 
-def budget_told(text: str | None, is_thorough: bool) -> Budget:
+def parse_budget(text: str | None, is_thorough: bool) -> Budget:
     """The processor time of ``--budget``, and whether ``--thorough`` is asked for.
 
     Raises
@@ -74,7 +74,7 @@ def _waiting(file: str) -> AbstractContextManager[Any]:
         is_long = os.path.getsize(file) > _BYTES_OF_LONG_FILE
         return patience(f"reading {file}") if is_long else nullcontext()
     what = "standard input" if file == STANDARD_INPUT else printable(file)
-    return told_after(
+    return notice_if_slow(
         _SECONDS_OF_SILENCE, f"heyoka-bike: still reading {what}: waiting for the end of it"
     )
 
@@ -91,7 +91,7 @@ def read(
         names = None if columns is None else columns.split(",")
         results = read_results(
             file, maneuver=maneuver, count=len(reference), columns=names,
-            max_bytes=MOST_UNPACKED if max_bytes is None else bytes_told(max_bytes),
+            max_bytes=MOST_UNPACKED if max_bytes is None else parse_max_bytes(max_bytes),
         )  # fmt: skip
     held = [rows.maneuver for rows in results.maneuvers]
     if maneuver is not None and held != [maneuver]:

@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import print_text
-from heyoka_bike.commands.result_files import STANDARD_INPUT, budget_told, maneuvers_of, read
+from heyoka_bike.commands.result_files import STANDARD_INPUT, maneuvers_of, parse_budget, read
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
@@ -91,7 +91,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
-    from heyoka_bike.showing.wording import origin, reports
+    from heyoka_bike.showing.wording.origin_text import origin
+    from heyoka_bike.showing.wording.run_text import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)
@@ -137,7 +138,7 @@ def _budget(args: argparse.Namespace) -> Budget:
     for name in ("budget", "thorough"):
         if getattr(args, name) and not args.diagnose:
             raise InputError(f"--{name}: expected beside --diagnose")
-    return budget_told(args.budget, args.thorough)
+    return parse_budget(args.budget, args.thorough)
 
 
 def _diagnosed(scored: Report | Series, reference: Reference, budget: Budget) -> Report:

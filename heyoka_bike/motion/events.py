@@ -62,10 +62,10 @@ SINGULAR = "singularity"
 FALL = "fall"
 """The first of `REAR_LIFT`, `FRONT_LIFT` and `SINGULAR`."""
 
-LONGEST = Fraction(1000)
+MAX_SEARCH_TIME = Fraction(1000)
 """The search for a fall ends at this time [s]."""
 
-_FIRST_LOOK, _LONGER = Fraction(16), 4
+_FIRST_LOOK, _GROWTH = Fraction(16), 4
 # The precise run ends this long after the event that the binary64 run found [s]: far more than the
 # error of binary64, and far less than the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
@@ -161,7 +161,7 @@ class Followed:
 @with_usual_errors
 def follow(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision | str | int = "binary64", *,
-    until: str = FALL, longest: Fraction = LONGEST,
+    until: str = FALL, longest: Fraction = MAX_SEARCH_TIME,
 ) -> Followed:  # fmt: skip
     """Integrate a maneuver until an event happens, whatever its own duration is.
 
@@ -203,7 +203,7 @@ def follow(
 
 
 def first_event(
-    bicycle: Bicycle, maneuver: Maneuver, *, until: str = FALL, longest: Fraction = LONGEST
+    bicycle: Bicycle, maneuver: Maneuver, *, until: str = FALL, longest: Fraction = MAX_SEARCH_TIME
 ) -> Event | None:
     """The first event after the start, from a run in binary64; see `follow`."""
     if until != FALL and until not in KINDS:
@@ -224,7 +224,7 @@ def first_event(
         found = next(_decided(run, kinds), singular)
         if found is not None or duration == longest:
             return found
-        duration = min(duration * _LONGER, longest)
+        duration = min(duration * _GROWTH, longest)
 
 
 def singularity(error: SingularMotionError) -> Event:
@@ -284,7 +284,7 @@ def zeros(
     what
         Name of the events.
     """
-    along = _Along(run, quantity, certificate)
+    along = _FunctionAlongRun(run, quantity, certificate)
     found = []
     with along.at.balls.precision():
         start = along.exact_start()
@@ -333,7 +333,7 @@ def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], 
         yield group, before, 0
 
 
-class _Along:
+class _FunctionAlongRun:
     """A function of the state along a run, in ball arithmetic."""
 
     def __init__(
@@ -540,10 +540,10 @@ def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> En
 
 
 def _until_fall(bicycle: Bicycle, maneuver: Maneuver) -> Ending:
-    event = first_event(bicycle, maneuver, longest=LONGEST)
+    event = first_event(bicycle, maneuver, longest=MAX_SEARCH_TIME)
     if event is None:
-        said = f"it does not fall within {float(LONGEST):g} s"
-        name = f"{maneuver.name}, no fall within {float(LONGEST):g} s"
+        said = f"it does not fall within {float(MAX_SEARCH_TIME):g} s"
+        name = f"{maneuver.name}, no fall within {float(MAX_SEARCH_TIME):g} s"
         return Ending(replace(maneuver, name=name), said, is_early=True)
     said = f"the {event.what}" if event.what != SINGULAR else "the motion meets a singularity"
     said = f"{said} at t = {float(event.time):.9g} s"

@@ -29,7 +29,7 @@ from heyoka_bike.motion.heyoka_adapter import (
     constant,
     variables,
 )
-from heyoka_bike.motion.trajectory import TellTime, Trajectory
+from heyoka_bike.motion.trajectory import OnTime, Trajectory
 from heyoka_bike.numbers.arithmetic import Arrays, Balls, midpoint, to_grid
 from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.numbers.precision import Precision
@@ -70,7 +70,7 @@ def integrate(
     tolerance: float | None = None,
     is_regular: bool | None = None,
     least_trail: float = LEAST_TRAIL,
-    progress: TellTime | None = None,
+    progress: OnTime | None = None,
 ) -> Trajectory:
     """Integrate a maneuver from 0 to its duration.
 
@@ -120,7 +120,7 @@ class TrailTooSmallError(Exception):
 
 def _integrate(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
-    is_regular: bool, least_trail: float, progress: TellTime | None,
+    is_regular: bool, least_trail: float, progress: OnTime | None,
 ) -> Trajectory:  # fmt: skip
     native = NativeNumbers(precision)
     grid = precision.bits + GUARD_BITS

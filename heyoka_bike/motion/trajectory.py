@@ -27,7 +27,7 @@ from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, span_ball,
 from heyoka_bike.numbers.rounding import decimal_above, upward_ball
 from heyoka_bike.numbers.working import working_bits
 
-TellTime = Callable[[float], None]
+OnTime = Callable[[float], None]
 """Called with the time reached [s]."""
 
 

@@ -33,7 +33,7 @@ from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.free import with_free_values
 from heyoka_bike.scoring.grades import TOLERANCE
 from heyoka_bike.scoring.ratios import CLEARLY
-from heyoka_bike.scoring.reading.names.columns import TIME
+from heyoka_bike.scoring.reading.names.heading import TIME
 from heyoka_bike.scoring.reading.results import Results, Rows, renamed
 from heyoka_bike.scoring.reading.times import in_seconds, in_unit
 from heyoka_bike.scoring.recognition import Recognised, recognised
@@ -49,7 +49,7 @@ MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
 
 # A column farther from the reference than half its scale says nothing about what it is.
-HALF = 0.5
+MEANINGLESS_ERROR = 0.5
 # A product of two larger values overflows; no program means such values. Values below the inverse
 # of this limit are read as zero, because their products underflow.
 _LARGEST_VALUE = 1e150
@@ -325,7 +325,9 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     meant: dict[str, str | None] = {}
     seen = list(results.seen)
     for key, nearest in zip(far, best, strict=True):
-        is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
+        is_kept = far[key][nearest] < MEANINGLESS_ERROR or (
+            nearest == key and key in BENCHMARK_COLUMNS
+        )
         meant[key] = k = nearest if is_kept else None
         if k != key:
             seen.append(MeantByValues(k, tuple(open_[key])))
@@ -350,7 +352,7 @@ def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Evid
     speed = part.only({"forward_speed"})
     own = _distance(speed) if speed.values else 0.0
     # 1 rad/s of a wheel of 0.3 m is 1.08 km/h, so that one is as near as this to the other.
-    if own <= HALF / CLEARLY:
+    if own <= MEANINGLESS_ERROR / CLEARLY:
         return part, ()
     for name in ("rR", "rF"):
         radius = f"{float(Fraction(reference.parameters[name]))} m"
@@ -405,7 +407,7 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
         began = {n: replace(part, time=part.time - part.time[0]) for n, part in telling.items()}
         others = (x for x in (found, recognised(moved), recognised(began)) if x is not None)
         found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
-    if found is not None and found.apart[found.maneuver] < HALF:
+    if found is not None and found.apart[found.maneuver] < MEANINGLESS_ERROR:
         return found
     hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
     larger = () if found is None else _of_larger_unit(parts[found.maneuver])

@@ -60,8 +60,8 @@ from heyoka_bike.bicycle.columns import (
     RATE_OF,
 )
 from heyoka_bike.numbers.double import Array, Double, median, two_sum
-from heyoka_bike.scoring.alignment import HALF, Part
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Part
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.ratios import AS_GOOD, CLEARLY, MOST_ROWS, ODDS_CLAIMED
 from heyoka_bike.scoring.recognition import ZEROED
@@ -87,7 +87,7 @@ _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 
-_Way = tuple[str, int]
+_UnitAndSign = tuple[str, int]
 """Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
@@ -356,7 +356,7 @@ def _before(key: str, column: Column, found: Understandings) -> float:
     return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
-def _ways(key: str, samples: Iterable[Sample]) -> list[_Way]:
+def _ways(key: str, samples: Iterable[Sample]) -> list[_UnitAndSign]:
     """All units and signs that a column may have."""
     units = tried(COMPARED[key][0].unit, _named_unit(key, samples))
     return list(product(units, (1,) if key in _UNSIGNED else (1, -1)))
@@ -367,7 +367,7 @@ def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
     return next((s.units[key] for s in samples if key in s.units), None)
 
 
-def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
+def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
     """Unit and sign of the columns whose first row is the given value in one way alone."""
     found = {}
     for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
@@ -384,7 +384,9 @@ def _begins(sample: Sample, key: str, unit: str, sign: int) -> bool:
     return bool(abs(written - given) <= TOLERANCE * abs(given))
 
 
-def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -> _Way:
+def _told_way(
+    key: str, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
+) -> _UnitAndSign:
     """Unit and sign that the first row or the heading says.
 
     They are believed until the values say otherwise, of a wrong motion, too.
@@ -412,7 +414,7 @@ def _choose(
     samples: Sequence[Sample],
     errors_of_motion: Sequence[float],
     found: Understandings,
-    starts: Mapping[str, _Way],
+    starts: Mapping[str, _UnitAndSign],
 ) -> Understanding:
     """Unit and sign, then the definition under them.
 
@@ -489,7 +491,7 @@ def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Un
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
-    if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
+    if max(len(s.values[key]) for s in samples) >= MIN_ROWS_FOR_SHAPE:
         return True
     floors = [sum(s.floor[key]) for s in samples]
     return all(t <= CLEARLY * f for t, f in zip(typical, floors, strict=True))
@@ -500,8 +502,10 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
-    varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
-    limit = HALF if varies else NEAR_STEADY
+    varies = any(
+        float(np.ptp(s.expected[key])) >= MEANINGLESS_ERROR * s.scale[key] for s in samples
+    )
+    limit = MEANINGLESS_ERROR if varies else NEAR_STEADY
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
@@ -561,7 +565,7 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
             # A motion that is wrong itself tells nothing.
             continue
         off_by = accuracy(s, found, size=s.moves)
-        allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
+        allowed = max(CLEARLY * off_by * s.moves(key), MAX_ROUNDING_FLOORS * s.smallest(key, u))
         # A few bad rows are no other meaning.
         errors = np.sort(np.abs(s.error(key, u)))
         error = max(float(errors[int(MOST_ROWS * (len(errors) - 1))]), allowed)
@@ -641,7 +645,7 @@ def _with_offset(
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
     is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
-    is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
+    is_zero &= all(t <= MEANINGLESS_ERROR * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip
     # The typical error falls by that much in each maneuver.
     fits = all(

@@ -22,11 +22,11 @@ RIGHT = 10.0**-RIGHT_DIGITS
 TOLERANCE = 1e-3
 """Of the column's scale: the error that `time_to_tolerance` waits for; it is seen in a plot."""
 
-FLOORS_OF_ROUNDING = 4.0
+MAX_ROUNDING_FLOORS = 4.0
 """An error of up to so many resolution limits is rounding: a correct file's is one, and sums and
 conversions make it a few."""
 
-FEWEST_TELLING_ROWS = 10
+MIN_ROWS_FOR_SHAPE = 10
 """Fewer rows show no shape of an error, and no definition but by meeting the digits written."""
 
 CLOSE_DIGITS = -log10(TOLERANCE)

@@ -130,11 +130,11 @@ def performance(energy: Array, rest: Array | None = None) -> float | None:
     return found if isfinite(found) else None
 
 
-FEW = 100_000
+MAX_EXACT_VALUES = 100_000
 """Up to so many values hi + lo of the reference is always evaluated, and by one thread."""
 
 # Errors, in scales, from which on the plain reference will do, and that of `evaluate_many`.
-_PLAIN_WILL_DO, _MANY_WILL_DO = 1e-12, 1e-24
+_MIN_ERROR_FOR_BINARY64, _MIN_ERROR_FOR_BATCH = 1e-12, 1e-24
 # Rows at a time.
 _ROWS_AT_ONCE = 32_768
 # Rows that tell at once that a column has no few digits in common, and the most places of these.
@@ -148,7 +148,7 @@ _LAST_DIGITS = 8
 
 def is_small(part: Part) -> bool:
     """True if a part has few values."""
-    return len(part.time) * len(part.values) <= FEW
+    return len(part.time) * len(part.values) <= MAX_EXACT_VALUES
 
 
 def errors(part: Part, values: Double, name: str) -> Array:
@@ -177,9 +177,9 @@ def errors(part: Part, values: Double, name: str) -> Array:
         return against(reference.continued)
     near = (reference.approximate(part.time[rows], [name])[name] for rows in _blocks(part))
     error: Array = values[0] - np.concatenate([*near])
-    if _largest(error) < _PLAIN_WILL_DO * scale:
+    if _largest(error) < _MIN_ERROR_FOR_BINARY64 * scale:
         error = against(reference.evaluate_many)
-    if _largest(error) < _MANY_WILL_DO * scale:
+    if _largest(error) < _MIN_ERROR_FOR_BATCH * scale:
         error = against(reference.continued)
     return error
 

@@ -1,4 +1,4 @@
-"""What came of a requirement, as values; its sentence is made from these in `showing.sayings`."""
+"""Outcomes of requirements, as values; `showing.wording.requirement_text` makes the sentences."""
 
 from __future__ import annotations
 
@@ -158,6 +158,6 @@ class Requirement:
     @property
     def message(self) -> str:
         """The outcome in one sentence."""
-        from heyoka_bike.showing import sayings
+        from heyoka_bike.showing.wording import requirement_text
 
-        return sayings.outcome(self.outcome)
+        return requirement_text.outcome(self.outcome)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from heyoka_bike.display import Held
+from heyoka_bike.display import IdentityMapping
 from heyoka_bike.scoring import verdict
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.evidence.contradictions import StoppedEarly
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
-class Report(Scored, Held[int, ManeuverScore]):
+class Report(Scored, IdentityMapping[int, ManeuverScore]):
     """Everything that is known about a result file: ``report[2]["roll_angle"].scd``.
 
     Attributes

@@ -37,7 +37,7 @@ from heyoka_bike.scoring.outcomes import (
 )
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore, ManeuverScore
-from heyoka_bike.scoring.verdict import ALL_COLUMNS, WHOLE, claim
+from heyoka_bike.scoring.verdict import ALL_COLUMNS, MIN_COVERAGE, claim
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -158,7 +158,7 @@ def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None
     columns = [
         m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)
     ]
-    covered = [m for m in about if m.coverage < WHOLE and not _is_told("coverage", m, told)]
+    covered = [m for m in about if m.coverage < MIN_COVERAGE and not _is_told("coverage", m, told)]
     if not columns and not covered:
         return None
     return InPart(

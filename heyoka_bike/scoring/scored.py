@@ -20,9 +20,9 @@ class Scored(Displayed):
     @property
     def verdict(self) -> str:
         """One line that says what the results are worth."""
-        from heyoka_bike.showing import wording
+        from heyoka_bike.showing.wording import verdict_text
 
-        return wording.verdict(cast(Any, self))
+        return verdict_text.verdict(cast(Any, self))
 
     def save(self, path: str | PathLike[str], format: str | None = None) -> Path:
         """Write it to a file, whole or not at all; folders on the way are made.

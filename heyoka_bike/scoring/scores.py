@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from heyoka_bike.bicycle.aliases import key_of
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.display import Displayed, Held
+from heyoka_bike.display import Displayed, IdentityMapping
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import grades
@@ -248,12 +248,12 @@ class ColumnScore:
     @property
     def hidden(self) -> float:
         """Largest error that rounding to the digits written explains [SI unit]; 0 if unknown."""
-        return grades.FLOORS_OF_ROUNDING * (self.floor or 0.0)
+        return grades.MAX_ROUNDING_FLOORS * (self.floor or 0.0)
 
     @property
     def is_hidden(self) -> bool:
         """True if rounding to the digits written explains the error."""
-        return self.is_at_floor(grades.FLOORS_OF_ROUNDING)
+        return self.is_at_floor(grades.MAX_ROUNDING_FLOORS)
 
     @property
     def time_to_tolerance(self) -> float | None:
@@ -371,7 +371,7 @@ class Worst(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
-class ManeuverScore(Displayed, Held[str, ColumnScore]):
+class ManeuverScore(Displayed, IdentityMapping[str, ColumnScore]):
     """Verdict on one maneuver: ``maneuver["roll_angle"]`` is that on one of its columns.
 
     Attributes

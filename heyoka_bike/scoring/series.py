@@ -42,7 +42,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, median, with_usual_errors
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import HALF, Alignment, Part, merge
+from heyoka_bike.scoring.alignment import MEANINGLESS_ERROR, Alignment, Part, merge
 from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.several_runs import (
@@ -207,7 +207,7 @@ def _exponent(by: str, found: Sequence[float]) -> ErrorFalls:
 
 def _is_same(a: Array, b: Array) -> bool:
     """True if the errors of two runs are the same curve."""
-    return bool(len(a)) and rms(a - b) < HALF * rms(b)
+    return bool(len(a)) and rms(a - b) < MEANINGLESS_ERROR * rms(b)
 
 
 def _orders(convergence: Sequence[Convergence]) -> Iterator[Evidence]:

@@ -21,7 +21,7 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 }
 """By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm.
 
-Others are tried only in columns whose heading names them, see `reading.names.units`."""
+Others are tried only in columns whose heading names them, see `reading.names.heading_units`."""
 
 
 def tried(si: str, named: str | None) -> tuple[str, ...]:

@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, Grade
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, Grade
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.scores import ManeuverScore
 
-WHOLE = 0.99
+MIN_COVERAGE = 0.99
 """Fraction of the run that rows of a whole file cover: the first row may be missing."""
 
 ALL_COLUMNS = len(BENCHMARK_COLUMNS)
@@ -52,7 +52,7 @@ def is_whole(maneuvers: Sequence[ManeuverScore], not_compared: Sequence[LostColu
         The columns of the result that were not compared, see `lost`.
     """
     has_gaps = any(c.missing for m in maneuvers for c in m.columns)
-    is_covered = all(m.coverage >= WHOLE for m in maneuvers)
+    is_covered = all(m.coverage >= MIN_COVERAGE for m in maneuvers)
     is_complete = all(m.column_count >= ALL_COLUMNS for m in maneuvers)
     return is_complete and is_covered and not has_gaps and not not_compared
 
@@ -89,7 +89,7 @@ def claim(m: ManeuverScore, limit: float) -> Claim:
     scale = m.part.reference.scale("mechanical_energy")
     apart, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
     rounding = inf if floor is None else floor
-    explained = FLOORS_OF_ROUNDING * rounding + ARITHMETIC * scale
+    explained = MAX_ROUNDING_FLOORS * rounding + ARITHMETIC * scale
     if total is None:
         apart = 0.0
     elif apart is not None and apart <= explained:

@@ -20,7 +20,7 @@ from heyoka_bike.errors import BicycleError, InputError
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
-    from heyoka_bike.testing.regression import Asked, Score
+    from heyoka_bike.testing.regression import RequirementSpec, Score
 
 _MARKER = "bicycle"
 _MARKER_HELP = (
@@ -180,7 +180,7 @@ def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, ob
     return made
 
 
-def _marked(item: pytest.Item) -> tuple[Asked, ...]:
+def _marked(item: pytest.Item) -> tuple[RequirementSpec, ...]:
     """Return the requirements of a test's own markers, or else its class's, or its module's."""
     marks = list(item.iter_markers_with_node(_MARKER))
     nearest = [mark for node, mark in marks if node is marks[0][0]]

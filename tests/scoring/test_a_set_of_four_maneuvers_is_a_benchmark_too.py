@@ -21,7 +21,7 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.description import COPYRIGHT
 from heyoka_bike.reference.manifest import read_manifest
-from heyoka_bike.showing.wording import performance_remark
+from heyoka_bike.showing.wording.verdict_text import performance_remark
 from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.workbench.leaderboard import ranking
 

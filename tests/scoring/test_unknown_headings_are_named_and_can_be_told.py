@@ -8,7 +8,7 @@ import pytest
 from generators.numbered_columns import COUNT, found, written
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.words import nearest
+from heyoka_bike.scoring.reading.names.suggestions import nearest
 from heyoka_bike.scoring.reading.source import read_results
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from heyoka_bike.scoring.evidence.as_compared import OtherOrder
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.column_meaning import SignContradiction
+from heyoka_bike.scoring.judge.contradicted_units import headings_contradicted
 from heyoka_bike.scoring.judge.conventions import conventions, each_convention
 from heyoka_bike.scoring.judge.coverage import covered_in_part
 from heyoka_bike.scoring.judge.energy_alone import errors_hidden
@@ -18,7 +19,6 @@ from heyoka_bike.scoring.judge.precision import digits_written, single_precision
 from heyoka_bike.scoring.judge.rates import rates_contradicted
 from heyoka_bike.scoring.judge.signs import odd_signs
 from heyoka_bike.scoring.judge.time_shift import time_shifted
-from heyoka_bike.scoring.judge.units import headings_contradicted
 from heyoka_bike.scoring.judge.unread import names_not_understood
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ManeuverScore

@@ -6,8 +6,8 @@ import numpy as np
 
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.scoring.evidence.contradictions import EnergySum
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING
-from heyoka_bike.scoring.measures import FEW
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS
+from heyoka_bike.scoring.measures import MAX_EXACT_VALUES
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.scores import ColumnScore
 
@@ -19,7 +19,7 @@ def energies_apart(report: Report) -> Iterator[EnergySum]:
         for m in report.maneuvers
         if (c := m.consistency).energy_sum is not None
         and c.energy_sum_floor is not None
-        and c.energy_sum > FLOORS_OF_ROUNDING * c.energy_sum_floor
+        and c.energy_sum > MAX_ROUNDING_FLOORS * c.energy_sum_floor
     }
     if apart:
         yield EnergySum(tuple(apart), *max(apart.values()))
@@ -46,6 +46,6 @@ def energy_sum(
         floor += 1e-30 * float(np.max(np.abs(traces[2].value)))
         # Errors are known to binary64, those of very many rows to 1e-15 of the scale.
         floor += sum(1e-15 * float(np.max(np.abs(t.error))) for t in traces)
-        if len(traces[0].time) * len(columns) > FEW:
+        if len(traces[0].time) * len(columns) > MAX_EXACT_VALUES:
             floor += sum(2e-15 * float(np.max(np.abs(t.value))) for t in traces)
     return float(np.max(np.abs(difference))), floor

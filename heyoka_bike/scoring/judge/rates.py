@@ -12,7 +12,7 @@ from heyoka_bike.bicycle.columns import DERIVATIVES
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.evidence.contradictions import RateContradiction
-from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, TOLERANCE
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.ratios import AS_GOOD
 from heyoka_bike.scoring.recognition import FASTEST_MODE
@@ -75,7 +75,7 @@ def from_derivative(
         return None, False
     rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
     # An error of the integrator moves both alike, differences of a good angle do not.
-    return found, found > max(FLOORS_OF_ROUNDING * rounding, AS_GOOD * rms(slope))
+    return found, found > max(MAX_ROUNDING_FLOORS * rounding, AS_GOOD * rms(slope))
 
 
 def _distance_left_open(

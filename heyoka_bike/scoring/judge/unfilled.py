@@ -12,7 +12,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import ANGLE_OF, BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.evidence.as_compared import NeverFilled, Unfilled
-from heyoka_bike.scoring.grades import FEWEST_TELLING_ROWS, FLOORS_OF_ROUNDING
+from heyoka_bike.scoring.grades import MAX_ROUNDING_FLOORS, MIN_ROWS_FOR_SHAPE
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.rows.grids import bits_of
 
@@ -46,7 +46,7 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 def _unfilled(part: Part) -> dict[str, float]:
     """The columns that were never filled in, with the number that they hold."""
     empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
-    if len(part.time) < FEWEST_TELLING_ROWS or _runs_straight(part):
+    if len(part.time) < MIN_ROWS_FOR_SHAPE or _runs_straight(part):
         return empty
     columns = part.only(BENCHMARK_COLUMNS).values
     each = [bits_of(x, part.quantum.get(key)) for key, x in columns.items() if np.ptp(x) > 0.0]
@@ -92,6 +92,6 @@ def _should_vary(part: Part, key: str, number: float, bits: int | None) -> bool:
         # Nothing but zeros is no mechanical energy either, which is constant.
         far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
         # Rounding explains one value.
-        if far <= FLOORS_OF_ROUNDING * step:
+        if far <= MAX_ROUNDING_FLOORS * step:
             return False
     return True

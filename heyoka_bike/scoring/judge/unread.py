@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from heyoka_bike.scoring.evidence.as_read import NotCompared, Reason
 from heyoka_bike.scoring.evidence.base import LostColumn
-from heyoka_bike.scoring.reading.names.words import ALMOST, NAMES_SPELT, nearest
+from heyoka_bike.scoring.reading.names.suggestions import ALMOST, NAMES_SPELT, nearest
 from heyoka_bike.scoring.report import Report
 
 
@@ -32,5 +32,5 @@ def names_not_understood(report: Report) -> Iterator[NotCompared]:
         )
         if columns:
             reason = Reason.NOT_UNDERSTOOD
-            how = evidence.how_to_tell
+            how = evidence.columns_hint
             yield NotCompared(reason, columns, how, file=evidence.file)

@@ -12,7 +12,7 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.evidence.as_read import NotCompared, NotFinite, Reason
 from heyoka_bike.scoring.evidence.base import Evidence, LostColumn
 from heyoka_bike.scoring.reading.layout import ColumnLayout, layout_of
-from heyoka_bike.scoring.reading.names.columns import TIME
+from heyoka_bike.scoring.reading.names.heading import TIME
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.table import ReadTable

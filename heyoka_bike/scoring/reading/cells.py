@@ -14,7 +14,7 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.evidence.as_read import LastRowIncomplete
-from heyoka_bike.scoring.reading.arrays.columns import read_column
+from heyoka_bike.scoring.reading.arrays.array_columns import read_column
 from heyoka_bike.scoring.reading.digits import evened
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.table import ReadTable

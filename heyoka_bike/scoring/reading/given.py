@@ -9,8 +9,8 @@ from os import PathLike
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, is_known, is_time
-from heyoka_bike.scoring.reading.names.words import did_you_mean
+from heyoka_bike.scoring.reading.names.heading import TIME, is_known, is_time
+from heyoka_bike.scoring.reading.names.suggestions import did_you_mean
 from heyoka_bike.scoring.reading.request import NAMES, maneuver_number
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results

@@ -12,17 +12,22 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.evidence.as_read import NamesNotUsed, Reason
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.grouped import grouped
-from heyoka_bike.scoring.reading.names.columns import (
+from heyoka_bike.scoring.reading.names.heading import (
     TIME,
     Heading,
     Meaning,
     nanoseconds_beside,
     quantity_of,
 )
-from heyoka_bike.scoring.reading.names.left_out import left_out, name_held, set_aside, unknown_units
+from heyoka_bike.scoring.reading.names.heading_units import is_si, split_unit
+from heyoka_bike.scoring.reading.names.left_out import (
+    column_within,
+    left_out,
+    set_aside,
+    unknown_units,
+)
 from heyoka_bike.scoring.reading.names.meanings import letter_of, meant_together, with_meaning
-from heyoka_bike.scoring.reading.names.units import is_si, split_unit
-from heyoka_bike.scoring.reading.names.words import names_found
+from heyoka_bike.scoring.reading.names.suggestions import names_found
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.table import ReadColumn, ReadTable
 from heyoka_bike.scoring.units import factor
@@ -100,7 +105,7 @@ def _are_held_elsewhere(
     for h, (key, _) in zip(headings, places, strict=False):
         is_letter = bool(letter_of(split_unit(h.text)[0]))
         is_usable = h.key is not None and not h.is_time and not is_letter
-        held = h.key if is_usable else name_held(h.text, request)[0]
+        held = h.key if is_usable else column_within(h.text, request)[0]
         if held is not None and held != key:
             return True
     return False
@@ -129,7 +134,7 @@ def _settled(headings: Sequence[Heading], vectors: ReadTable, request: Request) 
             of_which = "" if number is None else f" for maneuver {number}"
             raise request.error(
                 f"found {quoted(headings[best].text)} and {quoted(headings[others[0]].text)}, "
-                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                f"expected one column of {key.replace('_', ' ')}{of_which}; {request.columns_hint}",
                 vectors.heading,
             )
         meant[meaning] = best

@@ -106,7 +106,7 @@ class Request:
         return tuple(sorted({9, 1 + 8 * self.count}))
 
     @property
-    def how_to_tell(self) -> str:
+    def columns_hint(self) -> str:
         """The words on what to do where names are not understood."""
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
         return f"{self.option}{said} tells what they are"
@@ -141,7 +141,7 @@ class Request:
     ) -> InputError:
         """The error that says what there is in the place of columns, and which were expected."""
         widths = " or ".join(map(str, self.widths))
-        said = f"{widths} columns, or columns named {NAMES}; {self.how_to_tell}"
+        said = f"{widths} columns, or columns named {NAMES}; {self.columns_hint}"
         if self.known is not None:
             said = "columns by name"
         elif self.names is not None:

@@ -15,7 +15,7 @@ from heyoka_bike.numbers.double import with_usual_errors
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
-from heyoka_bike.scoring.reading.names.words import told
+from heyoka_bike.scoring.reading.names.suggestions import parse_column_names
 from heyoka_bike.scoring.reading.request import (
     ARGUMENT,
     MOST_UNPACKED,
@@ -75,7 +75,7 @@ def read_results(
     is_file = isinstance(source, str | PathLike)
     option = OPTION if is_file else ARGUMENT
     path = printable(str(source)) if is_file else ARRAY
-    names = None if columns is None else told(columns, option)
+    names = None if columns is None else parse_column_names(columns, option)
     request = Request(path, count, maneuver, names, option, most_bytes=max_bytes)
     return assemble(*_read_tables(source, request), request)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.evidence.base import Evidence
-from heyoka_bike.scoring.reading.names.columns import Heading, parse_heading
+from heyoka_bike.scoring.reading.names.heading import Heading, parse_heading
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum
 

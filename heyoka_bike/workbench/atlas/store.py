@@ -69,7 +69,7 @@ class AtlasStore:
     @property
     def has_edge(self) -> bool:
         """True if the store contains an undamaged basin boundary, which is written last."""
-        return _is_signed(self._group, "edge")
+        return _checksum_matches(self._group, "edge")
 
     def row(self, i: int) -> Array:
         """Return the fates of row i, along the second axis."""
@@ -99,7 +99,7 @@ class AtlasStore:
                 file=folder,
             )
         differing = [key for key, x in provenance.items() if found["provenance"].get(key) != x]
-        if not differing and _is_signed(group, "grid"):
+        if not differing and _checksum_matches(group, "grid"):
             self._group = group
             return
         if not force:
@@ -196,9 +196,9 @@ def load_atlas(folder: str | Path) -> Atlas:
         said = dict(group.attrs)
         if said.get("kind") != _KIND:
             raise ValueError("it is something else")
-        if not _is_signed(group, "grid"):
+        if not _checksum_matches(group, "grid"):
             raise ValueError("its grid is damaged")
-        if said["edge"] and not _is_signed(group, "edge"):
+        if said["edge"] and not _checksum_matches(group, "edge"):
             raise ValueError(f"its edge is damaged: {_AGAIN}")
         first, second = (GridAxis(name, group[name][:]) for name in said["axes"])
         return Atlas(
@@ -247,7 +247,7 @@ def _sign(group: Any, what: str) -> None:
     group.attrs["checksums"] = {**group.attrs["checksums"], what: _signature(group, what)}
 
 
-def _is_signed(group: Any, what: str) -> bool:
+def _checksum_matches(group: Any, what: str) -> bool:
     """True if the grid, or the basin boundary, still has the stored checksum."""
     return bool(group.attrs.get("checksums", {}).get(what, "") == _signature(group, what))
 

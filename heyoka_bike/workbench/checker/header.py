@@ -22,10 +22,11 @@ from heyoka_bike.numbers.straight_line import C, Recorded, StraightLine
 from heyoka_bike.reference.exports.formats import Selection, about, commented
 from heyoka_bike.reference.following import FOLLOWS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE
+from heyoka_bike.scoring.grades import CLOSE_DIGITS, RIGHT_DIGITS, TOLERANCE, Grade
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
-from heyoka_bike.showing.wording import PHRASES, WORDS, Grade
+from heyoka_bike.showing.wording.grade_text import WORDS
+from heyoka_bike.showing.wording.verdict_text import PHRASES
 
 # Variables of the reduced equations, with the forward speed instead of the spin.
 _STATES_STORED = (
@@ -38,7 +39,7 @@ _STATES_STORED = (
     "yaw",
 )
 # Chebyshev coefficients whose sum is below this fraction of the scale are left out.
-_UNSEEN = 2.0**-57
+_NEGLIGIBLE = 2.0**-57
 _PER_LINE = 4
 
 
@@ -79,7 +80,7 @@ def _kept(m: ReferenceManeuver) -> list[list[Array]]:
     found = []
     for piece in range(len(m.breaks) - 1):
         rows = [m.dense.hi[name][piece] for name in _STATES_STORED]
-        limits = [_UNSEEN * m.scale(name) for name in _STATES_STORED]
+        limits = [_NEGLIGIBLE * m.scale(name) for name in _STATES_STORED]
         found.append([_seen(c, limit) for c, limit in zip(rows, limits, strict=True)])
     return found
 

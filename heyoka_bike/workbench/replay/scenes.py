@@ -27,7 +27,7 @@ from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.scores import ManeuverScore
-from heyoka_bike.showing.wording import label
+from heyoka_bike.showing.wording.column_text import label
 from heyoka_bike.workbench.replay.motion_3d import (
     STATE,
     Motion3D,
@@ -48,7 +48,7 @@ DERIVED = (
     "rate that rolling without slip gives this state; the place from the forward speed along "
     "that heading; the turning of the wheels from rolling."
 )
-BROUGHT = (
+CONVERTED_NOTE = (
     "(a different definition is brought to the default one by its difference from the reference)"
 )
 """Text of notes, here and on the page of the checker."""
@@ -326,7 +326,7 @@ def _understood(found: ManeuverScore) -> str:
             taken.append(f"{label(c.key)} taken as {', '.join(how)}")
     if not taken:
         return ""
-    return f"; {'; '.join(taken)} {BROUGHT}"
+    return f"; {'; '.join(taken)} {CONVERTED_NOTE}"
 
 
 def _listed(items: Sequence[str]) -> str:
