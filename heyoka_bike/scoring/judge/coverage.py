@@ -1,4 +1,4 @@
-"""Coverage: parts of the run that no rows show."""
+"""Coverage: parts of the run without rows."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from heyoka_bike.scoring.report import Report
 
 
 def covered_in_part(report: Report) -> Iterator[CoveredInPart]:
-    """Parts of the run that no complete rows show; maneuvers with the same rows are one."""
+    """Yield parts of the run without complete rows, once for maneuvers with the same rows."""
     told = set()
     for m in report.maneuvers:
         duration = float(m.part.reference.duration)
