@@ -5,9 +5,9 @@ ball arithmetic shows one of three things on each span, for every state that the
 there:
 
 - the function does not vanish;
-- its rate does not vanish. Newton's method in intervals then leaves a tiny span outside of which
-  the function has known signs, or nothing;
-- shorter spans would not help: in the middle the function cannot be told from zero, and
+- its rate does not vanish. Newton's method in intervals then either shows that there is no zero, or
+  isolates a tiny span outside of which the function has known signs;
+- shorter spans would not help: in the middle the function cannot be distinguished from zero, and
   over the span it changes by less than its uncertainty.
 
 A piece is examined only inside its own interval, where its bounds hold. Adjacent spans that may
@@ -24,7 +24,7 @@ The model keeps both wheels on the floor, so its normal forces may pull. A *fall
 which a real bicycle would not follow the model: the first time that a normal force is zero, or the
 end of the model, where a wheel lies on the floor.
 
-A set of rows ends at the last row that the motion reaches (`ending`). If that is earlier than
+A dataset ends at the last row that the motion reaches (`ending`). If that is earlier than
 requested, the name of the maneuver says so, in every file.
 """
 
@@ -83,8 +83,8 @@ _SLACK = 1e-7
 _TERMS_OF_PIECE, _LAST_TERMS = 24, 3  # of the Taylor series
 _RADIUS_OF_SAMPLES = 4  # of `Samples`: aliasing changes terms by less than 4^-32 of the function
 _PIECES_AT_ONCE = 512  # pieces in one array
-# Fraction of a piece. Without a certificate, a zero this close to a start that is a zero is the
-# start.
+# If the function is zero at the start, and there is no certificate, a zero within this fraction of
+# the first piece is the start itself.
 _AT_START = Fraction(1, 2**24)
 
 
@@ -168,9 +168,9 @@ def follow(
     Parameters
     ----------
     bicycle, maneuver
-        What is integrated.
+        The bicycle and the maneuver to integrate.
     precision
-        Of the run and of the event, see `Precision.of`.
+        Precision of the run and of the event, see `Precision.of`.
     until
         `FALL`, or one of `KINDS`; a singularity ends the motion in any case.
     longest : Fraction
@@ -184,7 +184,8 @@ def follow(
     Raises
     ------
     InputError
-        The initial state is unreachable, or a wheel is pulled to the floor there; another `until`.
+        The initial state is unreachable, a wheel is pulled to the floor there, or `until` is
+        unknown.
     MissingPackageError
         heyoka is not installed.
     """
@@ -205,7 +206,7 @@ def follow(
 def first_event(
     bicycle: Bicycle, maneuver: Maneuver, *, until: str = FALL, longest: Fraction = LONGEST
 ) -> Event | None:
-    """The first event after the start, from a run in binary64; see `follow`."""
+    """Return the first event after the start, from a run in binary64; see `follow`."""
     if until != FALL and until not in KINDS:
         raise InputError(f"found event '{until}', expected {', '.join((FALL, *KINDS))}")
     kinds = (REAR_LIFT, FRONT_LIFT) if until == FALL else (until,)
@@ -228,7 +229,7 @@ def first_event(
 
 
 def singularity(error: SingularMotionError) -> Event:
-    """The event that stopped a run."""
+    """Return the singularity that stopped a run as an event."""
     time = flint.arb(error.time, float(_BEFORE_SINGULARITY))
     return Event(SINGULAR, time, rises=None, is_single=False)
 
@@ -242,7 +243,7 @@ def events(
     ----------
     run : Trajectory
     kinds
-        Of `KINDS`.
+        Keys of `KINDS`.
     certificate : Certificate, optional
         The certificate of the run. With it, every event of the exact motion is one of the events
         yielded, and their times are enclosures: this is proved in ball arithmetic. Without it, the
@@ -345,12 +346,12 @@ class _Along:
         self.samples = Samples.of(self.at.balls.bits, _TERMS_OF_PIECE, _RADIUS_OF_SAMPLES)
 
     def exact_start(self) -> flint.arb:
-        """The function at the exact initial state."""
+        """Return the function at the exact initial state."""
         equations = Equations.of(self.run.bicycle, self.at.balls)
         return flint.arb(self.quantity(equations, initial_state(equations, self.run.maneuver)))
 
     def value(self, piece: int, t: Fraction | flint.arb) -> flint.arb:
-        """The function at a time [s] of a piece."""
+        """Return the function at a time [s] of a piece."""
         return flint.arb(self.quantity(self.at.equations, self.at.state(t, piece)))
 
     def bounds(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
@@ -420,12 +421,12 @@ class _Along:
     def _narrowed(
         self, piece: int, span: _Span, rate: flint.arb, smallest: Fraction
     ) -> Iterator[_Span]:
-        """Cut off the ends of a span on which the function has a sign; its rate has one."""
+        """Cut off the ends of a span where the function has a sign; its rate has one throughout."""
         low, high, way = span.low, span.high, span.way
         while True:
             width, middle = high - low, (low + high) / 2
-            # Newton's interval: the line through the middle with any of these slopes has its zero
-            # in it.
+            # Interval Newton method: for every possible slope, the line through the value in the
+            # middle has its zero in `root`.
             root = exact_ball(middle) - self.value(piece, middle) / rate
             first, last = -upper_fraction(-root), upper_fraction(root)
             if last < low or first > high:
@@ -498,13 +499,13 @@ def _fraction(t: flint.arb) -> Fraction:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """A maneuver with the duration that its rows have.
+    """A maneuver that ends at its last row.
 
     Attributes
     ----------
     maneuver : Maneuver
     said : str or None
-        What ends the maneuver, if that is not its own duration.
+        Why the maneuver ends there; None if it has its own duration.
     is_early : bool
         Whether the duration is shorter than requested.
     """
@@ -525,7 +526,7 @@ def ending(bicycle: Bicycle, maneuver: Maneuver, until: str | None = None) -> En
     Raises
     ------
     InputError
-        Unknown end, or one that leaves fewer than two rows.
+        `until` is not valid, or fewer than two rows would remain.
     """
     if until == FALL:
         return _until_fall(bicycle, maneuver)

@@ -178,7 +178,8 @@ class Score:
         """Return the requirements of the call, or else of the markers, or else of the settings."""
         if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
             raise InputError(
-                "found maneuver= or column= beside a requirement in words, expected its own there"
+                "found maneuver= or column= with a requirement as text; put them into the text, "
+                "such as '2.roll_angle.scd >= 8'"
             )
         if requirements or not own.is_about_amount:
             return (*requirements, *own.texts())
@@ -269,8 +270,8 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     if in_part is not None:
         keywords = ", ".join(text.replace(" >= ", "=") for text in in_part.enough)
         entries.append(
-            ("compared in part", "columns and rows that are missing are not judged; if that is "
-             f"intended, add {keywords} to what the test requires")
+            ("compared in part", "missing columns and rows are not judged; if that is intended, "
+             f"add {keywords} to the requirements of the test")
         )  # fmt: skip
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]
@@ -303,7 +304,7 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     at = int(np.argmax(np.abs(trace.error)))
     yield (
         "worst column",
-        f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
+        f"{c.key} of maneuver {m.maneuver}, read as {_taken_as(c)}: wrong by "
         f"{words.in_unit(words.number(c.max_abs_error), c.unit)}, "
         f"{words.number(c.max_rel_error)} of its scale "
         f"(scd {words.one_decimal(c.scd)})",
@@ -335,7 +336,7 @@ def _taken_as(c: ColumnScore) -> str:
 
 
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
-    """Return since when the error exceeds the limit, and since when it is visible."""
+    """Return the times from which the error exceeds the limit, and from which it is visible."""
     said = []
     scale = c.scale or None
     allowed = {
@@ -349,7 +350,7 @@ def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
             first = above[0]
             said.append(
                 f"t = {c.trace.time[first]:.10g} s (row {first + 1} of {len(c.trace.time)}) is the "
-                f"first above {words.in_unit(words.number(allowed), c.unit)}, the error allowed"
+                f"first above {words.in_unit(words.number(allowed), c.unit)}, the allowed error"
             )
     seen = words.first_above(c)
     said.append(
