@@ -40,7 +40,7 @@ from heyoka_bike.scoring.recognition import Recognised, recognised
 from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
-"""Largest error of the last of a million times that are summed in binary64, over the duration."""
+"""Error of a time after summing a million steps in binary64, as a fraction of the duration."""
 
 ROWS_COMPARED = 251
 """Rows per maneuver that distinguish two motions: a run lasts 200 times the fastest time
@@ -148,26 +148,27 @@ def align(results: Results, reference: Reference) -> Alignment:
     NothingScoredError
         No row of the file can be compared, or its maneuver cannot be recognised.
     """
-    results, reference = _with_their_columns(results, reference)
-    results = _in_time(results, max(float(reference[n].duration) for n in reference))
-    results = _as_meant(results, reference)
+    results, reference = _with_reference_columns(results, reference)
+    results = _with_times_in_seconds(results, max(float(reference[n].duration) for n in reference))
+    results = _with_meanings(results, reference)
     seen = list(results.seen)
     parts: list[Part] = []
     lost: list[Part] = []
     numbers = _numbers(results, reference)
-    for rows, (number, told) in zip(results.maneuvers, numbers, strict=True):
-        seen += told
+    for rows, (number, evidence) in zip(results.maneuvers, numbers, strict=True):
+        seen += evidence
         if number not in reference:
             raise InputError(
                 f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
             )
         if any(part.number == number for part in parts):
             raise InputError(f"found maneuver {number} twice", file=results.path)
-        part, outside = _within(rows, number, reference[number])
+        part, outside = _rows_within_run(rows, number, reference[number])
         part, turning = _with_wheel_rate(part, reference)
         outside += turning
         if len(part.time):
-            outside += _of_another(part, rows, reference, results) + _of_larger_unit(part)
+            outside += _evidence_of_exchange(part, rows, reference, results)
+            outside += _evidence_of_larger_unit(part)
         seen += [x for x in outside if x not in seen]
         (parts if len(part.time) else lost).append(part)
     if not any(part.has_values() for part in parts):
@@ -242,7 +243,7 @@ def are_even(time: Array, step: float) -> bool:
     return bool(np.max(np.abs(count - np.round(count)), initial=0.0) < TOLERANCE)
 
 
-def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
+def _with_reference_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
     """Load the reference's columns for all results; leave out results that it does not have."""
     written = {key for rows in results.maneuvers for key in rows.values}
     if written <= reference[1].definitions.keys():
@@ -264,7 +265,7 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     return replace(results, maneuvers=maneuvers, seen=(*results.seen, lost)), reference
 
 
-def _in_time(results: Results, duration: float) -> Results:
+def _with_times_in_seconds(results: Results, duration: float) -> Results:
     """Convert times to seconds from the start if they have another unit or are of a clock."""
     maneuvers, seen = [], list(results.seen)
     for rows in results.maneuvers:
@@ -298,7 +299,7 @@ def _is_run(span: float, duration: float) -> bool:
     return _SHORTEST_RUN * duration <= span <= duration / _SHORTEST_RUN
 
 
-def _as_meant(results: Results, reference: Reference) -> Results:
+def _with_meanings(results: Results, reference: Reference) -> Results:
     """Give columns with ambiguous names the meanings to which their values are nearest.
 
     The meanings of all these columns are chosen together. A column that is near to none of its
@@ -312,7 +313,7 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     # Distance of each column from each meaning that no unambiguous column has.
     far = {
         key: {
-            k: _how_far(results, reference, key, k)
+            k: _distance_from_meaning(results, reference, key, k)
             for k in dict.fromkeys((key, *keys))
             if k == key or k in known
         }
@@ -334,14 +335,14 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     return replace(results, maneuvers=maneuvers, seen=tuple(seen))
 
 
-def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> float:
+def _distance_from_meaning(results: Results, reference: Reference, key: str, meaning: str) -> float:
     """Return the distance of a column from one of its meanings, over all maneuvers of the file."""
     found: float = 1.0
     for rows in results.maneuvers:
         if key in rows.values:
             alone = renamed(rows.only({key}), {key: meaning})
             numbers = (n for n in reference if rows.maneuver in (None, n))
-            away = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+            away = (_distance(_rows_within_run(alone, n, reference[n])[0]) for n in numbers)
             found *= min(away, default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
 
@@ -396,7 +397,7 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
     NothingScoredError
         The rows are far from every maneuver.
     """
-    parts = {number: _within(rows, number, reference[number])[0] for number in reference}
+    parts = {number: _rows_within_run(rows, number, reference[number])[0] for number in reference}
     # A maneuver counts only if most rows lie within its run.
     telling = {n: part for n, part in parts.items() if 2 * len(part.time) > len(rows.time)}
     found = recognised(telling)
@@ -409,8 +410,8 @@ def _recognised(results: Results, rows: Rows, reference: Reference) -> Recognise
         found = min(others, key=lambda x: x.apart[x.maneuver], default=None)
     if found is not None and found.apart[found.maneuver] < HALF:
         return found
-    hint = _unit_asked(rows.time, max(float(reference[n].duration) for n in reference))
-    larger = () if found is None else _of_larger_unit(parts[found.maneuver])
+    hint = _unit_question(rows.time, max(float(reference[n].duration) for n in reference))
+    larger = () if found is None else _evidence_of_larger_unit(parts[found.maneuver])
     hint = hint or "".join(f"; are the times in {x.unit}?" for x in larger)
     apart = {n: 1.0 if found is None else found.apart.get(n, 1.0) for n in parts}
     raise NothingScoredError(
@@ -426,19 +427,19 @@ def _option(results: Results, name: str, value: str) -> str:
 
 
 def _not_zero_at_start(part: Part) -> list[str]:
-    """Keys of the columns with nonzero initial conditions; empty if no row is at the start."""
+    """Return the keys of columns with nonzero initial conditions; empty without a first row."""
     if not len(part.time) or part.time[0] != 0.0:
         return []
     reference = part.reference
     return [k for k in part.values if abs(reference[k][0]) > TOLERANCE * reference.scale(k)]
 
 
-def _of_another(
+def _evidence_of_exchange(
     part: Part, rows: Rows, reference: Reference, results: Results
 ) -> tuple[Evidence, ...]:
     """Return evidence that the values clearly fit other columns, or another maneuver."""
     if order := _another_order(part):
-        told = ""
+        option = ""
         if all({*r.values} == {*BENCHMARK_COLUMNS} for r in results.maneuvers):
             several = len(results.maneuvers) > 1
             names = [
@@ -446,11 +447,11 @@ def _of_another(
                 for r in results.maneuvers
                 for key in r.values
             ]
-            told = _option(results, "columns", f"time,{','.join(names)}")
-        return (OtherOrder(tuple(order.values()), told),)
+            option = _option(results, "columns", f"time,{','.join(names)}")
+        return (OtherOrder(tuple(order.values()), option),)
     if _distance(part) < TOLERANCE:
         return ()
-    found = recognised({n: _within(rows, n, reference[n])[0] for n in reference})
+    found = recognised({n: _rows_within_run(rows, n, reference[n])[0] for n in reference})
     if found is None or found.rivals or found.maneuver == part.number:
         return ()
     own = found.apart.get(part.number, 1.0)
@@ -476,7 +477,7 @@ def _permuted(rows: Part, keys: Sequence[str], limit: float) -> dict[str, str]:
     expected = rows.reference.approximate(rows.time, list(keys))
 
     def far(key: str, meaning: str) -> float:
-        away = _away(rows, meaning, rows.values[key], expected[meaning])
+        away = _column_distance(rows, meaning, rows.values[key], expected[meaning])
         return 1.0 if away is None else away
 
     if all(far(key, key) < limit for key in keys):
@@ -497,12 +498,12 @@ def _distance(part: Part) -> float:
     pick = part.sample()
     names = [key for key in COMPARED if key in part.values]
     expected = part.reference.approximate(part.time[pick], names)
-    away = [_away(part, key, part.values[key][pick], expected[key]) for key in names]
+    away = [_column_distance(part, key, part.values[key][pick], expected[key]) for key in names]
     logs = [log(x) for x in away if x is not None]
     return float(np.exp(np.mean(logs))) if logs else 1.0
 
 
-def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
+def _column_distance(part: Part, key: str, values: Array, expected: Array) -> float | None:
     """Return the distance of values from a column, in scales; None if nothing can be compared."""
     good = np.isfinite(values) & np.isfinite(expected)
     # Heights and normal forces hardly vary: only their variation distinguishes maneuvers.
@@ -516,11 +517,11 @@ def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
     if key in FREE_ZERO:
         off -= off[:, :1]
     nearest = float(np.min(median(np.abs(off))))
-    # Between the resolution of binary64 and 1, the distance of values that do not resemble at all.
+    # Limit the distance to between the resolution of binary64 and 1, which means no resemblance.
     return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
 
 
-def _within(
+def _rows_within_run(
     rows: Rows, number: int, reference: ReferenceManeuver
 ) -> tuple[Part, tuple[Evidence, ...]]:
     """Return the rows within the run, or just beyond its end, where summed steps may lead."""
@@ -531,7 +532,7 @@ def _within(
     if not keep.all():
         left_out = hi[~keep]
         ends = float(left_out.min()), float(left_out.max())
-        seen.append(RowsOutside(len(left_out), *ends, end, _unit_of_late(hi, end)))
+        seen.append(RowsOutside(len(left_out), *ends, end, _likely_smaller_unit(hi, end)))
 
     # Do not copy a long file needlessly.
     kept = rows if keep.all() else rows.at(keep)
@@ -549,7 +550,7 @@ def _within(
     return part, (*seen, *free)
 
 
-def _of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
+def _evidence_of_larger_unit(part: Part) -> tuple[TimesInLargerUnit, ...]:
     """Return evidence of a larger unit of times: angles change far more than their rates allow."""
     span, end = float(np.ptp(part.time)), float(part.reference.duration)
     units = {unit: size for unit, size in _LARGER_UNITS.items() if _is_whole_run(span * size, end)}
@@ -592,17 +593,17 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
         return f"{results.path}: found no rows, expected at least one"
     return (
         f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected some "
-        f"within 0 to {end:g} s{_unit_asked(times, end)}"
+        f"within 0 to {end:g} s{_unit_question(times, end)}"
     )
 
 
-def _unit_asked(times: Array, end: float) -> str:
+def _unit_question(times: Array, end: float) -> str:
     """Return the end of a message: a question if most times seem to be in a smaller unit."""
-    unit = _unit_of_late(times, end)
+    unit = _likely_smaller_unit(times, end)
     return f"; are they in {unit}?" if unit else ""
 
 
-def _unit_of_late(times: Array, end: float) -> str | None:
+def _likely_smaller_unit(times: Array, end: float) -> str | None:
     """Return the smaller unit that the times may have; None if few are late or no unit fits."""
     # Count late times instead of averaging: the mean of times near the largest double overflows.
     most_are_late = 2 * int((times > end).sum()) > len(times)

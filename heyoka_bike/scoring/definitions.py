@@ -89,7 +89,7 @@ _LOG_ODDS_OF_EXPECTED = float(np.log(5.0))
 _LOG_ODDS_OF_KNOWN = float(np.log(100.0))
 _ENERGY_KEYS = ("kinetic_energy", "mechanical_energy", "potential_energy")
 
-_Way = tuple[str, int]
+_UnitAndSign = tuple[str, int]
 """Unit and sign of a column."""
 
 _ATTITUDE = ("roll_angle", "pitch", "yaw")
@@ -179,13 +179,13 @@ def understand(parts: Sequence[Part]) -> Understandings:
     """Return the interpretation of each column of a file, the same for all its maneuvers."""
     samples = [Sample(part) for part in parts]
     found = understand_samples(samples)
-    return {key: _against_none(key, found, samples) for key in found}
+    return {key: _with_odds_against_unknown(key, found, samples) for key in found}
 
 
 def understand_samples(samples: Sequence[Sample]) -> Understandings:
     """Return the interpretation of each column that fits the samples' expected motion best."""
     found: dict[str, Understanding] = {}
-    starts = _ways_at_start(samples)
+    starts = _units_and_signs_at_start(samples)
     off_by = [{key: x for key in s.values if (x := s.off_by(key)) is not None} for s in samples]
     for key in COMPARED:
         having = [i for i, s in enumerate(samples) if key in s.values]
@@ -244,7 +244,7 @@ class Sample:
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
 
     def start(self, key: str) -> float:
-        """Return the initial value in the default definition; 0 if small, or without a row."""
+        """Return the initial value in the default definition; 0 if it is small or has no row."""
         first = float(self.expected[self.definitions[key][0].name][0])
         return first if key in self.at_start and abs(first) > TOLERANCE * self.scale[key] else 0.0
 
@@ -309,7 +309,7 @@ class Sample:
         varies = self.varies_by(key)
         if not varies:
             return None
-        factors = [sign * factor(unit)[0] for unit, sign in _ways(key, (self,))]
+        factors = [sign * factor(unit)[0] for unit, sign in _units_and_signs(key, (self,))]
         expected = np.array([self.expected[c.name] for c in self.definitions[key]])
         errors = np.multiply.outer(factors, self.values[key])[:, None] - expected
         errors = errors.reshape(-1, errors.shape[-1])
@@ -345,12 +345,12 @@ def _typical(key: str, u: Understanding, samples: Iterable[Sample]) -> _Typical:
     return tuple(s.typical(key, u) for s in samples if key in s.values)
 
 
-def _joint(sizes: Iterable[float]) -> float:
+def _log_product(sizes: Iterable[float]) -> float:
     """Return the logarithm of the product of sizes, which itself may overflow."""
     return float(np.sum(np.log(list(sizes))))
 
 
-def _before(key: str, column: Column, found: Understandings) -> float:
+def _log_prior(key: str, column: Column, found: Understandings) -> float:
     """Return the prior odds of a definition against another, as a natural logarithm."""
     angle = DERIVATIVES.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
@@ -359,7 +359,7 @@ def _before(key: str, column: Column, found: Understandings) -> float:
     return _LOG_ODDS_OF_EXPECTED if column.default or belongs else 0.0
 
 
-def _ways(key: str, samples: Iterable[Sample]) -> list[_Way]:
+def _units_and_signs(key: str, samples: Iterable[Sample]) -> list[_UnitAndSign]:
     """Return all units and signs that a column may have."""
     units = tried(COMPARED[key][0].unit, _named_unit(key, samples))
     return list(product(units, (1,) if key in _UNSIGNED else (1, -1)))
@@ -370,12 +370,16 @@ def _named_unit(key: str, samples: Iterable[Sample]) -> str | None:
     return next((s.units[key] for s in samples if key in s.units), None)
 
 
-def _ways_at_start(samples: Sequence[Sample]) -> dict[str, _Way]:
+def _units_and_signs_at_start(samples: Sequence[Sample]) -> dict[str, _UnitAndSign]:
     """Return unit and sign of columns that equal the initial conditions in only one way."""
     found = {}
     for key in dict.fromkeys(key for s in samples for key in s.values if key not in FREE_ZERO):
         having = [s for s in samples if key in s.values and s.start(key)]
-        fitting = [way for way in _ways(key, samples) if all(_begins(s, key, *way) for s in having)]
+        fitting = [
+            way
+            for way in _units_and_signs(key, samples)
+            if all(_begins(s, key, *way) for s in having)
+        ]
         if having and len(fitting) == 1:
             found[key] = fitting[0]
     return found
@@ -387,7 +391,9 @@ def _begins(sample: Sample, key: str, unit: str, sign: int) -> bool:
     return bool(abs(written - given) <= TOLERANCE * abs(given))
 
 
-def _told_way(key: str, samples: Sequence[Sample], starts: Mapping[str, _Way]) -> _Way:
+def _assumed_unit_and_sign(
+    key: str, samples: Sequence[Sample], starts: Mapping[str, _UnitAndSign]
+) -> _UnitAndSign:
     """Return the unit and sign that the first row or the heading shows.
 
     They are assumed unless the values clearly contradict them, even if the motion is wrong.
@@ -415,7 +421,7 @@ def _choose(
     samples: Sequence[Sample],
     errors_of_motion: Sequence[float],
     found: Understandings,
-    starts: Mapping[str, _Way],
+    starts: Mapping[str, _UnitAndSign],
 ) -> Understanding:
     """Choose the unit and the sign of a column, then its definition.
 
@@ -425,32 +431,34 @@ def _choose(
     errors_of_motion
         Error of the motion in each sample, see `_error_of_motion`.
     found
-        Interpretations of the columns before.
+        Interpretations of the columns that were chosen before.
     starts
         Units and signs that the first row shows.
     """
     columns = samples[0].definitions[key]
-    told = _told_way(key, samples, starts)
-    ways = _ways(key, samples)
+    assumed = _assumed_unit_and_sign(key, samples, starts)
+    ways = _units_and_signs(key, samples)
     candidates = [Understanding(c, *way) for way in ways for c in columns]
-    before = np.array([_before(key, c, found) for c in columns])
+    before = np.array([_log_prior(key, c, found) for c in columns])
     likely = np.tile(before, len(ways)) + np.sum(
         [s.log_likelihoods(key, candidates) for s in samples], axis=0
     )
     # A row for each unit and sign, a column for each definition; the first maximum is the default.
     table = likely.reshape(len(ways), -1)
-    way, as_told = int(np.argmax(table.max(axis=1))), ways.index(told)
+    way, row_assumed = int(np.argmax(table.max(axis=1))), ways.index(assumed)
     best = _with_free_zero(key, candidates[int(np.argmax(likely))], samples)
     typical = _typical(key, best, samples)
-    if not _is_shown(key, typical, samples):
-        return replace(plain(key), unit=told[0], sign=told[1])
+    if not _has_enough_rows(key, typical, samples):
+        return replace(plain(key), unit=assumed[0], sign=assumed[1])
     if not _is_near(key, typical, samples):
-        # The motion is wrong, but its units are those of other columns: rates follow angles.
+        # The motion is wrong: only a unit that the first row of another column shows is credible.
         units = {u for unit, _ in starts.values() for u in (unit, unit.removesuffix(" s-1"))}
-        possible = [i for i, (unit, sign) in enumerate(ways) if unit in units and sign == told[1]]
-        way = max((as_told, *possible), key=lambda i: table[i].max())
-    if float(table[way].max() - table[as_told].max()) < _LOG_ODDS_CLAIMED:
-        way = as_told
+        possible = [
+            i for i, (unit, sign) in enumerate(ways) if unit in units and sign == assumed[1]
+        ]
+        way = max((row_assumed, *possible), key=lambda i: table[i].max())
+    if float(table[way].max() - table[row_assumed].max()) < _LOG_ODDS_CLAIMED:
+        way = row_assumed
     # A wrong motion may be nearest to any definition: errors below the motion's own are chance.
     of_way = [Understanding(c, *ways[way]) for c in columns]
     by_definition = before + np.sum(
@@ -490,7 +498,7 @@ def _with_free_zero(key: str, u: Understanding, samples: Sequence[Sample]) -> Un
     return moved if all(before >= CLEARLY * after for before, after in both) else u
 
 
-def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
+def _has_enough_rows(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """True if there are enough rows to judge by, or if the few rows fit to the last digit."""
     if max(len(s.values[key]) for s in samples) >= FEWEST_TELLING_ROWS:
         return True
@@ -507,10 +515,10 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
     limit = HALF if varies else NEAR_STEADY
     sizes = [rms(s.expected[key]) for s in samples]
-    return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
+    return all(sizes) and _log_product(typical) < _log_product(limit * x for x in sizes)
 
 
-def accuracy(
+def _motion_error(
     sample: Sample,
     found: Understandings,
     without: Collection[str] = (),
@@ -533,7 +541,7 @@ def accuracy(
     return max(errors.values()) if is_told else 1.0
 
 
-def _moves_rightly(sample: Sample, found: Understandings) -> float:
+def _speed_error(sample: Sample, found: Understandings) -> float:
     """Return the error of the speed and the kinetic energy, relative to their variation.
 
     They vary with the squares of roll and steer, so the motion's relative error is half as large.
@@ -546,14 +554,16 @@ def _moves_rightly(sample: Sample, found: Understandings) -> float:
     return max(off, default=1.0)
 
 
-def _leans_rightly(sample: Sample, found: Understandings) -> float:
+def _lateral_error(sample: Sample, found: Understandings) -> float:
     """Return the error of roll and steer as interpreted, in scales; 1 without these columns."""
     errors = [sample.typical(k, found[k]) / sample.scale[k]
               for k in sample.values if k in LATERAL and sample.scale[k]]  # fmt: skip
     return max(errors, default=1.0)
 
 
-def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
+def _with_odds_against_unknown(
+    key: str, found: Understandings, samples: Sequence[Sample]
+) -> Understanding:
     """Add the odds of the chosen definition against any unknown one."""
     u, having = found[key], [s for s in samples if key in s.values]
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
@@ -561,10 +571,10 @@ def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) ->
         return u
     odds = _LOG_ODDS_OF_KNOWN
     for s in having:
-        if accuracy(s, found) >= TOLERANCE:
+        if _motion_error(s, found) >= TOLERANCE:
             # A wrong motion shows nothing about the definition.
             continue
-        off_by = accuracy(s, found, size=s.moves)
+        off_by = _motion_error(s, found, size=s.moves)
         allowed = max(CLEARLY * off_by * s.moves(key), FLOORS_OF_ROUNDING * s.smallest(key, u))
         # A few bad rows do not indicate another definition.
         errors = np.sort(np.abs(s.error(key, u)))
@@ -638,12 +648,14 @@ def _with_offset(
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
     off_by = max(
-        min(accuracy(s, before, ZEROED), _moves_rightly(s, before), _leans_rightly(s, before))
+        min(_motion_error(s, before, ZEROED), _speed_error(s, before), _lateral_error(s, before))
         for s in having
     )
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
     is_far = abs(offset) / max(s.scale[key] for s in having) >= min(CLEARLY * off_by, 1.0 / CLEARLY)
-    is_zero = is_far and (shows_height or off_by < TOLERANCE) and _is_shown(key, left, having)
+    is_zero = (
+        is_far and (shows_height or off_by < TOLERANCE) and _has_enough_rows(key, left, having)
+    )
     # The remaining error must be smaller than the motion itself.
     is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
                    for s, t in zip(having, left, strict=True))  # fmt: skip

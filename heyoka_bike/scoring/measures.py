@@ -6,7 +6,7 @@ r(t_i), both in SI units. Nothing is interpolated, and all rows have the same we
 - ``max``, ``rms`` and ``relative`` are in the column's unit, or divided by its *scale*, the largest
   abs(r) over the whole run of the reference (not only where the file has rows, so that a short file
   is judged by the same scale as a long one).
-- ``scd`` and ``mescd`` are named after the Test Set for Initial Value Problem Solvers (Mazzia and
+- ``scd`` and ``mescd`` are names from the Test Set for Initial Value Problem Solvers (Mazzia and
   Magherini, Bari, release 2.4, 2008; formerly CWI), where they are taken over the components at the
   end of the interval. Here they are taken over the rows of one column, the whole run.
 - ``performance`` is eq. (1) of the IFToMM benchmark "Uncontrolled bicycle".
@@ -148,7 +148,7 @@ FEW = 100_000
 """Largest number of values that are always compared in hi + lo, and in one thread."""
 
 # Above these errors (in scales) the binary64 reference, or `evaluate_many`, is accurate enough.
-_PLAIN_WILL_DO, _MANY_WILL_DO = 1e-12, 1e-24
+_MIN_ERROR_FOR_BINARY64, _MIN_ERROR_FOR_MANY = 1e-12, 1e-24
 _ROWS_AT_ONCE = 32_768
 # Rows that usually show that a column's values are no multiples of a power of ten, and the most
 # decimal places of such a power.
@@ -156,7 +156,7 @@ _ROWS_TRIED_FIRST = 64
 _MOST_PLACES = 13
 # In binary64, larger multiples cannot be distinguished from other numbers: quotients are accurate
 # to this many units in the last place.
-_LARGEST_MULTIPLE_TOLD = 1e13
+_LARGEST_MULTIPLE = 1e13
 _LAST_DIGITS = 8
 
 
@@ -191,9 +191,9 @@ def errors(part: Part, values: Double, name: str) -> Array:
         return against(reference.continued)
     near = (reference.approximate(part.time[rows], [name])[name] for rows in _blocks(part))
     error: Array = values[0] - np.concatenate([*near])
-    if _largest(error) < _PLAIN_WILL_DO * scale:
+    if _largest(error) < _MIN_ERROR_FOR_BINARY64 * scale:
         error = against(reference.evaluate_many)
-    if _largest(error) < _MANY_WILL_DO * scale:
+    if _largest(error) < _MIN_ERROR_FOR_MANY * scale:
         error = against(reference.continued)
     return error
 
@@ -258,7 +258,7 @@ def _in_common(values: Array, largest: float) -> float:
         unit = 10.0**-places
         if (
             varies > unit / 2
-            and largest / unit < _LARGEST_MULTIPLE_TOLD
+            and largest / unit < _LARGEST_MULTIPLE
             and all(
                 _are_multiples(some, unit).all() for some in (values[:_ROWS_TRIED_FIRST], values)
             )

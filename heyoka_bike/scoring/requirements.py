@@ -110,7 +110,7 @@ def parse(text: str) -> Parsed:
     if column is not None and column not in COMPARED:
         raise InputError(
             f"require: found column '{column:.40}', expected one of "
-            f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or of those of motion.h5"
+            f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or a column of motion.h5"
             f"{did_you_mean(column, COMPARED)}"
         )
     if column is not None and metric in OF_MANEUVER:
@@ -134,32 +134,32 @@ def check(texts: Sequence[str], report: Report) -> tuple[Requirement, ...]:
         See `parse`.
     """
     every = [parse(text) for text in texts]
-    told = [r for r in every if r.metric in ENOUGH and r.op in (">", ">=")]
+    limits = [r for r in every if r.metric in ENOUGH and r.op in (">", ">=")]
 
     def checked(text: str, r: Parsed) -> Requirement:
-        parts = (_checked(part.text, part, report, told) for part in _parts(r, report))
-        return replace(_checked(text, r, report, told), parts=tuple(parts))
+        parts = (_checked(part.text, part, report, limits) for part in _parts(r, report))
+        return replace(_checked(text, r, report, limits), parts=tuple(parts))
 
     return tuple(map(checked, texts, every))
 
 
-def _checked(text: str, r: Parsed, report: Report, told: Sequence[Parsed]) -> Requirement:
-    found = _outcome(r, report, told)
+def _checked(text: str, r: Parsed, report: Report, limits: Sequence[Parsed]) -> Requirement:
+    found = _outcome(r, report, limits)
     if not isinstance(found, WorstValue):
         return Requirement(text, False, None, found)
     is_met = _COMPARISONS[r.op](found.value, r.number)
-    if is_met and (short := _in_part(r, report, told)):
+    if is_met and (short := _shortfall(r, report, limits)):
         return Requirement(text, False, None, short)
     return Requirement(text, is_met, found.value if isfinite(found.value) else None, found)
 
 
-def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None:
+def _shortfall(r: Parsed, report: Report, limits: Sequence[Parsed]) -> InPart | None:
     """Return how much was compared, if it is less than a requirement refers to; else None."""
     about = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     columns = [
-        m for m in about if m.column_count < ALL_COLUMNS and not _is_told("columns", m, told)
+        m for m in about if m.column_count < ALL_COLUMNS and not _is_limited("columns", m, limits)
     ]
-    covered = [m for m in about if m.coverage < WHOLE and not _is_told("coverage", m, told)]
+    covered = [m for m in about if m.coverage < WHOLE and not _is_limited("coverage", m, limits)]
     if not columns and not covered:
         return None
     return InPart(
@@ -169,9 +169,9 @@ def _in_part(r: Parsed, report: Report, told: Sequence[Parsed]) -> InPart | None
     )
 
 
-def _is_told(metric: str, m: ManeuverScore, told: Sequence[Parsed]) -> bool:
+def _is_limited(metric: str, m: ManeuverScore, limits: Sequence[Parsed]) -> bool:
     """True if a requirement sets how much of a maneuver is enough, by this metric."""
-    return any(x.metric == metric and x.maneuver in (None, m.maneuver) for x in told)
+    return any(x.metric == metric and x.maneuver in (None, m.maneuver) for x in limits)
 
 
 def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
@@ -187,9 +187,9 @@ def _parts(r: Parsed, report: Report) -> Iterator[Parsed]:
                 yield replace(r, maneuver=m.maneuver, column=c.key)
 
 
-def _outcome(r: Parsed, report: Report, told: Sequence[Parsed]) -> Outcome:
+def _outcome(r: Parsed, report: Report, limits: Sequence[Parsed]) -> Outcome:
     """Return the worst value that a requirement is about, or why it fails whatever the values."""
-    if lost := _lost(r, report, told):
+    if lost := _columns_not_compared(r, report, limits):
         return lost
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers and r.maneuver is not None:
@@ -240,13 +240,15 @@ def _of_maneuver(m: ManeuverScore, r: Parsed) -> Outcome:
     return WorstValue(claimed.value, m.maneuver)
 
 
-def _lost(r: Parsed, report: Report, told: Sequence[Parsed]) -> LeftOut | NeverFilledIn | None:
+def _columns_not_compared(
+    r: Parsed, report: Report, limits: Sequence[Parsed]
+) -> LeftOut | NeverFilledIn | None:
     """Return the columns that a requirement is about but that were not compared, if any.
 
     Columns that were never filled in are ignored in maneuvers for which a requirement sets how many
     columns are enough, unless this requirement names one of them.
     """
-    enough = {m.maneuver for m in report.maneuvers if _is_told("columns", m, told)}
+    enough = {m.maneuver for m in report.maneuvers if _is_limited("columns", m, limits)}
 
     def is_meant(x: LostColumn) -> bool:
         if None not in (r.maneuver, x.maneuver) and r.maneuver != x.maneuver:

@@ -207,14 +207,14 @@ def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScor
 
 def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
     """Compare one column with its best definition, with the default, and with all others."""
-    values, error, trace, reading = _taken(part, key, u)
+    values, error, trace, reading = _read_as(part, key, u)
     others = [c for c in part.reference.definitions[key] if c is not u.column]
     far = largest_errors(part, values, [c.name for c in others]) if others else []
     half, floor = rounding(part, key, u.unit)
     return ColumnScore(
         key=key,
         unit=u.column.unit,
-        as_written=reading if u.is_plain() else _taken(part, key, plain(key))[-1],
+        as_written=reading if u.is_plain() else _read_as(part, key, plain(key))[-1],
         as_understood=reading,
         floor=floor,
         alternatives=tuple(
@@ -239,7 +239,7 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     u = understood.get(key)
     if u is None or not u.offset:
         return understood
-    told: list[tuple[float, float, float]] = []
+    intervals: list[tuple[float, float, float]] = []
     for part in parts:
         if key not in part.values:
             continue
@@ -255,20 +255,20 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
         if spread <= _ROUNDED * last_digit:
             amid = float(np.max(error) + np.min(error)) / 2
             reach = max(last_digit - spread, 0.0)
-        told.append((max(last_digit, spread), amid - reach, amid + reach))
+        intervals.append((max(last_digit, spread), amid - reach, amid + reach))
     # Intersect the intervals, beginning with the smallest errors; skip those that contradict.
     low, high = -np.inf, np.inf
-    for _, least, most in sorted(told):
+    for _, least, most in sorted(intervals):
         if max(low, least) <= min(high, most):
             low, high = max(low, least), min(high, most)
-    rest = (low + high) / 2 if told else 0.0
+    rest = (low + high) / 2 if intervals else 0.0
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
         for k, v in understood.items()
     }
 
 
-def _taken(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
+def _read_as(part: Part, key: str, u: Understanding) -> tuple[Array, Array, Trace, Reading]:
     """Return a column in SI units, its error, the finite rows of both, and their measures."""
     values = u.exactly_in_si(part.written(key))
     error = errors(part, values, u.column.name)

@@ -252,7 +252,7 @@ class ColumnScore:
 
     @property
     def is_hidden(self) -> bool:
-        """True if rounding to the digits written explains the error."""
+        """True if rounding to the digits written explains the largest error."""
         return self.is_at_floor(grades.FLOORS_OF_ROUNDING)
 
     @property

@@ -90,14 +90,14 @@ def read_runs(path: str | Path) -> tuple[list[Path], dict[str, list[float | None
     source = TomlSource.load(path)
     source.refuse_unknown(source.tree, {"run"}, ())
     files: list[Path] = []
-    told: dict[str, list[float | None]] = {"step": [], "tolerance": [], "cpu": []}
+    numbers: dict[str, list[float | None]] = {"step": [], "tolerance": [], "cpu": []}
     for i, table in enumerate(source.tables("run")):
         where = ("run", i)
-        source.refuse_unknown(table, {"file", *told}, where, ("file",))
+        source.refuse_unknown(table, {"file", *numbers}, where, ("file",))
         files.append(Path(path).parent / source.line_of_text(table, "file", where, limit=4000))
-        for key, values in told.items():
+        for key, values in numbers.items():
             values.append(source.positive(table, key, where) if key in table else None)
-    return files, told
+    return files, numbers
 
 
 # If two observed orders of a column differ by more than this, its order has not settled.
@@ -280,12 +280,14 @@ def compare(
         count = f"{len(every)} program{'s' if len(every) != 1 else ''}"
         raise InputError(f"found {count}, expected two or more; score() judges one")
     check_names(names, len(every))
-    files = [_beside(x, name, known) for x, name in zip(every, names or _ARRAYS, strict=False)]
+    files = [
+        _aligned_program(x, name, known) for x, name in zip(every, names or _ARRAYS, strict=False)
+    ]
     times = None if cpu is None else _by_name(cpu, names or _file_names(files))
     return side_by_side(files, known, names=names, cpu=times, require=require)
 
 
-def _beside(given: Any, name: str, reference: Reference) -> Alignment:
+def _aligned_program(given: Any, name: str, reference: Reference) -> Alignment:
     """Align results with the reference; arrays get the name of the program."""
     try:
         found = results_of(given, len(reference))
@@ -461,8 +463,8 @@ def score_series(
         As in `score`; or the numbers of steps or times and of files differ.
     """
     known = load_reference(reference)
-    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
-    return _series(_files(several(results), known, told), known, told, require)
+    options = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    return _series(_files(several(results), known, options), known, options, require)
 
 
 def score_files(
@@ -484,8 +486,8 @@ def score_files(
     """
     known = load_reference(reference)
     check_names(names, len(results))
-    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
-    files = _files(results, known, told)
+    options = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    files = _files(results, known, options)
     held = [p.number for a in files for p in a.parts]
     if len(set(held)) == len(held) and len(set(names or ())) < 2:
         return scored(merge(files), known, require)
@@ -495,16 +497,16 @@ def score_files(
         return side_by_side(files, known, names=names, cpu=cpu, require=require)
     if names is not None:
         raise InputError("name: found with runs of one program, expected only with several")
-    return _series(files, known, told, require)
+    return _series(files, known, options, require)
 
 
 # Steps, tolerances and processor times of the files, by the name of the option.
-_Told = Mapping[str, Sequence[float | None] | None]
+_Options = Mapping[str, Sequence[float | None] | None]
 
 
-def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Alignment]:
+def _files(results: Sequence[Any], reference: Reference, options: _Options) -> list[Alignment]:
     """Align the files with the reference, after a check of the steps and times given for them."""
-    for name, given in told.items():
+    for name, given in options.items():
         if given is None:
             continue
         if len(given) != len(results):
@@ -521,22 +523,24 @@ def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Al
 
 
 def _series(
-    files: Sequence[Alignment], known: Reference, told: _Told, require: str | Sequence[str]
+    files: Sequence[Alignment], known: Reference, options: _Options, require: str | Sequence[str]
 ) -> Series:
     unknown: Sequence[float | None] = [None] * len(files)
-    steps, tolerances, cpu = told["step"], told["tolerance"], told["cpu"]
-    is_told = steps is not None or tolerances is not None
-    by_rows = unknown if is_told else [_rows_apart(a) for a in files]
+    steps, tolerances, cpu = options["step"], options["tolerance"], options["cpu"]
+    is_size_given = steps is not None or tolerances is not None
+    by_rows = unknown if is_size_given else [_rows_apart(a) for a in files]
     each = zip(files, steps or by_rows, tolerances or unknown, cpu or unknown, strict=True)
     runs = _merged([_Files(*x) for x in each], _is_of_run)
-    told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
-    if told_by:
-        runs.sort(key=lambda run: -getattr(run, told_by[0]))
-    if "step" not in told_by:
+    sorted_by = [
+        x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])
+    ]
+    if sorted_by:
+        runs.sort(key=lambda run: -getattr(run, sorted_by[0]))
+    if "step" not in sorted_by:
         runs = [run._replace(step=None) for run in runs]
     seen: list[Evidence] = []
-    if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
-        seen.append(StepsUnknown(is_told))
+    if not sorted_by and (steps is None or tolerances is not None or set(steps) != {None}):
+        seen.append(StepsUnknown(is_size_given))
     understood = [understand(run.alignment.parts) for run in runs]
 
     def score_all(clearest: Understandings) -> tuple[tuple[Run, ...], tuple[Convergence, ...]]:

@@ -40,10 +40,10 @@ def rates_contradicted(report: Report) -> Iterator[RateContradiction]:
 def from_derivative(
     reference: ReferenceManeuver, columns: Mapping[str, ColumnScore], key: str
 ) -> tuple[float | None, bool]:
-    """Return the rms difference of a rate from the derivative of its angle, and if the rate errs.
+    """Return the rms difference of a rate from the derivative of its angle, and if it is wrong.
 
-    The difference [rad/s] is None if the file does not show it. The rate errs if the difference is
-    larger than rounding, and at least twice as large as the derivative of the angle's error. The
+    The difference [rad/s] is None if the file does not show it. The rate is wrong if the difference
+    is larger than rounding, and at least twice as large as the derivative of the angle's error. The
     integral over a step is taken by the trapezoidal rule.
     """
     if key not in columns:

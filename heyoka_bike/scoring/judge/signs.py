@@ -111,8 +111,8 @@ def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:
     families = grouped((key.rstrip("0123"), key) for key in signs)
     attitudes = (keys for family, keys in families.items() if family not in keys)
     found = [tuple(keys) for keys in attitudes if _impossible(keys, signs)]
-    told = {key for keys in found for key in keys}
-    return found + _impossible([key for key in signs if key not in told], signs)
+    contradicted = {key for keys in found for key in keys}
+    return found + _impossible([key for key in signs if key not in contradicted], signs)
 
 
 def opposed(signs: Mapping[str, int]) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ def time_shift(parts: Sequence[Part]) -> float | None:
         # All rows are at the start, which fits any motion.
         return None
     grid = np.arange(-longest, longest, _FIRST_STEP)
-    first = min(grid, key=lambda shift: _joint(motions, shift, exact=False))
+    first = min(grid, key=lambda shift: _mean_error(motions, shift, exact=False))
     best = _refined(motions, float(first))
     numbers = [m.number for m in motions]
     apart = [float(median(np.diff(p.time))) for p in parts if p.number in numbers]
@@ -66,9 +66,10 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     needed = CLEARLY if sum(len(m.values) for m in motions) > FEW_COLUMNS else BY_FAR
     if any(a > _FITS or needed * a > b for a, b in zip(after, before, strict=True)):
         return None
-    limit = _AS_GOOD_AS_BEST * _joint(motions, best)
+    limit = _AS_GOOD_AS_BEST * _mean_error(motions, best)
     return next(
-        (x for x in (round(best, n) for n in _PLACES_TRIED) if _joint(motions, x) <= limit), best
+        (x for x in (round(best, n) for n in _PLACES_TRIED) if _mean_error(motions, x) <= limit),
+        best,
     )
 
 
@@ -96,10 +97,10 @@ def _error(part: Part, shift: float, *, exact: bool = True) -> float:
         expected = reference.approximate(time, list(part.values))
     else:
         expected = {k: np.interp(time, reference.time, reference.rows[k]) for k in part.values}
-    return max(_apart(x[inside], expected[k]) for k, x in part.values.items())
+    return max(_relative_error(x[inside], expected[k]) for k, x in part.values.items())
 
 
-def _apart(values: Array, expected: Array) -> float:
+def _relative_error(values: Array, expected: Array) -> float:
     """Return the relative rms error of a column, with the sign and the unit that fit."""
     size, own = rms(expected), rms(values)
     if not size or not own:
@@ -111,7 +112,7 @@ def _apart(values: Array, expected: Array) -> float:
     return rms(sign * unit * values - expected) / size
 
 
-def _joint(motions: Sequence[Part], shift: float, *, exact: bool = True) -> float:
+def _mean_error(motions: Sequence[Part], shift: float, *, exact: bool = True) -> float:
     """Return the geometric mean of the errors over the maneuvers."""
     errors = [_error(m, shift, exact=exact) for m in motions]
     return float(np.exp(np.mean(np.log(np.maximum(errors, np.finfo(np.float64).tiny)))))
@@ -122,7 +123,7 @@ def _refined(motions: Sequence[Part], near: float) -> float:
     low, high = near - _FIRST_STEP, near + _FIRST_STEP
     for _ in range(_ROUNDS_OF_GOLDEN_SECTION):
         a, b = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)
-        if _joint(motions, a) < _joint(motions, b):
+        if _mean_error(motions, a) < _mean_error(motions, b):
             high = b
         else:
             low = a

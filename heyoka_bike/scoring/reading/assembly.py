@@ -57,8 +57,8 @@ def assemble(tables: Sequence[ReadTable], kind: str, request: Request) -> Result
         times = settle(table, places.time, request, places.unit)
         found = (*table.seen, *places.seen, *times.seen)
         seen += [x for x in found if x not in seen]
-        for told, columns in places.maneuvers.items():
-            number = table.commented if told is None and is_alone else told
+        for named, columns in places.maneuvers.items():
+            number = table.commented if named is None and is_alone else named
             _log.info(
                 "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
                 len(times.hi), number or "unknown", places.time + 1,

@@ -50,13 +50,13 @@ def seconds_from_first(source: Any) -> list[str] | None:
             return None
         counts = array.astype("M8[ns]").astype(np.int64)
         return [_plain(Decimal(x).scaleb(-9)) for x in (counts - counts[0]).tolist()]
-    if not isinstance(array[0], str) or _of_day(array[0]) is None:
+    if not isinstance(array[0], str) or _since_midnight(array[0]) is None:
         return None
-    times = [_of_day(x) if isinstance(x, str) else None for x in array.tolist()]
+    times = [_since_midnight(x) if isinstance(x, str) else None for x in array.tolist()]
     return None if None in times else _from_first([x for x in times if x is not None])
 
 
-def _of_day(word: str) -> Decimal | None:
+def _since_midnight(word: str) -> Decimal | None:
     """Return the seconds since midnight; None if the word is not a time of day."""
     match = _TIME_OF_DAY.fullmatch(word.strip()) if len(word) <= _LONGEST else None
     if match is None:

@@ -83,9 +83,9 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     unused = _names_unused(headings, places or ())
     names_decide = places is None or None not in found or is_beyond or bool(unused)
     if request.names or (is_named and names_decide):
-        return _settled(headings, vectors, request)
-    if places is not None and not _are_held_elsewhere(headings, places, request):
-        by_place = _settled([Heading("", *place) for place in places], vectors, request)
+        return _assigned(headings, vectors, request)
+    if places is not None and not _contradict_places(headings, places, request):
+        by_place = _assigned([Heading("", *place) for place in places], vectors, request)
         # A heading may have a unit even if its name is not known.
         both = zip(headings, places, strict=False)
         meant = tuple(with_meaning(h, place) for h, place in both)
@@ -93,10 +93,10 @@ def layout_of(vectors: ReadTable, request: Request) -> ColumnLayout:
     raise request.not_columns(names_found(names, found), vectors.heading)
 
 
-def _are_held_elsewhere(
+def _contradict_places(
     headings: Sequence[Heading], places: Sequence[Meaning], request: Request
 ) -> bool:
-    """True if a name is, or contains, that of a quantity with another place; letters excepted."""
+    """True if a name other than a letter is, or contains, that of a quantity with another place."""
     for h, (key, _) in zip(headings, places, strict=False):
         is_letter = bool(letter_of(split_unit(h.text)[0]))
         is_usable = h.key is not None and not h.is_time and not is_letter
@@ -116,7 +116,7 @@ def _meanings_by_place(width: int, count: int) -> Sequence[Meaning] | None:
     return [(TIME, None), *columns]
 
 
-def _settled(headings: Sequence[Heading], vectors: ReadTable, request: Request) -> ColumnLayout:
+def _assigned(headings: Sequence[Heading], vectors: ReadTable, request: Request) -> ColumnLayout:
     """Assign each meaning to one column."""
     meant: dict[Meaning, int] = {}
     contradicting: set[int] = set()
@@ -183,8 +183,8 @@ def _not_used(
     left = [i for i in left if not headings[i].is_maneuver]
     known = [i for i in left if headings[i].key is None and quantity_of(headings[i].text)]
     others = [i for i in left if i in contradicting]
-    told = {*known, *others}
-    unknown = [i for i in left if i not in told]
+    explained = {*known, *others}
+    unknown = [i for i in left if i not in explained]
 
     def named(places: Sequence[int]) -> list[str]:
         return [headings[i].text for i in places]
