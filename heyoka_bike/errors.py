@@ -35,7 +35,7 @@ class InputError(BicycleError, ValueError):
     Parameters
     ----------
     message : str
-        What was found and what was expected.
+        The text: what was found, and what was expected instead.
     file, line, column
         The place, as far as it is known; lines and columns count from 1.
     """

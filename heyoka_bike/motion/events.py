@@ -65,7 +65,7 @@ FALL = "fall"
 LONGEST = Fraction(1000)
 """The search for a fall ends at this time [s]."""
 
-_FIRST_LOOK, _LONGER = Fraction(16), 4
+_FIRST_SEARCH, _GROWTH = Fraction(16), 4
 # The precise run ends this long after the event that the binary64 run found [s]: far more than the
 # error of binary64, and far less than the pieces before a singularity.
 _MARGIN = Fraction(1, 2**16)
@@ -208,9 +208,9 @@ def first_event(
 ) -> Event | None:
     """Return the first event after the start, from a run in binary64; see `follow`."""
     if until != FALL and until not in KINDS:
-        raise InputError(f"found event '{until}', expected {', '.join((FALL, *KINDS))}")
+        raise InputError(f"found event '{until}', expected one of {', '.join((FALL, *KINDS))}")
     kinds = (REAR_LIFT, FRONT_LIFT) if until == FALL else (until,)
-    duration = min(_FIRST_LOOK, longest)
+    duration = min(_FIRST_SEARCH, longest)
     while True:
         singular: Event | None = None
         try:
@@ -225,7 +225,7 @@ def first_event(
         found = next(_decided(run, kinds), singular)
         if found is not None or duration == longest:
             return found
-        duration = min(duration * _LONGER, longest)
+        duration = min(duration * _GROWTH, longest)
 
 
 def singularity(error: SingularMotionError) -> Event:
@@ -357,7 +357,7 @@ class _Along:
     def bounds(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
         """Enclose the function over a span, and its rate [1/s] if the sign is not clear."""
         if self.certificate is None:
-            return self._seen(piece, low, high)
+            return self._estimated(piece, low, high)
         span, middle = span_ball(low, high), (low + high) / 2
         whole = self.value(piece, span)
         if sign_of(whole):
@@ -369,7 +369,7 @@ class _Along:
         rate = flint.arb(found.slopes[0] if isinstance(found, Dual) else 0)
         return self.value(piece, middle) + rate * (span - exact_ball(middle)), rate
 
-    def _seen(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
+    def _estimated(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
         """Estimate the function and its rate on the polynomials by a Taylor series.
 
         The truncation error is observed to be small, not bounded.
@@ -388,7 +388,9 @@ class _Along:
 
     def spans(self) -> Iterator[_Span]:
         """Yield the spans of the whole run."""
-        signs = [0] * self.run.steps if self.certificate else _seen_signs(self.run, self.quantity)
+        signs = (
+            [0] * self.run.steps if self.certificate else _estimated_signs(self.run, self.quantity)
+        )
         for piece, sign in enumerate(signs):
             low, high = self.run.breaks[piece : piece + 2]
             if sign:
@@ -409,7 +411,7 @@ class _Along:
             elif way := sign_of(rate):
                 yield from self._narrowed(piece, _Span(low, high, 0, way), rate, smallest)
             elif (
-                self._is_lost(piece, low, high, rate)
+                self._is_undecidable(piece, low, high, rate)
                 or high - low < smallest
                 or count > _MOST_HALVINGS_WAITING
             ):
@@ -443,7 +445,7 @@ class _Along:
         if high < span.high:
             yield _Span(high, span.high, way)
 
-    def _is_lost(self, piece: int, low: Fraction, high: Fraction, rate: flint.arb) -> bool:
+    def _is_undecidable(self, piece: int, low: Fraction, high: Fraction, rate: flint.arb) -> bool:
         """True if the uncertainty in the middle of a span exceeds the change over it."""
         here = self.value(piece, (low + high) / 2)
         change = abs(rate) * exact_ball((high - low) / 2)
@@ -451,7 +453,7 @@ class _Along:
         return not here.is_finite() or bool(hidden)
 
 
-def _seen_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
+def _estimated_signs(run: Trajectory, quantity: Quantity) -> Iterator[int]:
     """Yield the sign of the function for each piece, in binary64; 0 if it may vanish there."""
     equations = Equations.binary64(run.bicycle, is_regular=run.is_regular)
     nodes = chebyshev.chebpts1(_NODES_OF_PIECE)
@@ -556,8 +558,8 @@ def _last_row_before(maneuver: Maneuver, event: Event, said: str) -> Fraction:
     row = ceil(event.sooner / maneuver.spacing) - 1
     if row < 1:
         raise InputError(
-            f"{maneuver.name}: {said}, before its second row at {float(maneuver.spacing):g} s, "
-            "expected a motion that lasts longer, or a shorter spacing"
+            f"{maneuver.name}: {said}, before its second row at {float(maneuver.spacing):g} s; "
+            "use a shorter spacing, or a motion that lasts longer"
         )
     _check_rows(maneuver, row)
     return row * maneuver.spacing
@@ -583,6 +585,6 @@ def _time(maneuver: Maneuver, text: str) -> Fraction:
 def _check_rows(maneuver: Maneuver, last: int) -> None:
     if last >= MAX_ROWS:
         raise InputError(
-            f"{maneuver.name}: found {last + 1} rows, expected {MAX_ROWS} or fewer (a longer "
-            "spacing)"
+            f"{maneuver.name}: found {last + 1} rows, expected {MAX_ROWS} or fewer; use a longer "
+            "spacing"
         )

@@ -58,7 +58,7 @@ def _heyoka() -> Any:
     """Import heyoka, with its cache of compiled code on disk if that is possible."""
     module = required(
         "heyoka",
-        f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
+        f"heyoka is not installed; integration needs it ({GENERATE} on Linux, or conda install "
         "heyoka.py)",
     )
     _limit_cache(module)

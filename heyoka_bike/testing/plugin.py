@@ -105,10 +105,10 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[_SETTINGS] = _Settings(
         scd=_number(scd, scd_from, "a number of digits such as 8") if scd else None,
         enough={
-            name: _number(told, told_from, expected)
+            name: _number(text, source, expected)
             for name, expected in _ENOUGH.items()
-            for told, told_from in [_setting(config, name)]
-            if told
+            for text, source in [_setting(config, name)]
+            if text
         },
         reference=reference,
         diagnose=when != "never",

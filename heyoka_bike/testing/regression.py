@@ -193,15 +193,17 @@ class Score:
             texts += Asked(maneuver, column, metrics).texts()
         if not texts:
             raise InputError(
-                "nothing is required: expected a number such as scd=8, here, in the marker "
+                "nothing is required; give a number such as scd=8 here, in the marker "
                 "'bicycle', as --bicycle-scd or as bicycle_scd in the configuration file"
             )
         return tuple(texts)
 
     def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
         """Return the settings' limits on columns and coverage that a test does not set itself."""
-        told = {parse(text).metric for text in texts}
-        return Asked(metrics={k: x for k, x in self._enough.items() if k not in told}).texts()
+        set_by_test = {parse(text).metric for text in texts}
+        return Asked(
+            metrics={k: x for k, x in self._enough.items() if k not in set_by_test}
+        ).texts()
 
     def _diagnosis(self) -> tuple[str, ...]:
         """Return sentences on why the results differ, or on why there is no diagnosis."""
@@ -238,11 +240,11 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
             where = f"bicycle.{m.maneuver}.{c.key}"
             if c.scd is not None:
                 found.append((f"{where}.scd", f"{c.scd:.3f}"))
-            found.append((f"{where}.definition", _taken(c)))
+            found.append((f"{where}.definition", _interpretation(c)))
     return found
 
 
-def _taken(c: ColumnScore) -> str:
+def _interpretation(c: ColumnScore) -> str:
     """Return the definition that fits, and other parts of the column's interpretation."""
     return ", ".join((c.definition, *words.notes(c)))
 
@@ -304,7 +306,7 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     at = int(np.argmax(np.abs(trace.error)))
     yield (
         "worst column",
-        f"{c.key} of maneuver {m.maneuver}, read as {_taken_as(c)}: wrong by "
+        f"{c.key} of maneuver {m.maneuver}, read as {_interpretation_with_remarks(c)}: wrong by "
         f"{words.in_unit(words.number(c.max_abs_error), c.unit)}, "
         f"{words.number(c.max_rel_error)} of its scale "
         f"(scd {words.one_decimal(c.scd)})",
@@ -326,9 +328,9 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
     return -float(value) if metric in ("scd", "mescd", "time_to_tolerance") else float(value)
 
 
-def _taken_as(c: ColumnScore) -> str:
-    """Return `_taken`, and whether it is the default or other definitions fit as well."""
-    taken = _taken(c)
+def _interpretation_with_remarks(c: ColumnScore) -> str:
+    """Return `_interpretation`, and whether it is the default or other definitions fit as well."""
+    taken = _interpretation(c)
     remarks = ["the default"] if words.is_default(c) else []
     if c.indistinguishable:
         remarks.append(f"{' and '.join(c.indistinguishable)} fit as well")

@@ -143,7 +143,7 @@ BROKEN = {
     "raises": "def broken(*_): raise ZeroDivisionError('of all things')",
     "is refused": (
         "from heyoka_bike.errors import MissingPackageError\n"
-        "def broken(*_): raise MissingPackageError('heyoka is not installed; integrating needs it')"
+        "def broken(*_): raise MissingPackageError('heyoka is not installed; integration needs it')"
     ),
     "warns": (
         "import dataclasses, warnings\nfrom heyoka_bike.scoring.findings import Finding\n"
@@ -161,7 +161,7 @@ BROKEN = {
 }
 SAID = {
     "raises": "none: it failed with ZeroDivisionError: of all things",
-    "is refused": "none: heyoka is not installed; integrating needs it",
+    "is refused": "none: heyoka is not installed; integration needs it",
     "warns": "Finding 0 Finding 1",
     "stops early": "Finding 0 Finding 1 Finding 4",
 }

@@ -414,7 +414,7 @@ def test_bad_calls_are_told_in_one_line(pytester):
         [
             "require: found 'digits', expected maneuver, column, or one of *",
             "require: found 'scd is 8', expected *",
-            "require: nothing is required: expected a number such as scd=8, here, in the marker *",
+            "require: nothing is required; give a number such as scd=8 here, in the marker *",
             "require: found maneuver= or column= with a requirement as text*",
             "diagnose: found 'always', expected auto or never",
             "no-such-folder: no manifest.json found*",
