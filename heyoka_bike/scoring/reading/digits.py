@@ -46,8 +46,9 @@ def places_of(number: str) -> int:
 def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
     """True if numbers are known to more digits than binary64, not only printed with more.
 
-    With 18 digits, one number in ten equals a printed binary64 number by chance. So at least five
-    numbers must equal one to count as binary64. One time suffices, because files may have few.
+    With 18 digits, one number in ten equals a printed binary64 number by chance. So numbers count
+    as printed binary64 only if at least five have such digits, and all of these equal one. One time
+    suffices, because a file may have few.
     """
     long = [x for x in numbers if len(significant(x)) > BINARY64_DIGITS]
     # NumPy's savetxt writes 0.1 as 1.000000000000000056e-01, which contains no more than binary64.
