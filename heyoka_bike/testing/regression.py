@@ -177,7 +177,8 @@ class Score:
         """Return the requirements of the call, or else of the markers, or else of the settings."""
         if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
             raise InputError(
-                "found maneuver= or column= beside a requirement in words, expected its own there"
+                "found maneuver= or column= with a requirement as text; put them into the text, "
+                "such as '2.roll_angle.scd >= 8'"
             )
         if requirements or not own.is_about_amount:
             return (*requirements, *own.texts())
@@ -191,16 +192,16 @@ class Score:
             texts += RequirementSpec(maneuver, column, metrics).texts()
         if not texts:
             raise InputError(
-                "nothing is required: expected a number such as scd=8, here, in the marker "
+                "nothing is required; give a number such as scd=8 here, in the marker "
                 "'bicycle', as --bicycle-scd or as bicycle_scd in the configuration file"
             )
         return tuple(texts)
 
     def _enough_for(self, texts: Sequence[str]) -> tuple[str, ...]:
         """Return the settings' limits on columns and coverage that a test does not set itself."""
-        told = {parse(text).metric for text in texts}
+        set_by_test = {parse(text).metric for text in texts}
         return RequirementSpec(
-            metrics={k: x for k, x in self._enough.items() if k not in told}
+            metrics={k: x for k, x in self._enough.items() if k not in set_by_test}
         ).texts()
 
     def _diagnosis(self) -> tuple[str, ...]:
@@ -240,11 +241,11 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
             where = f"bicycle.{m.maneuver}.{c.key}"
             if c.scd is not None:
                 found.append((f"{where}.scd", f"{c.scd:.3f}"))
-            found.append((f"{where}.definition", _taken(c)))
+            found.append((f"{where}.definition", _interpretation(c)))
     return found
 
 
-def _taken(c: ColumnScore) -> str:
+def _interpretation(c: ColumnScore) -> str:
     """Return the definition that fits, and other parts of the column's interpretation."""
     return ", ".join((c.definition, *column_text.notes(c)))
 
@@ -274,8 +275,8 @@ def _failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence
     if in_part is not None:
         keywords = ", ".join(text.replace(" >= ", "=") for text in in_part.enough)
         entries.append(
-            ("compared in part", "columns and rows that are missing are not judged; if that is "
-             f"intended, add {keywords} to what the test requires")
+            ("compared in part", "missing columns and rows are not judged; if that is intended, "
+             f"add {keywords} to the requirements of the test")
         )  # fmt: skip
     entries += [("diagnosis", says) for says in diagnosis]
     labels = [label for label, _ in entries]
@@ -308,7 +309,7 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     at = int(np.argmax(np.abs(trace.error)))
     yield (
         "worst column",
-        f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
+        f"{c.key} of maneuver {m.maneuver}, read as {_interpretation_with_remarks(c)}: wrong by "
         f"{number_text.in_unit(number_text.number(c.max_abs_error), c.unit)}, "
         f"{number_text.number(c.max_rel_error)} of its scale "
         f"(scd {number_text.one_decimal(c.scd)})",
@@ -331,9 +332,9 @@ def _badness(p: Parsed, c: ColumnScore) -> float:
     return -float(value) if metric in ("scd", "mescd", "time_to_tolerance") else float(value)
 
 
-def _taken_as(c: ColumnScore) -> str:
-    """Return `_taken`, and whether it is the default or other definitions fit as well."""
-    taken = _taken(c)
+def _interpretation_with_remarks(c: ColumnScore) -> str:
+    """Return `_interpretation`, and whether it is the default or other definitions fit as well."""
+    taken = _interpretation(c)
     remarks = ["the default"] if column_text.is_default(c) else []
     if c.indistinguishable:
         remarks.append(f"{' and '.join(c.indistinguishable)} fit as well")
@@ -341,7 +342,7 @@ def _taken_as(c: ColumnScore) -> str:
 
 
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
-    """Return since when the error exceeds the limit, and since when it is visible."""
+    """Return the times from which the error exceeds the limit, and from which it is visible."""
     said = []
     scale = c.scale or None
     allowed = {
@@ -356,7 +357,7 @@ def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
             said.append(
                 f"t = {c.trace.time[first]:.10g} s (row {first + 1} of {len(c.trace.time)}) is the "
                 f"first above {number_text.in_unit(number_text.number(allowed), c.unit)}, "
-                "the error allowed"
+                "the allowed error"
             )
     seen = column_text.first_above(c)
     said.append(

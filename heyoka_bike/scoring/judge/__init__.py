@@ -1,6 +1,6 @@
-"""What the numbers of a report show, as evidence: each rule is a function of the report.
+"""Rules that derive evidence from the numbers of a report: each rule is a function of the report.
 
-A module answers one question, which its first lines state.
+Each module answers one question, which its docstring states.
 """
 
 from collections.abc import Callable, Iterable
@@ -38,12 +38,12 @@ RULES: tuple[Callable[[Report], Iterable[Evidence]], ...] = (
     digits_written,
     single_precision,
 )
-"""In the order in which their evidence is told."""
+"""The rules, in the order in which their evidence is reported."""
 
 
 def judged(report: Report) -> Report:
-    """A report with what its numbers show, by every rule."""
-    # Of columns that are others than they are taken for nothing else can be said.
+    """Add the evidence of every rule to a report."""
+    # If columns are exchanged, the other rules would judge the wrong quantities.
     is_moved = any(isinstance(x, OtherOrder) for x in report.seen)
     rules = (names_not_understood,) if is_moved else RULES
     found = tuple(evidence for rule in rules for evidence in rule(report))

@@ -1,8 +1,9 @@
-"""Unknown names that resemble a known one: the message says what they may mean.
+"""Unknown names that resemble a known one: the message suggests what they may mean.
 
 The verdict does not depend on these names: a file is whole if it has all eight columns. A misspelt
 name is always reported. A name that only contains a known word is reported if no other column of
-the maneuver has this quantity: next to ``roll_angle``, ``roll_angle_setpoint`` is another quantity.
+the maneuver has this quantity. In a file with ``roll_angle``, for example, ``roll_angle_setpoint``
+is another quantity.
 """
 
 from collections.abc import Iterator
