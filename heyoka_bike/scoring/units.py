@@ -21,7 +21,8 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 }
 """Units that are tried for each SI unit, in UDUNITS spelling. mJ is N mm, for programs in mm.
 
-Other units are tried only in columns whose heading names them, see `reading.names.heading_units`."""
+Other units are tried only in columns whose heading names them, see
+`reading.names.heading_units`."""
 
 
 def tried(si: str, named: str | None) -> tuple[str, ...]:
