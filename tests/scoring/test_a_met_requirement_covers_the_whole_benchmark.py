@@ -1,7 +1,8 @@
-"""A met requirement covers all eight columns over the whole run, unless less is said to be enough.
+"""A requirement covers all eight columns over the whole run, unless the user says that less is
+enough.
 
-The wrong columns here are the right ones times a factor. A requirement on such a file fails
-although the program does not understand the names of these columns, or sees no error in the rows.
+The wrong columns here are the correct ones times a factor. A requirement on such a file must fail
+even if the program does not understand the names of these columns, or sees no error in the rows.
 """
 
 import csv
@@ -123,7 +124,8 @@ def test_few_rows_may_be_those_at_which_a_wrong_motion_is_right(rows, tmp_path):
     (["columns <= 8"], False), (["1.columns >= 5"], False), (["coverage >= 0.5"], False),
 ])  # fmt: skip
 def test_fewer_columns_are_enough_where_that_is_said(text, enough, is_met):
-    """The limit applies to all requirements beside it, in any order, and to those on one column."""
+    """A `columns` or `coverage` limit applies to all requirements given with it, in any order, and
+    to requirements on one column."""
     for asked in ([text, *enough], [*enough, text]):
         found = score(some(*WITHOUT_ENERGIES), require=asked, maneuver=2).requirements
         assert next(r for r in found if r.text == text).met is is_met

@@ -1,4 +1,5 @@
-"""Programs side by side that hold different maneuvers are said to, where one is called the best."""
+"""If programs that are compared have different maneuvers, the report says so where it names the
+best."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the odds hold against a cause before a file is looked at is counted in the tables."""
+"""The prior odds against a cause follow from the number of entries in the tables."""
 
 from math import log
 

@@ -16,13 +16,13 @@ COUNT = 101
 
 @pytest.fixture
 def table(reference):
-    """By name: every tenth row of maneuver 2."""
+    """Every tenth row of maneuver 2, by column name."""
     held = {"time": reference[2].time} | {k: reference[2].rows[k] for k in KEYS}
     return {name: x[::10] for name, x in held.items()}
 
 
 def clock(start, form):
-    """The times of the rows, from a start on, as a program writes them."""
+    """Times of the rows, as times of day from `start` on, formatted with `form`."""
     return [form(start + timedelta(milliseconds=100 * i)) for i in range(COUNT)]
 
 

@@ -1,6 +1,7 @@
-"""Clocks that are summed end late: a row just beyond the end is compared, one farther on is not.
+"""Clocks that add up steps end late: a row just beyond the end is compared, a row far beyond is
+not.
 
-A wrong last row at 10.0000001 s was left out, and the file was right.
+A wrong last row at 10.0000001 s was once left out, and the file was called correct.
 """
 
 import numpy as np
@@ -19,11 +20,11 @@ DIGITS = 24
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_a_piece_tells_the_motion_a_hundredth_beyond_its_end(reference, number):
-    """What the next piece proves there is what the piece before it continues to."""
+    """Just beyond its end, a segment agrees with the proved next segment."""
     m = reference[number]
     breaks = m.breaks
     lengths = np.diff(breaks)
-    # Of pieces as long as the next, whose proof covers the point.
+    # Segments no longer than the next one, whose proof then covers the point.
     at = np.flatnonzero(lengths[:-1] <= lengths[1:])
     t = breaks[at + 1] + lengths[at] / 100
     exact, zero = (t, np.zeros_like(t)), np.zeros_like(t)
@@ -38,7 +39,7 @@ def test_a_piece_tells_the_motion_a_hundredth_beyond_its_end(reference, number):
 
 
 def late(reference, by):
-    """The whole run, its last row late by so much [s]."""
+    """The whole run; its last row is late by `by` [s]."""
     parts = []
     for rows in made(reference).maneuvers:
         time = rows.time.copy()
@@ -59,7 +60,7 @@ def test_a_wrong_last_row_is_wrong(reference, by):
 
 
 def test_a_right_last_row_is_right(reference):
-    """That of the motion at the time that is written, to first order in what it is late."""
+    """The last row is that of the motion at the written time, to first order in the delay."""
     by = 1e-6
     results = late(reference, by)
     for rows in results.maneuvers:

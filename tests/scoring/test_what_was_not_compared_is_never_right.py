@@ -1,8 +1,8 @@
-"""What was not compared keeps a result from being right, whatever its name is.
+"""A column that was not compared keeps a result from being correct, whatever its name is.
 
-All eight columns are required, so no name, place, number, unit or neighbour of a wrong column can
-hide it. A second column of a compared quantity, with other values, is not passed over either.
-Columns with a meaning of their own, in addition to all eight, hide nothing.
+All eight columns are required, so no name, position, number, unit or neighbour of a wrong column
+can hide it. A second column of a compared quantity with other values is not ignored either. Columns
+with a meaning of their own, in addition to all eight, do not matter.
 """
 
 import csv
@@ -50,7 +50,7 @@ def renamed(names, columns):
 
 
 def few(number=2):
-    """So many columns that their places alone mean nothing."""
+    """Too few columns to be recognised by their order alone."""
     return {key: x for key, x in right(number).items() if key != "mechanical_energy"}
 
 
@@ -83,7 +83,7 @@ def test_a_second_column_of_a_quantity(name, tmp_path):
     f" [rad] {LONG} 2", f" [rad] ({'very ' * 200}long) 2",
 ])  # fmt: skip
 def test_a_second_column_of_a_maneuver(behind, tmp_path):
-    """pandas writes the second column of a name with `.1`."""
+    """pandas writes a second column of the same name with `.1`."""
     columns = {f"m2_{key}" if key != "time" else key: x for key, x in right().items()}
     name = f"m2_roll_angle{behind}"
     report = judged(written(tmp_path / "a.csv", {**columns, name: wrong("roll_angle")}))
@@ -103,7 +103,7 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
     twice = factor * right()["roll_angle"]
     same = written(tmp_path / "same.csv", {**columns, second: twice})
     assert judged(same).is_right
-    # Rounded as a program writes it, and with one value that is another one.
+    # The same values, rounded like a program's output; and then the same values except one.
     rounded = {**columns, second: np.round(twice, 4)}
     np.savetxt(
         tmp_path / "rounded.csv", np.column_stack(list(rounded.values())), delimiter=",",
@@ -120,7 +120,7 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
 
 @pytest.mark.filterwarnings("error")
 def test_infinite_values_hide_no_other_value(tmp_path):
-    """One made every difference small enough, and NumPy warned of it."""
+    """An infinite value once made every difference look small, and NumPy warned of it."""
     roll = right()["roll_angle"].copy()
     roll[70] = np.inf
     columns = {**right(), "roll_angle": roll, "roll_angle [deg]": np.rad2deg(roll)}
@@ -182,7 +182,7 @@ def test_one_maneuver_of_several(tmp_path):
         columns[name] = wrong(key, n) if is_odd else right(n)[key]
     path = written(tmp_path / "a.csv", columns)
     assert_not_whole(judged(path), "m2_x_roll_rate_raw")
-    # Another maneuver is not concerned.
+    # The other maneuver is not affected.
     enough = ["1.columns >= 7", "2.columns >= 7"]
     met = {n: score(path, require=[f"{n}.scd >= 6", *enough]).requirements for n in (1, 2)}
     assert [[r.met for r in met[n]] for n in (1, 2)] == [[True, True, False], [True, True, False]]
@@ -208,7 +208,7 @@ def test_columns_beside_groups_of_maneuvers(tmp_path):
 @pytest.mark.parametrize("name", ["maneuver_2_old", "copy/maneuver_2", "debug/state", "tried"])
 @pytest.mark.parametrize("is_table", [False, True])
 def test_tables_beside_groups_of_maneuvers(name, is_table, tmp_path):
-    """They were not even named."""
+    """These tables once were not even named."""
     with h5py.File(tmp_path / "a.h5", "w") as f:
         for key, x in right().items():
             f[f"maneuver_2/{key}"] = x
@@ -259,7 +259,7 @@ def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
 def test_an_angle_of_a_joint_whose_index_means_nothing(name, tmp_path):
     columns = renamed({"steer_angle": name}, {**few(), "steer_angle": wrong("steer_angle")})
     assert_not_whole(judged(written(tmp_path / "a.csv", columns)), name)
-    # Beside the angle it may be anything.
+    # In addition to the steer angle, the column may be anything.
     columns = {**right(), name: wrong("steer_angle")}
     assert judged(written(tmp_path / "b.csv", columns)).is_right
 
@@ -285,7 +285,7 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
     columns = {f"my_{key}_value": right()[key] for key in keys}
     with pytest.raises(BicycleError, match=r"column names 'my_time_value', .* not understood"):
         score(written(tmp_path / "a.csv", columns))
-    # In the places that they have anyway the names are no matter.
+    # If the columns are in the standard order, their names do not matter.
     columns = {f"my_{key}_value": right()[key] for key in ("time", *KEYS)}
     assert score(written(tmp_path / "b.csv", columns), maneuver=2).is_right
 
@@ -298,7 +298,7 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
 def test_a_column_with_a_meaning_of_its_own(name, tmp_path):
     report = judged(written(tmp_path / "a.csv", {**right(), name: wrong("roll_angle")}))
     if name == "u1":
-        # Beside a potential energy it is another one.
+        # With a potential energy in the file, u1 may be another potential energy.
         assert not report.is_right
         return
     assert report.is_right
@@ -331,7 +331,7 @@ def test_names_drawn_at_random(tmp_path_factory, key, around, others):
 @pytest.mark.parametrize("suffix", [".h5", ".npz", ".json"])
 @pytest.mark.parametrize("shape", [(-1, 2), (2, -1, 1), (1, -1, 3)])
 def test_a_known_name_of_what_is_no_column(suffix, shape, tmp_path):
-    """An array of more than one axis, beside columns that are right."""
+    """The name belongs to an array of more than one axis; all other columns are correct."""
     columns = {key: x for key, x in right().items() if key != "roll_angle"}
     path = tmp_path / f"a{suffix}"
     no_column = np.arange(len(columns["time"]) // 6 * 6.0).reshape(shape)
@@ -360,7 +360,7 @@ def test_a_list_of_json_that_is_no_column_is_refused(found, tmp_path):
 
 @pytest.mark.parametrize("said", [None, [], 0.05, "see above", {}, True])
 def test_what_json_says_once_of_a_quantity_is_no_column(said, tmp_path):
-    """A start, a word, or nothing."""
+    """The single value is a number, a word, or nothing."""
     every = {key: x.tolist() for key, x in right().items()}
     path = tmp_path / "a.json"
     path.write_text(json.dumps(every | {"roll_rate": said}))
