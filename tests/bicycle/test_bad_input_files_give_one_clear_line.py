@@ -472,7 +472,7 @@ def test_the_key_is_named_in_other_spellings(old, new, key, tmp_path):
     ],
 )  # fmt: skip
 def test_idealised_inertia_is_a_warning(bicycle, changes, warnings, tmp_path):
-    """Bodies of points, rods and discs make fine bicycles."""
+    """Bodies made of points, rods and discs are valid."""
     text = BICYCLE
     for symbol, value in changes.items():
         line = next(x for x in text.split("\n") if x.startswith(f"{symbol} ="))

@@ -21,7 +21,7 @@ MADE = {
     "tensors_do_not_turn": "newton-tensor-in-global-axes",
     "wheels_weightless": "newton-wheels-weightless",
 }
-"""Runs of a program of another hand, by mistake."""
+"""Stored runs of an independent program, by mistake."""
 STARTS = {1: Start(4.0, 0.05), 2: Start(4.6, 0.5), 3: Start(8.0, 0.05)}
 KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed",
         "steer": "steer_angle", "steer_rate": "steer_rate"}  # fmt: skip

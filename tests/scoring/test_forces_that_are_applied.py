@@ -30,7 +30,7 @@ AMOUNTS = {
     "gyroscopic_R": 0.3, "gyroscopic_F": 0.3, "wheels_gyroscopic": 0.3, "frames_gyroscopic": 1.0,
     "weight_R": 0.1, "weight_F": 0.1, "weight_B": 3e-3, "weight_H": 0.1, "wheels_weight": 0.1,
 }  # fmt: skip
-"""Those that the other program can be given from outside."""
+"""Amounts of the forces that can be applied to the other program as external forces."""
 WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
 FRAME = {R: B, F: H, B: B, H: H}
 GRAVITY = 9.81

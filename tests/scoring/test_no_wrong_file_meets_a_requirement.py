@@ -14,7 +14,7 @@ from heyoka_bike.scoring.judge import signs as judge_signs
 from heyoka_bike.scoring.report import Report
 
 ROUNDS = range(3)
-"""Of every kind once."""
+"""In each round one file of every kind is played."""
 
 
 def outcomes(kinds, count=4):

@@ -9,14 +9,14 @@ from heyoka_bike.commands.result_files import read
 from heyoka_bike.scoring.score import score
 
 LEAST = 0.95
-"""Of the visible mistakes, named rightly and first."""
+"""Smallest share of the visible mistakes that must be named correctly and first."""
 
 SOME = (
     "symbrim-left-degrees-km-h", "symbrim-roll-and-steer-2", "exudyn-only-3", "linear-only-1",
     "symbrim-fork-not-rotated-only-1", "symbrim-start-by-front-radius-only-3",
     "exudyn-gravity-9.8",
 )  # fmt: skip
-"""Of each kind, for continuous integration."""
+"""One file of each kind, for continuous integration."""
 
 
 def check(found):

@@ -15,7 +15,7 @@ from heyoka_bike.scoring.evidence.as_compared import RowsOutside
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 DIGITS = 24
-"""That the continued pieces have, of those 31 that they have within."""
+"""Correct digits of a segment just beyond its end, compared with 31 within it."""
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])

@@ -1,4 +1,4 @@
-"""A report, a maneuver or a series is short where it is looked at, and whole where it is saved."""
+"""A report, a maneuver or a series has a short text, and is saved completely."""
 
 import json
 import re
