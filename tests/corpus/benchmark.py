@@ -47,7 +47,7 @@ class Run:
     program
         Name of the program, with its method and tolerance.
     did
-        What was done, in plain words; empty for a correct run.
+        Description of the mistake; empty for a correct run.
     expected
         The right answer: ``correct``, ``linearised`` or the mistake in a few words.
     compute

@@ -508,7 +508,7 @@ def a_field_that_is_none(random):
 
 
 def cut_off(random):
-    """Cut off within a line, in the last nine seconds but before the last half second."""
+    """The text ends within a line, in the last nine seconds but before the last half second."""
     parts, columns = _table(random)
     text = "\n".join(_lines(columns))
     text = text[: int(len(text) * random.uniform(0.1, 0.94))]
@@ -866,7 +866,7 @@ def rows_dropped(random):
 
 
 def columns_missing(random):
-    """Some of the eight columns, or only a constant energy, which proves no motion."""
+    """The file has some of the eight columns, or only a constant energy, which proves no motion."""
     keys = [str(k) for k in random.choice(EIGHT, random.integers(1, 8), replace=False)]
     parts = _start(random, keys=["mechanical_energy"] if random.random() < 0.2 else keys)
     return _right_in_part(random, parts, f"columns >= {len(parts[0].hi) + 1}")
@@ -937,7 +937,7 @@ def _odd(random, name):
 
 
 def no_numbers(random):
-    """NaN, infinity, or huge values, in one row or in many."""
+    """Values are NaN, infinite or huge, in one row or in many."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     n = len(p.time)
@@ -1147,7 +1147,7 @@ def wrong_file(seed, number):
 
 
 def _gaps_not_met(random, wrong, known):
-    """Return unmet requirements on rows: gaps longer than any piece of the reference."""
+    """Return unmet requirements on rows: gaps longer than any segment of the reference."""
     fails = []
     for n in known.parts:
         gaps = known.gaps(n)

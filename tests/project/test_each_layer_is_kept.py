@@ -39,7 +39,7 @@ def copy(tmp_path):
 
 
 def verdicts(package):
-    """KEPT or BROKEN by contract."""
+    """Return KEPT or BROKEN for each contract."""
     code = "from importlinter.cli import lint_imports_command; lint_imports_command()"
     run = subprocess.run(
         [sys.executable, "-c", code, "--no-cache"], cwd=package.parent, capture_output=True,

@@ -16,7 +16,7 @@ from heyoka_bike.showing.formats.summary import diagnosis
 
 BEYOND = ("pitch", "yaw", "yaw_rate")
 KEYS = ["roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate", *BEYOND, *MOTION]
-# Columns whose sign is a choice of its own
+# Columns whose sign does not depend on that of any other column
 FREE = ("forward_speed", "pitch", "steer_joint_force_z")
 UNSIGNED = ("rear_friction", "front_friction")
 
