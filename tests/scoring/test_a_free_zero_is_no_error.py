@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
+from generators.published_columns import published_columns
 from heyoka_bike.bicycle.columns import FREE_ZERO
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.score import score
@@ -20,8 +21,7 @@ def whole(reference):
 
 
 def table(reference, keys, n=2, every=2):
-    rows = slice(0, 1001, every)
-    return {"time": reference[n].time[rows]} | {k: reference[n].rows[k][rows].copy() for k in keys}
+    return published_columns(reference, n, every, keys)
 
 
 def scores(report):

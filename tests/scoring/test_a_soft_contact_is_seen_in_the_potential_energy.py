@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from generators.published_columns import published_table
 from heyoka_bike import score
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.diagnosis.energies import of_contact
 
 # [s] time constant of the contact; after ten of them the bicycle has come to rest
@@ -15,9 +15,7 @@ DEPTH = 0.58e-3  # [m] the depth at which the wheels come to rest with MuJoCo's 
 
 @pytest.fixture
 def table(reference):
-    """The 25 columns of the published file."""
-    blocks = [np.column_stack([reference[n][key] for key in KEYS]) for n in (1, 2, 3)]
-    return np.hstack([np.arange(1001)[:, None] / 100, *blocks])
+    return published_table(reference)
 
 
 def found(table, reference):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
+from generators.published_columns import published_table
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
@@ -77,7 +78,7 @@ def test_a_wrong_column_under_a_path_is_wrong(form, reference, tmp_path):
          ["time", "m1.roll_angle", "m2.roll_angle"]),
     ],
 )  # fmt: skip
-def test_what_is_taken_and_what_is_left(names, found):
+def test_names_that_are_recognised_and_names_that_are_left_out(names, found):
     assert without_paths(names) == (names if found is None else found)
 
 
@@ -175,8 +176,7 @@ def test_a_heading_behind_a_comment_sign_beside_words(mark, reference, tmp_path)
 
 @pytest.mark.parametrize("filled", [500, 999])
 def test_an_array_that_was_filled_in_part_is_refused_where_it_ends(filled, reference):
-    m = reference[2]
-    table = np.column_stack([m.time, *(m[k] for k in BENCHMARK_COLUMNS)])
+    table = published_table(reference, (2,))
     table[filled:] = 0
     with pytest.raises(InputError, match=f"row {filled + 1}: found {1001 - filled} rows of zeros"):
         read_results(table)

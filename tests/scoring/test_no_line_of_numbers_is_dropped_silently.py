@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 
+from generators.published_columns import published_table
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import InputError
@@ -17,8 +18,7 @@ from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 @pytest.fixture
 def table(reference):
     """Every fifth row of maneuver 2: the time and the eight columns."""
-    columns = [reference[2].time, *(reference[2].rows[key] for key in KEYS)]
-    return np.column_stack(columns)[::5]
+    return published_table(reference, (2,), every=5)
 
 
 def lines_of(table, separator=" ", form="%.15g"):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import made
+from generators.published_columns import published_table
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
@@ -82,8 +83,7 @@ def test_what_is_farther_on_is_left_out_and_told(reference):
 
 def test_the_digits_that_differ_are_said(reference, tmp_path):
     path = tmp_path / "r.txt"
-    m = reference[2]
-    table = np.column_stack([m.time, *(m[k] for k in BENCHMARK_COLUMNS)])
+    table = published_table(reference, (2,))
     table[-1, 0] = 10.0051
     np.savetxt(path, table, "%.17g")
     (said,) = [f.message for f in score(path, maneuver=2).findings if f.code == "time_outside"]

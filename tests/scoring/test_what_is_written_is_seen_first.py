@@ -12,6 +12,7 @@ pytest.importorskip("heyoka")
 from scipy.interpolate import CubicSpline
 
 from generators.mistaken_programs import columns_of, correct, motion
+from generators.published_columns import side_by_side
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -35,10 +36,7 @@ def columns(reference):
 
 
 def table(reference, by_maneuver):
-    """A table with columns named after their maneuver, and common times."""
-    return {"time": reference[1].time[ROWS]} | {
-        f"m{n}_{key}": x for n, held in by_maneuver.items() for key, x in held.items()
-    }
+    return side_by_side(by_maneuver, reference[1].time[ROWS])
 
 
 def said(reference, by_maneuver):
