@@ -68,7 +68,7 @@ def test_runs_are_those_that_the_protocol_asks_for(run, field):
 
 
 def test_no_run_within_the_budget_is_more_right_than_the_best(run):
-    assert BUDGET == measured.BUDGET, "the page names the time that the runs were given"
+    assert BUDGET == measured.BUDGET, "the page states the time limit of the runs"
     for p in shown(run):
         within = [r["digits"] for r in p.runs if r["cpu"] <= measured.BUDGET]
         assert p.best["digits"] == max(within)

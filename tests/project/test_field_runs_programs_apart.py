@@ -177,7 +177,7 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
     again = measured.Document.of(path, "here", ["b", "a"])
     assert again.line("a", "H1", "this") == again.line("b", "H4", "this") == good
     again.keep_runs("a", said, [])
-    assert again.line("a", "H1", "this") == good, "runs that follow are kept too"
+    assert again.line("a", "H1", "this") == good, "earlier runs must remain"
     for name, asked, made_of in (
         ("a", "H1", "other"), ("a", "H1", "that"), ("a", "H4", "this"), ("b", "H1", "this"),
         ("b", "H2", "this"),

@@ -112,7 +112,7 @@ def test_what_the_equations_leave_is_called_a_force_where_it_is_enough(reference
 
 
 @pytest.mark.proof
-def test_of_a_file_that_is_right_no_model_is_simulated(reference, caplog):
+def test_no_model_is_simulated_for_a_correct_file(reference, caplog):
     """Errors below 1e-6 nearly always come from the integrator or the output, so no model is
     tried."""
 
@@ -132,7 +132,7 @@ def test_of_a_file_that_is_right_no_model_is_simulated(reference, caplog):
 
 
 @pytest.mark.proof
-def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
+def test_an_unexplained_force_ends_the_search(reference, caplog):
     report = made(reference, pushed(reference, 1.0))
     assert "together" not in told(caplog, report, reference)
     hint = "Two mistakes at once were not tried: --thorough"

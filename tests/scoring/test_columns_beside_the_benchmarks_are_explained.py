@@ -85,7 +85,7 @@ def test_right_columns_are_not_mentioned(reference, tmp_path):
     assert found.evidence["column"] == "yaw"
 
 
-def test_beside_a_wrong_motion_nothing_is_made_of_it(reference, tmp_path):
+def test_a_factor_beside_a_wrong_motion_is_not_explained(reference, tmp_path):
     """If roll is wrong too, a factor in the yaw angle is no evidence."""
     wrong = report_of(
         reference, tmp_path, yaw=lambda x: 1.1 * x, roll_angle=lambda x: x + 0.1 * np.sin(80 * x)

@@ -97,7 +97,9 @@ def test_a_column_of_no_known_definition_is_named_as_that(reference):
 
 
 @pytest.mark.parametrize("is_explained", [True, False])
-def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch, is_explained):
+def test_a_column_of_unknown_definition_is_left_out_of_the_search(
+    reference, monkeypatch, is_explained
+):
     """The column is left out of the search. If no mistake explains the others, output faults are
     tried."""
     asked = []

@@ -106,7 +106,7 @@ BEST = {"resolution": 0.0, "sum_error": 0.0, "true_error": 0.0, "start": 1.0}
     (0.5, {"resolution": 1.5}, 1.5, DoesNotCount.FEW_DIGITS),
     (0.5, {"resolution": 0.9}, 0.5, None),
 ])  # fmt: skip
-def test_what_counts_of_a_change(change, more, value, reason):
+def test_a_change_of_energy_counts_only_if_the_energy_is_trusted(change, more, value, reason):
     """The limit is 1; all numbers are in percent."""
     claimed = performance(change, 1.0, **BEST | more)
     assert (claimed.value, claimed.reason) == (value, reason)

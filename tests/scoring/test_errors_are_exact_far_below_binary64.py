@@ -44,7 +44,7 @@ def test_errors_below_binary64_are_seen_in_columns_of_more_digits(reference, siz
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-22, 1e-28])
-def test_of_many_rows_they_are_seen_as_well(reference, size, monkeypatch):
+def test_small_errors_are_seen_in_many_rows_too(reference, size, monkeypatch):
     """Each error is found with the fastest evaluation that is accurate enough for it."""
     monkeypatch.setattr(measures, "FEW", 0)
     m = reference[2]

@@ -72,7 +72,7 @@ def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion(
     assert replace(h, after=left | {energy: 1e-9}).unexplained is None
 
 
-def test_nothing_is_left_at_the_floor():
+def test_a_cause_that_leaves_only_the_resolution_limit_is_complete():
     h = hypothesis(dict.fromkeys(PLACES, 1e-5))
     assert not h.leaves_nothing
     assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).leaves_nothing

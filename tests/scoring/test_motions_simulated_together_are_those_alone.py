@@ -30,12 +30,12 @@ def check(simulator, motions):
     return together
 
 
-def test_of_several_grids_and_more_than_there_are_lanes(simulator, bicycle):
+def test_motions_on_several_grids_and_in_more_than_one_vector(simulator, bicycle):
     times = [TIME, TIME[:11], 0.9 * TIME]
     check(simulator, [AskedMotion(bicycle, start, time) for time in times for start in STARTS])
 
 
-def test_beside_one_that_ends(simulator, bicycle):
+def test_motions_beside_one_that_ends_are_unchanged(simulator, bicycle):
     motions = [AskedMotion(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
     found = check(simulator, motions)
     assert [int(np.isfinite(x["roll_angle"]).sum()) == len(TIME) for x in found] == [

@@ -29,7 +29,7 @@ def test_the_games_are_played_with_the_published_values():
 
 
 @pytest.mark.proof
-def test_none_loses_a_digit(honest_outcomes):
+def test_no_honest_file_loses_a_digit(honest_outcomes):
     assert [(o.number, o.lost) for o in honest_outcomes if o.lost] == []
 
 
@@ -41,7 +41,7 @@ def test_the_likeliest_definition_counts_where_several_are_open(number):
 
 
 @pytest.mark.slow
-def test_none_of_5000_loses_a_digit():
+def test_no_honest_file_of_5000_loses_a_digit():
     found = play.play("honest", range(play.COUNTS["honest"]))
     assert [(o.number, o.lost) for o in found if o.lost] == []
 

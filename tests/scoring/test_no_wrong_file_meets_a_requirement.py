@@ -30,7 +30,7 @@ def is_lost(kinds, count=4):
 
 @pytest.mark.proof
 @pytest.mark.parametrize("turn", ROUNDS)
-def test_none_passes(turn):
+def test_no_wrong_file_passes(turn):
     numbers = range(turn * len(KINDS), (turn + 1) * len(KINDS))
     found = play.play("wrong", numbers, processes=1)
     assert [(o.number, o.lost) for o in found if o.lost] == []
@@ -38,7 +38,7 @@ def test_none_passes(turn):
 
 
 @pytest.mark.slow
-def test_none_of_20000_passes():
+def test_no_wrong_file_of_20000_passes():
     found = play.play("wrong", range(play.COUNTS["wrong"]))
     assert [(o.number, o.lost) for o in found if o.lost] == []
 

@@ -51,7 +51,7 @@ def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
 
 
 @pytest.mark.parametrize("key", ZEROED)
-def test_of_one_energy_alone_it_is_an_error(reference, key):
+def test_a_zero_of_only_one_energy_is_an_error(reference, key):
     report = score(made(reference, lambda k, v, n: v + 20.0 * (k == key)), reference)
     assert not report.is_right
     assert report[1][key].as_understood.offset == 0.0
@@ -182,7 +182,7 @@ def test_a_mistake_is_found_beside_a_definition_that_no_set_stores(reference):
 
 @pytest.mark.parametrize("more", [(), ("forward_speed",), ("roll_angle", "roll_rate")])
 @pytest.mark.parametrize("zero", [-794.1195, 500.0])
-def test_what_the_energy_is_more_than_the_kinetic_one_shows_its_zero(reference, zero, more):
+def test_the_total_minus_the_kinetic_energy_shows_the_zero(reference, zero, more):
     """Without a potential energy, no other column shows that the motion is right."""
     keys = ("kinetic_energy", "mechanical_energy", *more)
     report = score(columns_of(reference, keys, zero), reference, maneuver=2)
