@@ -1,4 +1,5 @@
-"""Shared inputs of the tests: the benchmark, the published set, and a longer run to judge it by."""
+"""Shared inputs of the tests: the benchmark, the published dataset, and a longer run to compare
+with."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-# As `score` and `diagnose` have it: threads of small systems wait for each other at full load.
+# Like `score` and `diagnose`: with small systems on a busy machine, threads wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
@@ -31,24 +32,24 @@ from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 from support.browser import chromium, opened, visited  # noqa: F401, fixtures of many modules
 
-# A project of its own, which a test runs.
+# A separate project, which a test runs
 collect_ignore = ["example_project"]
 
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
-# What changes how pytest, rich and argparse print in the processes that the tests start: a runner
-# that sets CI, for one, has pytest repeat every failure in its summary.
-# They read what is compiled to bytecode once.
+# These variables change how pytest, rich and argparse print in the processes that the tests start.
+# For example, if a runner sets CI, pytest repeats every failure in its summary.
+# PYTHONDONTWRITEBYTECODE would make every process compile the modules again.
 for name in (
     *("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PY_COLORS", "FORCE_COLOR", "NO_COLOR"),
     *("COLUMNS", "LINES", "PYTHONDONTWRITEBYTECODE"),
 ):
     os.environ.pop(name, None)
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # Of what is measured a process that a test starts is as users have it.
+    # A test's processes run without coverage measurement, like those of users.
     os.environ.pop("COVERAGE_PROCESS_START", None)
 
-# The same examples in every run: what a change breaks is that change's. New ones are looked for by
+# Every run has the same examples, so a new failure is due to a change. New examples are drawn with
 # pytest --hypothesis-profile=search.
 hypothesis.settings.register_profile("same", derandomize=True, deadline=None)
 hypothesis.settings.register_profile("search", print_blob=True, deadline=None)
@@ -57,13 +58,13 @@ hypothesis.settings.load_profile("same")
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> Iterator[int]:
-    """One more for the proofs, which wait for browsers, servers and other processes."""
+    """Use one more process for the proofs, which wait for browsers, servers and other processes."""
     processors = yield
     return processors + (config.option.markexpr == "proof")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    # Thousands of tests are collected, and none of them is garbage before the end.
+    # Thousands of tests are collected, and none of them becomes garbage before the end.
     gc.disable()
 
 
@@ -75,7 +76,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def jobs_in_the_process_of_the_test() -> Iterator[None]:
-    """The processes that run tests are as many as processors; a job begins one if a test asks."""
+    """Jobs run in the test's own process by default: there is already one process per processor."""
     with using(workers=1):
         yield
 
@@ -86,9 +87,10 @@ def bicycle() -> Bicycle:
 
 
 class RememberingSimulator(Simulator):
-    """Keeps the first motions asked for: those of the usual mistakes, which all files meet."""
+    """Caches the first motions that are simulated: those of the usual mistakes, which every file
+    needs."""
 
-    most = 500  # of a third of a megabyte each
+    most = 500  # motions of a third of a megabyte each
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,7 +114,7 @@ class RememberingSimulator(Simulator):
 
 @pytest.fixture(scope="session")
 def simulator() -> Simulator:
-    """Of any bicycle; it remembers the motions of the usual mistakes."""
+    """A simulator for any bicycle, which caches the motions of the usual mistakes."""
     return RememberingSimulator()
 
 
@@ -138,12 +140,13 @@ def candidate(folder: Path) -> tuple[Trajectory, ...]:
 
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeOnce:
-    """What many tests need and is long in the making: a folder by its name, and what fills it."""
+    """Return a function that makes a folder once for all tests: its name, and a function that
+    fills it."""
 
     def make(name: str, fill: Callable[[Path], object]) -> Path:
         from filelock import FileLock  # only tests that use this fixture need it
 
-        # The first of the processes that run the tests makes it, the others wait for it.
+        # The first process that runs such a test fills the folder; the others wait for it.
         base = tmp_path_factory.getbasetemp()
         place = (base if worker_id == "master" else base.parent) / name
         made = place.with_name(f"{name}.made")
@@ -162,7 +165,8 @@ def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeO
 def long_run(
     bicycle: Bicycle, maneuvers: tuple[Maneuver, ...], made_once: MadeOnce
 ) -> Callable[[int], Trajectory]:
-    """A maneuver, by its number, at 90 digits; shares no digit with the published files."""
+    """Return a function that runs a maneuver, by number, at 90 digits, independently of the
+    published files."""
 
     @cache
     def run(number: int) -> Trajectory:
@@ -178,13 +182,13 @@ def long_run(
 
 @pytest.fixture(scope="session")
 def small_set(made_once: MadeOnce) -> Path:
-    """A set of one maneuver of eleven rows; not to be changed."""
+    """A dataset of one maneuver with eleven rows. Tests must not change it."""
     return made_once("small-set", lambda place: make_set(place, ("0.1", "0.01"))) / "set"
 
 
 @pytest.fixture(scope="session")
 def small_atlas(made_once: MadeOnce) -> Path:
-    """An atlas of 6 by 6 starts; not to be changed."""
+    """An atlas of 6 by 6 initial conditions. Tests must not change it."""
     grid = ["--speed", "3:8:6", "--roll-rate", "0.3:3.3:6", "--longest", "60"]
     place = made_once("small-atlas", lambda to: main(["atlas", *grid, "-o", str(to / "zarr")]))
     return place / "zarr"

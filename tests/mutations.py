@@ -1,15 +1,15 @@
-"""Draw slips into the code and see whether a test notices: mutation testing.
+"""Mutation testing: make random slips in the code, and see whether a test fails.
 
 python tests/mutations.py trace MAP                  # which tests run which line: some 15 minutes
-python tests/mutations.py trace MAP --mark proof     # those of another tier, added: an hour
+python tests/mutations.py trace MAP --mark proof     # adds the tests of another tier: an hour
 python tests/mutations.py try MAP --count 200 --seed 1 --out TABLE.json
-python tests/mutations.py try MAP --left TABLE.json --out OTHER.json  # what no test there noticed
+python tests/mutations.py try MAP --left TABLE.json --out OTHER.json  # slips that no test noticed
 
 A slip is one change that still compiles: another comparison, sum or product, a number that is one
-more or twice as large, a condition turned over, a statement or a value left out (DeMillo, Lipton
-and Sayward 1978, doi:10.1109/C-M.1978.218136). It is made in a copy of the repository, where the
-tests that run its line run until one fails, the quickest first. What no test notices is either a
-gap in the tests or a slip that changes nothing: somebody has to look.
+larger or twice as large, a negated condition, or a missing statement or value (DeMillo, Lipton and
+Sayward 1978, doi:10.1109/C-M.1978.218136). The slip is made in a copy of the repository. There, the
+tests that run its line are run until one fails, the fastest first. A slip that no test notices
+shows a gap in the tests, or does not change the behaviour: a person has to decide.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "heyoka_bike"
-# What decides and what proves.
+# Modules with the decisions and the proofs
 SUBJECTS = (
     "scoring/verdict.py", "scoring/measures.py", "scoring/judge", "scoring/requirements.py",
     "reference/proof/rows.py", "motion/integrate.py",
 )  # fmt: skip
-# Nobody waits longer for the tests of one slip; what is then open is said to be.
+# [s] time limit for the tests of one slip; beyond it, the outcome is `open`
 SECONDS = 120
 PYTEST = (sys.executable, "-m", "pytest", "-q")
 
@@ -55,7 +55,7 @@ _CALLS = {"min": "max", "max": "min", "any": "all", "all": "any", "floor": "ceil
 
 @dataclass(frozen=True)
 class Slip:
-    """A change of the text of one module, from `start` to `end` [bytes]."""
+    """A change in the text of one module, from byte `start` to byte `end`."""
 
     module: str
     line: int
@@ -67,7 +67,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a slip: `noticed by` the name of a test, `unnoticed`, `not run` or `open`."""
+    """The outcome of a slip: `noticed` by the named test, `unnoticed`, `not run` or `open`."""
 
     slip: Slip
     became: str
@@ -96,7 +96,8 @@ def slips_of(path: Path) -> Iterator[Slip]:
 
 
 def _executed(tree: ast.AST) -> Iterator[ast.expr | ast.stmt]:
-    """Nodes that are run: no annotations, decorators, docstrings, exports or texts of errors."""
+    """Nodes that are executed: no annotations, decorators, docstrings, exports or
+    error messages."""
     for child in ast.iter_child_nodes(tree):
         if isinstance(child, ast.arguments):
             for default in (*child.defaults, *(d for d in child.kw_defaults if d is not None)):
@@ -119,7 +120,7 @@ def _executed(tree: ast.AST) -> Iterator[ast.expr | ast.stmt]:
 
 
 def _others(node: ast.expr | ast.stmt) -> Iterator[str]:
-    """Texts that could stand for a node by mistake."""
+    """Texts that a programmer could write instead of a node by mistake."""
     match node:
         case ast.Compare(ops=[op, *rest]) if type(op) in _COMPARISONS:
             other = ast.Compare(node.left, [_COMPARISONS[type(op)](), *rest], node.comparators)
@@ -173,7 +174,7 @@ def trace(into: Path, mark: str | None) -> None:
 
 
 def add_trace(into: Path, folder: str, times: Path) -> None:
-    """Read what coverage.py left in `folder`, and the seconds of each test."""
+    """Read coverage.py's data from `folder`, and the duration of each test [s]."""
     from coverage import CoverageData
 
     known = json.loads(into.read_text()) if into.exists() else {"lines": {}, "seconds": {}}
@@ -208,7 +209,7 @@ def add_trace(into: Path, folder: str, times: Path) -> None:
 
 
 def drawn(count: int, seed: int) -> list[Slip]:
-    """`count` slips of the subjects, each as likely as any other."""
+    """Draw `count` slips of the subjects, all with the same probability."""
     paths: list[Path] = []
     for subject in SUBJECTS:
         path = ROOT / PACKAGE / subject
@@ -225,7 +226,7 @@ def left(table: Path) -> list[Slip]:
 def tried(slip: Slip, lines: dict[str, dict[str, list[str]]], seconds: dict[str, float]) -> Outcome:
     """Make a slip in a copy, and run the tests of its line there until one fails."""
     of_module = lines.get(slip.module, {})
-    # A constant is run when the module is imported, for all that use any of it.
+    # A constant is evaluated at import, so every test that uses the module may depend on it.
     tests = of_module.get(str(slip.line)) or sorted(set().union(*of_module.values()))
     if not tests:
         return Outcome(slip, "not run")

@@ -247,7 +247,7 @@ def _the_one_error(read, path):
         read(path)
     error = caught.value
     text = str(error)
-    assert text.isprintable(), "one line without control characters"
+    assert text.isprintable(), "the message contains control characters"
     assert len(text) < 600 + len(str(path))
     assert "found" in text or "cannot be read" in text
     assert "expected" in text
@@ -264,7 +264,7 @@ def _written(tmp_path, text):
 
 def _check(read, good, case, tmp_path):
     old, new, said = case
-    assert good.count(old), "the case changes something"
+    assert good.count(old), "the old text is not in the file"
     path = _written(tmp_path, good.replace(old, new, 1))
     error = _the_one_error(read, path)
     separator = "" if said[0].isdigit() else " "
@@ -472,7 +472,7 @@ def test_the_key_is_named_in_other_spellings(old, new, key, tmp_path):
     ],
 )  # fmt: skip
 def test_idealised_inertia_is_a_warning(bicycle, changes, warnings, tmp_path):
-    """Bodies of points, rods and discs make fine bicycles."""
+    """Bodies made of points, rods and discs are valid."""
     text = BICYCLE
     for symbol, value in changes.items():
         line = next(x for x in text.split("\n") if x.startswith(f"{symbol} ="))

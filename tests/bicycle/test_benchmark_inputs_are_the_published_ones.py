@@ -1,10 +1,10 @@
 """The shipped bicycle and maneuvers are those of the publications.
 
-Typed from Table 1 of Meijaard, Papadopoulos, Ruina and Schwab: Linearized dynamics equations for
-the balance and steer of a bicycle: a benchmark and review, Proc. R. Soc. A 463 (2007) 1955-1982,
-doi:10.1098/rspa.2007.1857; the maneuvers from the text of the IFToMM benchmark "Uncontrolled
-bicycle". Axes there: x forward, y to the right, z down; inertias are matrix
-elements, the xz element of the rear frame is +2.4.
+The values are typed from Table 1 of Meijaard, Papadopoulos, Ruina and Schwab: Linearized dynamics
+equations for the balance and steer of a bicycle: a benchmark and review, Proc. R. Soc. A 463 (2007)
+1955-1982, doi:10.1098/rspa.2007.1857. The maneuvers are from the text of the IFToMM benchmark
+"Uncontrolled bicycle". Its axes are x forward, y to the right, z down. Inertias are matrix
+elements; the xz element of the rear frame is +2.4.
 """
 
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Bicycles of the collection by name, and uncertainties in bicycle files."""
+"""Bicycles of the collection are found by name, and bicycle files may contain uncertainties."""
 
 import re
 from fractions import Fraction

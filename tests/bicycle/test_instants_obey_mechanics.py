@@ -31,7 +31,7 @@ def given(table):
 
 
 def test_there_are_a_hundred_states_by_a_fixed_rule(states):
-    import states as rule  # docs/_site
+    import states as rule  # in docs/_site
 
     assert len(states) >= 100
     assert rule.FILE.read_text(encoding="utf-8") == rule.text()
@@ -71,7 +71,7 @@ def test_upright_and_straight_the_floor_carries_the_weight(table):
 
 @pytest.fixture(scope="module")
 def neighbours(bicycle, table, given):
-    """All states shortly after and before, on a line along their motion, and twice the interval."""
+    """Tables of the states moved by +h and by -h along their motion, and the interval 2 h [s]."""
     h = 1e-5
     rates = (
         "roll_rate",
@@ -131,7 +131,7 @@ def test_momenta_change_by_the_forces_of_the_floor(table, neighbours):
     for name, expected in (("momentum", force), ("angular_momentum", torque)):
         for axis, x in zip("xyz", expected, strict=True):
             change = (after[f"{name}_{axis}"] - before[f"{name}_{axis}"]) / moment
-            # Of up to 1e5 N and N m.
+            # Forces and torques are up to 1e5 N and N m.
             np.testing.assert_allclose(change, x, rtol=1e-6, atol=1e-4, err_msg=f"{name} {axis}")
 
 

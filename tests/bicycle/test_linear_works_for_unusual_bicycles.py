@@ -192,7 +192,7 @@ def test_critical_speeds_agree_with_the_eigenvalues(case):
     size = max(abs(linear.g), 1)
     for speed, frequency in linear.weave_speeds:
         upper = [abs(z - mpmath.mpc(0, frequency)) for z in linear.eigenvalues(speed)]
-        # Of 30 digits, 5 for the slope of the eigenvalue over speed.
+        # 25 of the 30 digits remain: 5 are for the slope of the eigenvalue over speed.
         assert min(upper) < 1e-25 * size
     for speed in linear.capsize_speeds:
         assert min(abs(z) for z in linear.eigenvalues(speed)) < 1e-25 * size

@@ -112,7 +112,7 @@ def test_every_bicycle_has_maneuvers_in_and_beyond_its_stable_range(name):
     if not ranges:
         return
     low, high = ranges[-1]
-    # Written to 1 cm/s.
+    # The file has the speed to 1 cm/s.
     half = mpmath.mpf("0.005000001")
     middle, beyond = (low * 5 / 4, 2 * low) if high is None else ((low + high) / 2, high * 5 / 4)
     for maneuver, speed in ((first, middle), (second, low), (third, beyond)):

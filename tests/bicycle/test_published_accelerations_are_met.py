@@ -134,7 +134,7 @@ THEIRS = {
     "beta_r": ("rear_wheel", -1),
     "beta_f": ("front_wheel", -1),
 }
-"""Our names of the published quantities, and their signs."""
+"""Names of the published quantities in the package, and their signs."""
 
 
 @FORMS

@@ -225,7 +225,7 @@ def test_a_pitch_that_drifts_lifts_the_front_wheel(both: Both, name: str, old: s
 
 
 EQUIVALENT = "p['mB'] + p['mR']"
-"""The unit of mass: masses in other units are the same masses."""
+"""A change of the unit of mass only: the motion does not depend on it."""
 
 
 @pytest.mark.proof

@@ -1,8 +1,8 @@
-// The bicycle by Newton and Euler: four rigid bodies, three bearings, two wheels that roll on the floor.
+// The bicycle by the Newton-Euler equations: four rigid bodies, three bearings, two wheels that roll on the floor.
 //
-// Right-handed axes of the rear frame, here called e: e3 down the steer axis, e2 along the rear axle to the
-// right, e1 = e2 x e3; origin in the rear hub. All vectors are written in them, so that accelerations are
-// da/dt + omega x a. Bodies: R rear wheel, B rear frame with rider, H fork and handlebar, F front wheel.
+// The right-handed axes of the rear frame are called e: e3 is down the steer axis, e2 along the rear axle to the right,
+// and e1 = e2 x e3. The origin is the rear hub. All vectors are in these axes, so accelerations are da/dt + omega x a.
+// Bodies: R rear wheel, B rear frame with rider, H fork and handlebar, F front wheel.
 #pragma once
 #include <map>
 #include "derivatives.hpp"
@@ -22,7 +22,7 @@ template <class T>
 Vector<T> constant(const Vector<Interval>& a) { return {T(a.x), T(a.y), T(a.z)}; }
 template <class S>
 Vector<S> value(const Vector<Dual<S>>& a) { return {a.x.at, a.y.at, a.z.at}; }
-// The rate of change of a vector whose components are in axes that turn with omega.
+// The rate of change of a vector whose components are in axes that rotate with omega.
 template <class S>
 Vector<S> rate(const Vector<Dual<S>>& a, const Vector<Dual<S>>& omega) {
     return Vector<S>{a.x.rate(), a.y.rate(), a.z.rate()} + cross(value(omega), value(a));
@@ -40,15 +40,15 @@ struct Inertia {
 struct Bicycle {
     Interval tilt, g, rR, rF, mR, mB, mH, mF;
     Inertia R, B, H, F;
-    Vector<Interval> b, s, h;  // B's centre from the rear hub, a point on the steer axis, H's centre from it
-    Interval offset;           // front hub from the same point, across the axis
+    Vector<Interval> b, s, h;  // from the rear hub: B's centre, a point on the steer axis; H's centre from it
+    Interval offset;           // front hub from the same point, perpendicular to the axis
 
     explicit Bicycle(const std::map<std::string, Interval>& p)
         : tilt(p.at("lam")), g(p.at("g")), rR(p.at("rR")), rF(p.at("rF")), mR(p.at("mR")), mB(p.at("mB")),
           mH(p.at("mH")), mF(p.at("mF")), R{p.at("IRxx"), p.at("IRyy"), p.at("IRxx"), 0},
           F{p.at("IFxx"), p.at("IFyy"), p.at("IFxx"), 0} {
-        // In the upright position x is forward and z down, the origin below the rear hub. The steer axis
-        // meets the floor at w + c and is tilted backward by lam: e1 and e3 are x and z turned by lam.
+        // In the upright position x is forward, z is down, and the origin is below the rear hub. The steer axis meets
+        // the floor at w + c and is tilted backward by lam: e1 and e3 are x and z rotated by lam.
         const Interval cl = cos(tilt), sl = sin(tilt);
         auto turned = [&](const Interval& x, const Interval& z) {
             return Vector<Interval>{x * cl - z * sl, 0, x * sl + z * cl};
@@ -67,18 +67,18 @@ struct Bicycle {
     }
 };
 
-// Places and velocities of everything, from roll, pitch, steer, w1, w3, spin (and yaw, which drives nothing).
+// Positions and velocities of all parts, from roll, pitch, steer, w1, w3, spin (and yaw, which affects nothing).
 template <class T>
 struct Motion {
     T sin_roll, cos_roll, sin_beta, cos_beta, sin_steer, cos_steer;
-    Vector<T> down, heading;                    // the vertical; where the rear wheel's plane meets the floor
-    Vector<T> f1, f2, f3;                       // the front's own axes
+    Vector<T> down, heading;                    // the vertical; the line where the rear wheel's plane meets the floor
+    Vector<T> f1, f2, f3;                       // axes of the front frame
     Vector<T> rim_R, rim_F;                     // from the hubs to the lowest points of the wheels
     Vector<T> fork, front_hub;                  // H's centre and the front hub
-    T spin, roll_rate, yaw_rate, pitch_rate, steer_rate, spin_F;  // spin_F: the front wheel's about its axle
-    Vector<T> omega, omega_F;                   // of rear frame and front frame
-    Vector<T> v_R, v_B, v_H, v_F;               // of the centres of mass
-    Vector<T> L_R, L_B, L_H, L_F;               // moments of momentum about them
+    T spin, roll_rate, yaw_rate, pitch_rate, steer_rate, spin_F;  // spin_F is the front wheel's rate about its axle
+    Vector<T> omega, omega_F;                   // angular velocities of rear frame and front frame
+    Vector<T> v_R, v_B, v_H, v_F;               // velocities of the centres of mass
+    Vector<T> L_R, L_B, L_H, L_F;               // angular momenta about the centres of mass
 
     Motion(const Bicycle& k, const std::vector<T>& x) : spin(x[5]) {
         const T &w1 = x[3], &w3 = x[4];
@@ -98,12 +98,12 @@ struct Motion {
 
         // The rear wheel turns with (w1, -spin, w3) about its lowest point.
         v_R = cross(rim_R, {w1, -spin, w3});
-        // The front hub is held up by its wheel: its velocity has no part along the spoke that points to
-        // the contact. The steer rate does not enter, so this gives the rear frame's rate q about its axle.
+        // The wheel keeps the front hub at its height: the hub's velocity has no component along the spoke to the
+        // contact point. The steer rate has no effect on it, so this gives the rear frame's rate q about its axle.
         const Vector<T> arm = cross(front_hub, rim_F);
         const T q = -(dot(v_R, rim_F) + w1 * arm.x + w3 * arm.z) * inverse(arm.y);
         omega = {w1, q, w3};
-        // The front wheel does not slip aside at its lowest point.
+        // The front wheel does not slip sideways at its lowest point.
         const T aside = dot(v_R + cross(omega, front_hub + rim_F), f2);
         steer_rate = -aside * inverse(T(k.offset) + dot(rim_F, f1));
         omega_F = {w1, q, w3 + steer_rate};
@@ -111,7 +111,7 @@ struct Motion {
         const Vector<T> v_S = v_R + cross(omega, constant<T>(k.s));
         v_H = v_S + cross(omega_F, fork - constant<T>(k.s));
         v_F = v_S + cross(omega_F, front_hub - constant<T>(k.s));
-        // Nor does it slip forward.
+        // The front wheel does not slip forward either.
         spin_F = -(dot(v_F, cross(f2, rim_F)) * T(inverse(k.rF * k.rF)));
 
         // omega = yaw' down + roll' heading + pitch' e2.
@@ -128,11 +128,12 @@ struct Motion {
     }
 };
 
-// Forces and moments that the motion asks for and does not get; all zero for what Newton and Euler allow.
+// Forces and moments that the motion requires beyond the acting ones; they are all zero if Newton's and Euler's
+// equations are satisfied.
 //
-// Of the 24 equations of four bodies those are taken into which no bearing's reaction enters: forces on the
-// whole and moments about the rear hub, moments of the front about the steer axis, of each wheel about
-// its axle. They are nine; the unknowns left in them are the two contact forces.
+// Of the 24 equations of the four bodies, only those without a bearing reaction are used: forces on the whole, and
+// moments about the rear hub, of the front about the steer axis, and of each wheel about its axle. These are nine
+// equations; their remaining unknowns are the two contact forces.
 template <class S>
 std::vector<S> missing(const Bicycle& k, const Motion<Dual<S>>& m) {
     const auto down = value(m.down);
@@ -147,8 +148,8 @@ std::vector<S> missing(const Bicycle& k, const Motion<Dual<S>>& m) {
                         + cross(at_H, force_H) + cross(at_F, force_F);
     const auto front = turning_F + cross(at_H - at_S, force_H) + cross(at_F - at_S, force_F);
 
-    // About the rear contact: moment_C = base x contact_F, with base from contact to contact. So the front
-    // contact force is (moment_C x base) / base^2 + part base; the front wheel's own spin gives the part.
+    // About the rear contact: moment_C = base x contact_F, where base leads from contact to contact. So the front
+    // contact force is (moment_C x base) / base^2 + part base; the spin of the front wheel determines `part`.
     const auto rim_R = value(m.rim_R), rim_F = value(m.rim_F), axle_F = value(m.f2);
     const auto moment_C = moment - cross(rim_R, whole);
     const auto base = at_F + rim_F - rim_R;

@@ -1,4 +1,4 @@
-// What a set says of itself: the problem, and how far each run is from the exact motion.
+// The claims of a dataset: the problem, and the distance of each run from the exact motion.
 #pragma once
 #include <array>
 #include "files.hpp"
@@ -16,19 +16,20 @@ const std::string REST = " roll 0 steer 0 steer_rate 0 duration 10 spacing 0.01"
 const std::vector<std::string> MANEUVERS = {"speed 4 roll_rate 0.05" + REST, "speed 4.6 roll_rate 0.5" + REST,
                                             "speed 8 roll_rate 0.05" + REST};
 
-// What candidate.h5 says of itself and of a run.
+// Names of the attributes of candidate.h5, and of the attributes and datasets of a run in it.
 const std::string ABOUT = "id title summary Conventions keywords source references history product_version "
                           "creator_name creator_type license comment bicycle parameters";
 const std::string ABOUT_RUN = "name speed roll_rate roll steer steer_rate duration spacing states form grid "
                               "taylor_order precision precision_bits breaks coefficients";
 
-// Whether two numbers are shown to be equal: fractions of so few digits are, or are farther apart.
+// True if two numbers are proved to be equal. Fractions of at most 39 characters are equal if they differ by less than
+// 2^-280.
 inline bool same(const std::string& a, const std::string& b, long times = 1) {
     const bool is_short = a.size() < 40 && b.size() < 40 && (a + b).find_first_of("+p") == a.npos;
     return a == b || (is_short && (exact_number(a) - exact_number(b) * times).size() < 0x1p-280);
 }
 
-// Numbers by name: all of those that are expected, and no other; unless they may be any, of the same value.
+// Numbers by name: exactly the expected names. The values must be those of the benchmark unless `any` is set.
 inline std::map<std::string, Interval> numbers(const Json& given, const std::string& expected, bool any) {
     std::map<std::string, Interval> r;
     std::istringstream each(expected);
@@ -45,15 +46,15 @@ struct Claim {
     std::string name, pieces;
     Json input;
     std::map<std::string, Interval> at_start;
-    Radii interval, end;  // by state variable, rounded down
-    std::size_t ambiguous;  // how many numbers of all columns are not decided
+    Radii interval, end;  // bounds by state variable, rounded down
+    std::size_t ambiguous;  // count of undecided numbers in all columns
 
     Claim(const Json& given, const Json& entry, const std::string& expected, bool any)
         : name(at(given, "name")), pieces(at(entry, "steps")), input(given), at_start(numbers(given, expected, any)) {
         ambiguous = std::size_t(std::atol(at(entry, "ambiguous").c_str()));
         expect(at(entry, "maneuver") == name, "found " + at(entry, "maneuver") + ", expected " + name);
         expect(below(entry, "state_bounds").size() == 2 * SIZE, name + ": expected bounds of 7 state variables");
-        // A bound of all variables is one of each.
+        // A common bound also applies to each variable.
         auto lowest = [&](const std::string& one, const std::string& all) {
             return std::min(Interval::decimal(at(entry, one)).below(), Interval::decimal(at(entry, all)).below());
         };
@@ -64,7 +65,7 @@ struct Claim {
     }
 };
 
-// Whether a run is about the claim's maneuver and covers its time.
+// Check that a run belongs to the claim's maneuver and covers its time.
 inline void check_whole(const Candidate& run, hid_t group, const Claim& claim) {
     expect_only(group, ABOUT_RUN);
     for (const auto& [key, text] : claim.input)

@@ -1,8 +1,8 @@
-// Derivatives by the chain rule, as a number type over another one.
+// Derivatives by the chain rule, as a number type over another number type.
 #pragma once
 #include "model.hpp"
 
-// A quantity and its derivatives: its rate along a motion, or partial ones. None at all is a constant.
+// A quantity with its derivatives: the rate along a motion, or partial derivatives. Without any it is a constant.
 template <class S>
 struct Dual {
     S at;
@@ -13,7 +13,7 @@ struct Dual {
     Dual(S x, std::vector<S> d) : at(std::move(x)), slope(std::move(d)) {}
 
     S rate() const { return slope.empty() ? S() : slope[0]; }
-    // f(this), when f and its derivative there are known.
+    // f(this), if the values of f and its derivative at this number are known.
     Dual chain(S f, const S& derivative) const {
         Dual r(std::move(f), slope);
         for (S& d : r.slope) d = derivative * d;

@@ -1,26 +1,27 @@
-// The error of a candidate, bounded over all of its time.
+// The error of a candidate, bounded at all times.
 //
-// Let p be the candidate and x the exact motion, F(x, x') = 0 the equations, linear in x', F(p, p') = r.
-// Then e = x - p satisfies E(p + e) e' = -F_x(p + theta e, p') e - r, with E the matrix of x' in F. While e
-// stays within a tube around p, both matrices are enclosed as functions of time, so that e is among the
-// solutions of linear equations (flow.hpp). As the claim that is met is half the tube, e never leaves it.
+// Let p be the candidate, x the exact motion, and F(x, x') = 0 the equations, which are linear in x'. Let F(p, p') = r.
+// Then e = x - p satisfies E(p + e) e' = -F_x(p + theta e, p') e - r, where E is the matrix of x' in F. While e stays
+// within a tube around p, both matrices are enclosed as functions of time, so e is a solution of one of the enclosed
+// linear equations (flow.hpp). The proved bound is below the claim, and the claim is half the radius of the tube, so e
+// never leaves the tube.
 #pragma once
 #include <iostream>
 #include "bicycle.hpp"
 #include "claims.hpp"
 #include "flow.hpp"
 
-constexpr int SPANS = 3;  // of a piece
-constexpr long STEER_PARTS = 32;  // of the initial steer angle
-// Of the defect r, and of how errors are carried: the equations along p and their derivatives.
+constexpr int SPANS = 3;  // number of parts of a segment
+constexpr long STEER_PARTS = 32;  // number of parts of the initial steer angle
+// Precision [bits] and number of coefficients: first for the defect r, then for the matrices of the error equation.
 constexpr int BITS = 320, MATRIX_BITS = 96;
 constexpr std::size_t ORDER = 64, MATRIX_ORDER = 18, FLOW_ORDER = 44;
 
 using Rows7 = std::vector<std::vector<Interval>>;  // coefficients by state variable
 
-// The pitch that puts the front wheel's lowest point on the floor: the root that is zero at zero steer, followed
-// in the steer angle. Where Newton's iteration in intervals maps `around` into itself for a range of steer
-// angles, each of them has one root in it, which depends on them continuously.
+// The pitch that puts the front wheel's lowest point on the floor. It is the root that is zero at zero steer, followed
+// along the steer angle. If Newton's interval iteration maps `around` into itself for a range of steer angles, then
+// each of these angles has exactly one root in it, and the root is a continuous function of the angle.
 inline Interval pitch_at_start(const Bicycle& k, const Interval& roll, const Interval& steer) {
     auto newton = [&](const Interval& part, const Interval& near, const Interval& around) {
         auto gap = [&](const Interval& pitch) {
@@ -43,7 +44,7 @@ inline Interval pitch_at_start(const Bicycle& k, const Interval& roll, const Int
     return pitch;
 }
 
-// The exact state at the start.
+// The exact initial state.
 inline std::vector<Interval> start(const Bicycle& k, const Claim& claim) {
     const auto& given = claim.at_start;
     const Interval &roll = given.at("roll"), &steer = given.at("steer"), &p = given.at("roll_rate");
@@ -58,7 +59,7 @@ inline std::vector<Interval> start(const Bicycle& k, const Claim& claim) {
     return {roll, pitch, steer, (p * b - s * d) / determinant, (c * d - a * p) / determinant, spin, 0};
 }
 
-// F(x, x'): by how much the rates of the angles differ and, at 3, 4 and 5, Newton and Euler.
+// F(x, x'): differences of the rates of the angles, and the Newton-Euler equations at 3, 4 and 5.
 template <class S>
 std::vector<S> equations(const Bicycle& k, const std::vector<S>& x, const std::vector<S>& slope) {
     std::vector<Dual<S>> moving;
@@ -69,9 +70,11 @@ std::vector<S> equations(const Bicycle& k, const std::vector<S>& x, const std::v
             f[0], f[1], f[2], slope[6] - m.yaw_rate.at};
 }
 
-// h A and h B of e' = A e + B r, from the partial derivatives of F by x (0 to 6) and by x' (7 to 13).
+// The matrices h A and h B of e' = A e + B r, from the partial derivatives of F with respect to x (0 to 6) and x' (7 to
+// 13).
 inline void solve(const std::vector<Dual<Model>>& F, const Interval& h, Models& A, Models& B) {
-    // Gauss without pivoting for the rows (E, -h F_x, -h): the equations are in the order of the rates.
+    // Gaussian elimination of the rows (E, -h F_x, -h), without pivoting because the equations are in the order of the
+    // rates.
     Models rows(SIZE, std::vector<Model>(3 * SIZE));
     for (std::size_t i = 0; i < SIZE; ++i) {
         for (std::size_t j = 0; j < SIZE; ++j)
@@ -92,7 +95,7 @@ inline void solve(const std::vector<Dual<Model>>& F, const Interval& h, Models& 
     }
 }
 
-// The error over one span: p in its own time, 0 to 1, which lasts h seconds.
+// The error over one span. p is a function of the span's own time, 0 to 1; the span lasts h seconds.
 inline Radii over_span(const Bicycle& k, const Rows7& p, const Interval& h, const Radii& tube, Frame& frame) {
     std::vector<Model> x, slope, b(SIZE);
     for (const auto& row : p) {
@@ -116,7 +119,7 @@ inline Radii over_span(const Bicycle& k, const Rows7& p, const Interval& h, cons
     }
     Models A, B;
     solve(equations(k, wide, rate), h, A, B);
-    // The defect of a truncated series is nearly all in its last powers: they stay.
+    // The defect of a truncated series is nearly all in its last powers, so none of them is cut off.
     const Working long_series(MATRIX_BITS, ORDER);
     for (std::size_t i = 0; i < SIZE; ++i)
         for (std::size_t j = 0; j < SIZE; ++j) b[i] += B[i][j] * r[j].shortened();
@@ -129,8 +132,8 @@ inline void meet(const Radii& found, const Radii& claimed, const std::string& wh
                STATES[i] + where + ": the error may be " + shown(found[i]) + ", claimed " + shown(claimed[i]));
 }
 
-// Bounds of the error over the pieces that begin before `until`, none above its claim; `apart` is at first the
-// exact start.
+// Bounds of the error over the segments that begin before `until`. Each must be below its claim. `apart` is the exact
+// initial state on entry.
 inline Radii prove(const Bicycle& k, const Candidate& run, const Claim& claim, Column apart, double until) {
     Radii tube, worst(SIZE, 0.0);
     for (double bound : claim.interval) tube.push_back(2 * bound + 0x1p-200);
@@ -148,13 +151,13 @@ inline Radii prove(const Bicycle& k, const Candidate& run, const Claim& claim, C
             const Radii most = over_span(k, p, h, tube, frame);
             meet(most, claim.interval, "");
             for (std::size_t i = 0; i < SIZE; ++i) worst[i] = std::max(worst[i], most[i]);
-            // p(s + 1), the next span or the end.
+            // Shift p to p(s + 1), the next span or the end of the segment.
             for (auto& row : p)
                 for (std::size_t i = 0; i + 1 < row.size(); ++i)
                     for (std::size_t j = row.size() - 1; j-- > i;) row[j] += row[j + 1];
         }
         if (piece + 1 == run.pieces) break;
-        // The candidate jumps to its next piece, the motion does not.
+        // The candidate jumps between two segments, but the motion does not.
         Rows7 next = run.piece(piece + 1);
         for (std::size_t i = 0; i < SIZE; ++i) apart[i] = p[i][0] - next[i][0];
         const Working low(MATRIX_BITS, MATRIX_ORDER);

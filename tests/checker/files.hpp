@@ -1,4 +1,4 @@
-// What is read: certificate.json, candidate.h5 and texts of rows.
+// The input files: certificate.json, candidate.h5 and texts of rows.
 #pragma once
 #include <fstream>
 #include <hdf5.h>
@@ -8,12 +8,12 @@
 #include <sys/stat.h>
 #include "interval.hpp"
 
-// A file is not there or not of its kind; the message is one line.
+// Raised if a file is missing or has the wrong form; the message is one line.
 inline void readable(bool good, const std::string& message) {
     if (!good) throw std::runtime_error(message);
 }
 
-// Only regular files are opened: reading a pipe would wait for a writer, a device may never end.
+// Only regular files are opened: reading a pipe would wait for a writer, and a device may never end.
 inline const std::string& regular(const std::string& path) {
     struct stat found;
     readable(stat(path.c_str(), &found) == 0, path + " cannot be read");
@@ -36,8 +36,8 @@ inline Interval exact_number(const std::string& text) {
     return Interval::decimal(text.substr(0, slash)) / Interval::decimal(text.substr(slash + 1));
 }
 
-// The words and numbers of a JSON text by their place: "/maneuvers/0/bound". What has two readings is refused:
-// a key that is there twice or has a slash, and escapes, which no set needs.
+// The words and numbers of a JSON text by their path, such as "/maneuvers/0/bound". Ambiguous text is refused:
+// duplicate keys, keys with a slash, and escapes, which no dataset needs.
 using Json = std::map<std::string, std::string>;
 inline void read_json(const char*& p, const std::string& place, Json& into) {
     readable(place.size() < 500, "not JSON of this kind");
@@ -73,7 +73,7 @@ inline Json json(const std::string& text) {
     readable(p + std::strspn(p, " \t\r\n") == text.c_str() + text.size(), "not JSON of one value");
     return r;
 }
-// What is below a place.
+// The part of the document below a path.
 inline Json below(const Json& all, const std::string& place) {
     Json r;
     for (const auto& [key, text] : all)
@@ -101,7 +101,7 @@ inline hid_t member(hid_t group, const std::string& name) {
     expect(link.type == H5L_TYPE_HARD, name + " is a link, expected numbers stored in the file");
     return good(H5Oopen(group, name.c_str(), H5P_DEFAULT), name);
 }
-// No attribute, data set or group is there but those that are known.
+// Check that a group has no unknown attribute, dataset or group.
 inline void expect_only(hid_t group, const std::string& known) {
     std::vector<std::string> found;
     const auto note = [](hid_t, const char* name, const auto*, void* to) -> herr_t {
@@ -114,7 +114,8 @@ inline void expect_only(hid_t group, const std::string& known) {
         expect(is_known && name.find(' ') == name.npos, "found " + name + ", and nothing proves it");
     }
 }
-// What is stored has exactly the type and the number of axes that are expected: HDF5 would convert it silently.
+// Check that the stored data have exactly the expected type and number of axes, because HDF5 would convert them
+// silently.
 inline void expect_stored(hid_t found, hid_t type, hid_t space, int axes, const std::string& name) {
     const bool same = H5Tequal(found, type) > 0 && H5Sget_simple_extent_ndims(space) == axes;
     expect(same, name + " is of another type or shape");
@@ -146,7 +147,7 @@ std::vector<V> array(hid_t of, const std::string& name, hid_t type, std::vector<
     return r;
 }
 
-// A run of candidate.h5: on the piece from breaks[i] to breaks[i + 1] a state is sum_k c[k] s^k, 0 <= s <= 1.
+// A run of candidate.h5. On the segment from breaks[i] to breaks[i + 1] a state is sum_k c[k] s^k with 0 <= s <= 1.
 struct Candidate {
     std::vector<double> breaks;
     std::size_t pieces = 0, states = 0;
@@ -172,7 +173,7 @@ struct Candidate {
         mpz_clears(n, wrap, nullptr);
         return r;
     }
-    // The exact motion at t, which is not after the end, when it is not farther than `radii`.
+    // An enclosure of the exact motion at t, if it is within `radii` of the candidate; t is not after the end.
     std::vector<Interval> around(const Interval& t, const std::vector<double>& radii) const {
         std::size_t i = 0;
         while (i + 1 < pieces && breaks[i + 1] <= t.below()) ++i;

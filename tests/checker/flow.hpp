@@ -1,4 +1,4 @@
-// How an error is carried along: linear differential equations with proved solutions, and Lohner's frame.
+// Propagation of an error: linear differential equations with proved solutions, and Lohner's frame.
 #pragma once
 #include <algorithm>
 #include <numeric>
@@ -8,13 +8,13 @@ using Radii = std::vector<double>;
 using Column = std::vector<Interval>;
 using Models = std::vector<std::vector<Model>>;
 
-// Solutions of w' = A w + b on 0 <= u <= 1: columns for each unit start without b, a last one for the start
-// zero with b. w[i][j] are polynomials, off[i][j] how far the exact ones may be from them.
+// Solutions of w' = A w + b on 0 <= u <= 1. There is a column for each unit initial value with b = 0, and a last one
+// for zero initial values with b. w[i][j] are polynomials, and off[i][j] bounds their distance from the exact solution.
 struct Flow {
     Models w;
     std::vector<Radii> off;
 
-    // The last column has the working order, the others `order`.
+    // The last column has the working order, the others have `order`.
     Flow(const Models& A, const std::vector<Model>& b, std::size_t order)
         : w(b.size(), std::vector<Model>(b.size() + 1)), off(b.size(), Radii(b.size() + 1)) {
         const std::size_t n = b.size();
@@ -31,7 +31,7 @@ struct Flow {
                             sum.add_product(A[i][l].c[m], w[l][j].c[k - m]);
                     w[i][j].c.push_back((sum / long(k + 1)).middle());
                 }
-            // Gronwall: the defect w' - A w - b, in the norm, by how much A lets it grow.
+            // Gronwall's bound: the norm of the defect w' - A w - b times the largest growth by A.
             double defect = 0;
             for (std::size_t i = 0; i < n; ++i) {
                 Model d = w[i][j].slope();
@@ -44,10 +44,10 @@ struct Flow {
     }
 
 private:
-    // exp of the logarithmic norm of A, or 1, in the maximum norm with weights near Perron's.
+    // exp of the logarithmic norm of A, but at least 1, in the maximum norm with weights near Perron's vector.
     static double most_growth(const Models& A, Radii& weights) {
         const std::size_t n = A.size();
-        double norm = 0, shift = 0;  // the shift keeps the diagonal from being negative
+        double norm = 0, shift = 0;  // the shift makes the diagonal nonnegative
         for (std::size_t i = 0; i < n; ++i) shift = std::max(shift, A[i][i].size());
         for (int round = 0; round < 20; ++round) {
             Radii next(n, 0.0);
@@ -66,7 +66,7 @@ private:
     }
 };
 
-// The error lies in centre + sum_j axes[j] box_j, abs(box) <= radii.
+// The set of possible errors is centre + sum_j axes[j] box_j with abs(box) <= radii.
 class Frame {
 public:
     explicit Frame(const Column& start) : axes(start.size(), Column(start.size())) {
@@ -83,7 +83,7 @@ public:
         }
         return r;
     }
-    // To the end of a span; returns the bound on the way.
+    // Carry the set to the end of a span; return a bound that is valid during the span.
     Radii carry(const Flow& flow) {
         const std::size_t n = radii.size();
         const Radii start = bound();
@@ -126,8 +126,8 @@ private:
         for (std::size_t i = 0; i < a.size(); ++i) sum.add_product(a[i], b[i]);
         return sum;
     }
-    // The set middle + sum_j moved[j] box_j + [-added, added], in axes nearly orthonormal, the longest first.
-    // With Q the new axes and Q^T Q = 1 + R, Q^-1 v = (1 + R)^-1 Q^T v.
+    // Enclose the set middle + sum_j moved[j] box_j + [-added, added] in nearly orthonormal axes, the longest first.
+    // With the new axes Q and Q^T Q = 1 + R, Q^-1 v = (1 + R)^-1 Q^T v.
     void put(const Column& middle, const std::vector<Column>& moved, Radii added) {
         const std::size_t n = radii.size();
         Radii length(n, 0.0), across(n, 0.0);

@@ -1,4 +1,4 @@
-// Real intervals in MPFI: every operation encloses all values that its operands may stand for.
+// Real intervals in MPFI: every operation encloses all results for all values of its operands.
 #pragma once
 #include <cfenv>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-// What is claimed is not proved; the message is one line.
+// Raised if a claim is not proved; the message is one line.
 struct Refusal : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -25,7 +25,7 @@ inline std::string shown(double x) {
     return text << x, text.str();
 }
 
-// Sizes of what is computed from here to the end of the scope.
+// Precision and order of the computations until the end of the scope.
 struct Working {
     static inline int bits = 320;          // of an interval's ends
     static inline std::size_t order = 64;  // coefficients of a Taylor model
@@ -76,7 +76,7 @@ public:
     Interval scaled_by_power_of_two(long k) const { Interval r; mpfi_mul_2si(r.x, x, k); return r; }
 
     Interval not_above_1() const { Interval r = between(-1, 1); mpfi_intersect(r.x, r.x, x); return r; }
-    // What both ends are written as by MPFR's printf, or nothing.
+    // The text to which MPFR's printf rounds both ends, or nothing if they differ.
     std::string written(const char* format) const {
         char low[500], high[500];
         mpfr_snprintf(low, sizeof low, format, &x->left), mpfr_snprintf(high, sizeof high, format, &x->right);
@@ -90,7 +90,7 @@ public:
         mpfi_mid(&r.x->left, x);
         return mpfr_set(&r.x->right, &r.x->left, MPFR_RNDN), r;
     }
-    // Upper bounds of the absolute value and of the distance from the middle to either end.
+    // Upper bounds: of the absolute value, and of the distance from the middle to either end.
     double size() const {
         const double r = std::max(above(), -below());
         expect(std::isfinite(r), "a bound is not finite");

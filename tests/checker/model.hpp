@@ -1,17 +1,17 @@
-// Taylor models: functions on 0 <= u <= 1, known but for a radius. No complex analysis, no derivative of
-// a remainder: what is left out is bounded where it is left out, and inverses and sines afterwards.
+// Taylor models: functions on 0 <= u <= 1 that are known up to a radius. They need no complex analysis and no
+// derivative of a remainder: omitted terms are bounded where they are omitted, and inverses and sines afterwards.
 #pragma once
 #include "interval.hpp"
 
-// All functions g with abs(g(u) - sum_k c_k u^k) <= rest for some c_k in their intervals. Radii are
-// doubles, rounded upward (main sets the processor so). No coefficients and no rest: exactly zero.
+// All functions g with abs(g(u) - sum_k c_k u^k) <= rest for some c_k in their intervals. Radii are doubles, rounded
+// upward (main sets the processor's rounding direction). Without coefficients and rest the function is exactly zero.
 struct Model {
     std::vector<Interval> c;
     double rest = 0;
 
     Model() = default;
     Model(const Interval& constant) { if (constant.size() > 0) c.push_back(constant); }
-    // A polynomial, cut to the working order.
+    // A polynomial, truncated to the working order.
     explicit Model(std::vector<Interval> coefficients) : c(std::move(coefficients)) {
         for (std::size_t k = Working::order; k < c.size(); ++k) rest += c[k].size();
         if (c.size() > Working::order) c.resize(Working::order);
@@ -30,13 +30,13 @@ struct Model {
         for (std::size_t k = 1; k < c.size(); ++k) sum += c[k].size();
         return sum;
     }
-    // Derivative of the polynomial; nothing is known of that of a rest.
+    // The derivative of the polynomial; nothing is known about the derivative of the rest.
     Model slope() const {
         Model r;
         for (std::size_t k = 1; k < c.size(); ++k) r.c.push_back(c[k] * long(k));
         return r;
     }
-    // In the working precision and order; copies round outward.
+    // A copy in the working precision and order, rounded outward.
     Model shortened() const { Model r(c); r.rest += rest; return r; }
     Interval at_end() const {
         Interval sum = Interval::around_zero(rest);
@@ -64,7 +64,7 @@ inline Model operator*(const Model& a, const Model& b) {
     const std::size_t m = a.c.size(), n = b.c.size();
     if (a.is_zero() || b.is_zero()) return r;
     if (m && n) r.c.resize(std::min(m + n - 1, Working::order));
-    // Sizes of b's coefficients from j on: what meets a_i beyond the working order.
+    // Sums of the sizes of b's coefficients from j on: products with these are beyond the working order.
     std::vector<double> from(n + 1, 0.0);
     for (std::size_t j = n; j-- > 0;) from[j] = from[j + 1] + b.c[j].size();
     double size_a = 0;
@@ -78,7 +78,7 @@ inline Model operator*(const Model& a, const Model& b) {
     return r;
 }
 
-// g^alpha, alpha = -1 or -1/2: a polynomial y from the recursion for powers, then g y (g y^2) = 1 - e shows
+// g^alpha for alpha = -1 or -1/2: y is a polynomial from the recursion for powers. Then g y (or g y^2) = 1 - e shows
 // that g has no zero, and abs(g^alpha - y) <= abs(y) (1 / (1 - abs(e)) - 1) <= 2 abs(y) abs(e).
 inline Model power(const Model& g, bool root) {
     const char* refusal = root ? "a root may be of nothing positive" : "a divisor may vanish";
@@ -101,8 +101,8 @@ inline Model power(const Model& g, bool root) {
 inline Model inverse(const Model& g) { return power(g, false); }
 inline Model inverse_root(const Model& g) { return power(g, true); }
 
-// Sine and cosine of x = P + rest: polynomials s, c that nearly satisfy s' = c P', c' = -s P'. The vector
-// (s, c) turns with the angle P but for these defects, so they and the start bound its error.
+// Sine and cosine of x = P + rest: polynomials s and c that nearly satisfy s' = c P' and c' = -s P'. Without these
+// defects the vector (s, c) would rotate with the angle P, so the defects and the initial values bound its error.
 inline void sine_and_cosine(const Model& x, Model& s, Model& c) {
     const Interval angle = x.c.empty() ? Interval(0) : x.c[0];
     const Interval s0 = sin(angle), c0 = cos(angle);

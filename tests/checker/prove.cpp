@@ -1,5 +1,5 @@
-// check FOLDER [--any-inputs] [--until SECONDS], in any order: checks the claims of a dataset.
-// Exit 0 accepted, 3 refused, 1 unreadable.
+// check FOLDER [--any-inputs] [--until SECONDS], with options in any order: check the claims of a dataset.
+// Exit codes: 0 accepted, 3 refused, 1 unreadable.
 #include <sys/resource.h>
 #include "rows.hpp"
 
@@ -50,7 +50,7 @@ static void check(const std::string& folder, bool any, double until) {
               << (until < 1e300 ? ", pieces and rows that begin before that time only" : "") << std::endl;
 }
 
-// Ends the program at once: when HDF5 closes its open objects at exit, a refused file may crash it.
+// Ends the program at once. At a normal exit HDF5 closes its open objects, which may crash with a damaged file.
 static int ended(const std::string& message, int code) {
     std::cout.flush(), std::cerr << message << std::flush;
     std::_Exit(code);
@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
     std::fesetround(FE_UPWARD);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     const Working high(BITS, ORDER);
-    // Packed data may unpack to a thousand times its length; beyond this limit a lack of memory is reported.
+    // Compressed data may unpack to a thousand times its size. Beyond this limit the program reports a lack of memory.
     const rlimit most = {rlim_t(1) << 31, rlim_t(1) << 31};
     setrlimit(RLIMIT_AS, &most);
     const char* folder = nullptr;

@@ -1,5 +1,5 @@
-// The rows of two texts and an HDF5 file: the benchmark's eight columns of the exact motion, correctly
-// rounded; where a set says that this is not decided, near it.
+// The rows of two texts and an HDF5 file: the benchmark's eight columns of the exact motion, correctly rounded. If a
+// dataset marks a value as undecided, the value must only be near the exact one.
 #pragma once
 #include <algorithm>
 #include <set>
@@ -24,11 +24,11 @@ inline std::vector<Interval> columns(const Bicycle& k, const std::vector<Interva
     return {x[0], m.roll_rate, x[5] * k.rR, potential, kinetic, potential + kinetic, x[2], m.steer_rate};
 }
 
-// Whether d is the binary64 nearest to all of x.
+// True if d is the binary64 nearest to every number in x.
 inline bool rounds_to(const Interval& x, double d) { return x.nearest(-1) == d && x.nearest(1) == d; }
 
-// How a set writes a number, or nothing if that is not decided: a time without rounding, the nearest
-// binary64 with 17 digits, 50 digits with an exponent.
+// The text of a number in a dataset, or nothing if it is undecided. A time is written without rounding, other numbers
+// as the nearest binary64 with 17 digits, or with 50 digits and an exponent.
 enum class Form { time, binary64, digits50 };
 inline std::string text_of(const Interval& x, Form form) {
     if (x.size() == 0) return "0";
@@ -40,8 +40,8 @@ inline std::string text_of(const Interval& x, Form form) {
     return !r.empty() && r[exponent] == '0' ? r.erase(exponent, 1) : r;
 }
 
-// A number of fewer digits than 50, or a zero with an exponent (0e-62), is not decided: it is at most a unit of
-// its last digit off. That unit, or nothing if the number is decided.
+// The largest error of an undecided number: a unit of its last digit; or nothing if the number is decided. A number
+// with fewer than 50 digits, or a zero with an exponent (0e-62), is undecided.
 inline std::string unit_of(const std::string& word, Form form) {
     const std::size_t e = word.find('e'), digits = std::count_if(word.begin(), word.begin() + std::min(e, word.size()), ::isdigit);
     const bool is_zero = word[0] == '0' && e == 1, is_short = word[0] != '0' && form == Form::digits50 && digits < 50;
@@ -62,7 +62,7 @@ struct Text {
             for (std::string word; std::getline(each, word, ' ');) words.back().push_back(word);
         }
     }
-    // Whether the number is said not to be decided.
+    // Check a number; return true if it is marked as undecided.
     bool check(std::size_t row, std::size_t column, const Interval& x) const {
         const std::string &word = words[row][column], right = text_of(x, column ? form : Form::time);
         const std::string unit = column ? unit_of(word, form) : "";
@@ -76,12 +76,12 @@ struct Text {
     }
 };
 
-// A group of uncontrolled-bicycle.h5: for each column the nearest binary64 (hi), the binary64 nearest to the
-// remainder (lo), and a bound; for the times hi and lo.
+// A group of uncontrolled-bicycle.h5. For each column it has the nearest binary64 (hi), the binary64 nearest to the
+// remainder (lo), and a bound; for the times it has hi and lo.
 struct Table {
     std::vector<double> time, time_lo;
     std::vector<std::vector<double>> hi, lo, bound;
-    std::vector<std::set<long>> undecided;  // rows of each column in which hi and lo are only near
+    std::vector<std::set<long>> undecided;  // undecided rows of each column
 
     Table(hid_t group, const Claim& claim) {
         const Interval steps = claim.at_start.at("duration") / claim.at_start.at("spacing");
@@ -104,7 +104,7 @@ struct Table {
     }
     void check_time(std::size_t row, const Interval& t) const {
         const Interval left = t - Interval::exactly(time[row]), rest = left - Interval::exactly(time_lo[row]);
-        // 1/100 is not a binary number: at whole seconds the remainder is an interval around zero.
+        // 1/100 is not a binary number, so at whole seconds the computed remainder is an interval around zero.
         expect(rounds_to(t, time[row]) && (rounds_to(left, time_lo[row]) || rest.size() <= 0x1p-280),
                "uncontrolled-bicycle.h5, time, row " + std::to_string(row) + ": is not that of the row");
     }
@@ -119,7 +119,7 @@ struct Table {
     }
 };
 
-// The rows of maneuver `number` of `count` that are before `until`; returns how many values they have.
+// Check the rows of maneuver `number` of `count` that are before `until`; return the number of checked values.
 inline std::size_t check_rows(const std::vector<Text>& texts, const Table& table, const Bicycle& k, const Candidate& run,
                               const Claim& claim, const Column& at_start, std::size_t number, std::size_t count,
                               double until) {
@@ -132,7 +132,7 @@ inline std::size_t check_rows(const std::vector<Text>& texts, const Table& table
     for (std::size_t row = 0; row < rows && (spacing * long(row)).below() < until; ++row) {
         const Interval t = spacing * long(row);
         std::vector<Interval> found = columns(k, row ? run.around(t, claim.interval) : at_start);
-        if (row == 0) {  // Without rounding: some are zero.
+        if (row == 0) {  // The first row is exact: some values are zero.
             found[0] = given.at("roll"), found[1] = given.at("roll_rate"), found[2] = given.at("speed");
             found[6] = given.at("steer"), found[7] = given.at("steer_rate");
         }

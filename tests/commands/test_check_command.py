@@ -1,4 +1,4 @@
-"""A model is checked before it moves: the first level that is wrong is named, in every format."""
+"""A model is checked in single states: the first wrong level is named in every format."""
 
 import csv
 import json
@@ -18,12 +18,12 @@ from heyoka_bike.scoring.instants.check import quantities_of_states
 from heyoka_bike.showing.formats import check as shown
 
 SCHEMA = Path(shown.__file__).with_name("check-1.schema.json")
-SOME = 60  # a state that leans, is steered and turns
+SOME = 60  # the number of a state that leans, is steered and moves
 
 
 @pytest.fixture(scope="module")
 def exact(bicycle):
-    """Name and values of every column, of a few of the known states."""
+    """Name and values of every column, for four of the known states."""
     states = known_states()
     chosen = [states[n - 1] for n in (1, 6, SOME, 90)]
     rows = list(csv.reader(as_csv(bicycle, chosen).decode().splitlines()))
@@ -55,14 +55,14 @@ def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, cap
     assert main(["check", "--states", str(path), "--bicycle", "pista"]) == 0
     assert capsys.readouterr().out == f"{path}\n"
     assert main(["check", str(path), "--bicycle", "pista"]) == 0
-    # It is another bicycle than the benchmark's.
+    # The file contains another bicycle than the benchmark's.
     assert main(["check", str(path)]) == 3
 
 
 @pytest.mark.proof
 @pytest.mark.parametrize("level", LEVELS, ids=lambda x: x.name)
 def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
-    # Wrong here and in all that comes after it.
+    # Columns of this level and of all later levels are wrong.
     wrong = {c.name for x in LEVELS[LEVELS.index(level) :] for c in x.columns[:2]}
     table = {n: x + (n.split(" ")[0] in wrong) for n, x in exact.items()}
     assert main(["check", written(tmp_path / "a.csv", table), "--format", "json"]) == 3
@@ -107,7 +107,8 @@ def test_columns_without_names_are_refused():
 
 
 def test_one_wrong_value_is_not_explained():
-    # Any parameter that acts on it would do; many rows of a constant are one value.
+    # Any parameter that affects the mass would explain it. Several rows of a constant are one
+    # value.
     for n in (1, 3):
         found = hb.check({"state": np.arange(1, n + 1), "mass [kg]": [90.0] * n})
         assert found.failed.level.name == "positions"
@@ -164,7 +165,7 @@ def as_hdf5(path, table):
 
 def as_matlab(path, table):
     savemat = pytest.importorskip("scipy.io").savemat
-    # MATLAB's names have no blanks and no brackets.
+    # MATLAB's names have no spaces and no brackets.
     names = (name.rstrip("]").replace(" [", "_").replace(" ", "_") for name in table)
     savemat(path, dict(zip(names, table.values(), strict=True)))
 

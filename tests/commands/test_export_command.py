@@ -1,4 +1,4 @@
-"""``heyoka-bike export`` from the outside: names of files, what they say, refusals, a full disk."""
+"""``heyoka-bike export`` as a user runs it: file names, contents, refusals, and a full disk."""
 
 import shutil
 import subprocess
@@ -32,7 +32,7 @@ def test_files_go_into_the_folder_and_are_named(name, tmp_path, monkeypatch, cap
     assert (code, err) == (0, "")
     assert out.splitlines() == [STEM + suffix for suffix in FILES[name]]
     assert sorted(p.name for p in tmp_path.iterdir()) == out.split()
-    # A folder that is new, and one with a dot.
+    # A new folder, and a folder whose name contains a dot
     for folder in ("new/inner", "v1.0/"):
         assert run("--format", name, "-o", folder, capsys=capsys)[0] == 0
         for suffix in FILES[name]:
@@ -50,7 +50,7 @@ def test_every_file_says_what_it_is(name, tmp_path, reference, capsys):
             with h5py.File(path) as f:
                 text = f.attrs["comment"]
         else:
-            # From its beginning, before any number.
+            # The description is at the beginning of the file, before any number.
             text = path.read_text("ascii")[:2500].partition('"schema_version"')[0]
         words = " ".join(text.replace('",\n  "', " ").replace("\n", " ").split())
         words = " ".join(w for w in words.split() if w not in ("//", "!", "%", "#"))
@@ -129,7 +129,7 @@ def test_what_engines_refuse_is_said(tmp_path, capsys):
 
 
 def test_julia_is_well_formed(tmp_path, capsys):
-    """By a parser alone: there is no Julia among the packages of Debian or PyPI."""
+    """Only a parser checks the source: neither Debian nor PyPI has a package of Julia."""
     julia = pytest.importorskip("tree_sitter_julia", reason="tree-sitter-julia is not installed")
     sitter = pytest.importorskip("tree_sitter", reason="tree-sitter is not installed")
     assert run("--equations", "julia", "-o", tmp_path, capsys=capsys)[0] == 0
@@ -268,7 +268,8 @@ def test_a_damaged_set_is_refused(folder, tmp_path, capsys):
 
 
 def test_a_folder_without_the_right_to_write(tmp_path, capsys, monkeypatch):
-    """As for any user but root, for whom nothing is read-only."""
+    """The test replaces the error of the system, because the superuser may write to read-only
+    folders."""
     usual = Path.open
 
     def refuse(path, *args, **kwargs):
@@ -293,7 +294,7 @@ def test_files_that_belong_together_are_replaced_together(tmp_path, capsys):
 
 
 def limited(shell, name, output):
-    """Export in a process of its own, after a line of shell."""
+    """Export in a separate process, after a line of shell code."""
     command = [sys.executable, "-m", "heyoka_bike", "export", "--format", name, "-o", str(output)]
     return subprocess.run(
         ["bash", "-c", f'{shell}; exec "$@"', "bash", *command],
@@ -301,7 +302,7 @@ def limited(shell, name, output):
     )  # fmt: skip
 
 
-# Two files that belong together, and one that a library writes.
+# One format with two files that belong together, and one that a library writes.
 @pytest.mark.parametrize("name", ["c", "netcdf"])
 def test_a_file_that_may_not_grow_leaves_the_old_ones(name, tmp_path):
     selection = [tmp_path / f"selection{suffix}" for suffix in FILES[name]]

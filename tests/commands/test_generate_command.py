@@ -1,4 +1,4 @@
-"""`heyoka-bike generate` writes a whole set, repairs a broken one, and refuses what it must."""
+"""`heyoka-bike generate` writes a whole dataset, repairs a damaged one, and refuses bad input."""
 
 import contextlib
 import json
@@ -39,7 +39,7 @@ def write(folder: Path, text: str = SHORT) -> str:
 
 @pytest.fixture(scope="module")
 def short_set(tmp_path_factory):
-    """A small custom set: 3 rows of one maneuver."""
+    """A small custom dataset: 3 rows of one maneuver."""
     where = tmp_path_factory.mktemp("short")
     out = where / "out"
     arguments = ["--maneuvers", write(where), "--out", str(out), "--workers", "1"]
@@ -53,7 +53,7 @@ def test_writes_a_set_that_loads(short_set, reference):
     assert loaded.dataset_version == "custom"
     assert len(loaded) == 1
     assert loaded[1].time.tolist() == [0.0, 0.01, 0.02, 0.03]
-    # The same motion as the published first maneuver.
+    # The motion equals that of the published maneuver 1.
     for name in ("roll_angle", "steer_rate"):
         assert loaded[1].rows.hi[name].tolist() == reference[1].rows.hi[name][:4].tolist()
         assert loaded[1].rows.lo[name].tolist() == reference[1].rows.lo[name][:4].tolist()
@@ -92,8 +92,8 @@ def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(copy), "--workers", "1"]
     assert main([*arguments, "--force", "--digits", "90"]) == 0
     assert load_reference(copy).dataset_version == "custom"
-    # More digits leave the published numbers as they are: content_sha256 speaks of the exact
-    # values, not of the run that found them.
+    # With more digits the published numbers do not change: content_sha256 is a hash of the exact
+    # values, not of the run that computed them.
     assert read_manifest(copy).content_sha256 == read_manifest(short_set).content_sha256
 
 
@@ -161,7 +161,8 @@ def test_a_singular_motion_is_reported_with_its_time_and_kept_up_to_it(tmp_path,
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory):
-    """A set of two maneuvers: one straight, one from a posture, on a grid of its own."""
+    """A dataset of two maneuvers: one starts upright, the other with roll and steer; each has
+    its own rows."""
     where = tmp_path_factory.mktemp("two")
     second = SHORT.split("[[")[1].replace('"a"', '"b"').replace('"0.03"', '"0.04"')
     second += 'roll = "0.1"\nsteer = "-0.2"\nsteer_rate = "0.3"\n'
@@ -193,7 +194,8 @@ def test_straight_running_is_steady_and_exact(two):
 
 @pytest.mark.proof
 def test_any_initial_posture_works(two):
-    """Roll, steer and steer rate given; the pitch is solved for, row 0 holds the inputs."""
+    """Roll, steer and steer rate are given, and the pitch is solved for. Row 0 contains the
+    given values."""
     rows = load_reference(two)[2].rows
     assert rows["roll_angle"][0] == 0.1
     assert rows["steer_angle"][0] == -0.2
@@ -215,7 +217,8 @@ def test_an_unreachable_posture_is_refused(tmp_path, capsys):
 
 @pytest.mark.proof
 def test_a_singular_mass_matrix_is_refused(tmp_path, capsys):
-    """A massless vertical fork, the mass of the wheel on the steer axis: nothing resists steer."""
+    """The fork is massless and vertical, and the wheel's mass is on the steer axis: nothing
+    resists steer."""
     from heyoka_bike.system.resources import benchmark_bicycle
 
     lines = benchmark_bicycle().read_text().replace('"pi/10"', '"0"').splitlines()
@@ -274,12 +277,12 @@ def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
 
 
 def hear_interrupts() -> None:
-    """A shell has what it runs in the background ignore them, and what that starts, too."""
+    """Restore the default action: a shell makes its background processes ignore interrupts."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def children(pid: int) -> list[int]:
-    # Of all threads: an executor's begin its processes.
+    # All threads count, because an executor's threads start its processes.
     with contextlib.suppress(FileNotFoundError, ProcessLookupError):
         tasks = Path(f"/proc/{pid}/task").glob("*/children")
         return [int(p) for path in tasks for p in path.read_text().split()]
@@ -293,7 +296,7 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-# A writer that is killed, many times, while it replaces one set by another and back.
+# A writer that is killed many times while it replaces one dataset with another and back.
 WRITER = """
 import sys
 from heyoka_bike.reference.manifest import render, write_set
@@ -310,7 +313,8 @@ while True:
 
 
 def whole(folder: Path) -> bool:
-    """Whether the set in the folder is accepted; if so it must be one set, not a mixture."""
+    """True if the dataset in the folder is accepted; then it must be one dataset and
+    not a mixture."""
     try:
         manifest = read_manifest(folder)
         contents = {read_file(folder, name, manifest) for name in manifest.files}
@@ -337,9 +341,9 @@ def test_a_killed_writer_leaves_a_whole_set_or_a_named_problem(tmp_path):
         os.kill(writer.pid, signal.SIGKILL)
         writer.communicate()
         outcomes.add(whole(tmp_path) if (tmp_path / "manifest.json").exists() else False)
-    # Interruptions were really met ...
+    # Some of the kills did interrupt the writer ...
     assert False in outcomes
-    # ... and one more run repairs whatever is left.
+    # ... and one more run repairs the folder.
     files = {f"f{i}": ("1" * 300_000).encode() for i in range(6)}
     made = render(dataset_version="1", content_sha256="", inputs={}, made_by={}, files=files)
     write_set(tmp_path, files, made)

@@ -1,4 +1,5 @@
-"""Commands are listed in groups, with examples that work; a call without words says three."""
+"""The help lists commands in groups, with working examples; without arguments it shows three
+commands."""
 
 import re
 import shlex

@@ -1,4 +1,5 @@
-"""``heyoka-bike import``: files of others are read to the 26 parameters, or refused in one line."""
+"""``heyoka-bike import`` converts files of other programs to the 26 parameters, or refuses in
+one line."""
 
 import random
 import re
@@ -20,7 +21,7 @@ from heyoka_bike.reference.exports.models import MODELS, render
 from heyoka_bike.system.resources import collection, find_input
 from support.model_files import about
 
-# Half a unit of the fifteenth digit, to which files are read.
+# Half a unit of the fifteenth digit: files are read with 15 digits.
 ROUNDOFF = 5e-15
 READ = tuple(MODELS)
 
@@ -38,7 +39,7 @@ def written(bicycle, folder, kind):
 
 
 def changed(folder, bicycle, old, new):
-    """A URDF in which one text stands in the place of another."""
+    """A URDF file in which one text is replaced with another."""
     text = render("urdf", bicycle, ()).decode()
     assert old in text
     path = folder / "model.urdf"
@@ -50,13 +51,13 @@ def changed(folder, bicycle, old, new):
 def test_what_is_exported_comes_back(kind, tmp_path):
     for name in collection("bicycles"):
         if name == "two-mass-skate":
-            continue  # see below
+            continue  # the next test covers it
         bicycle = read_bicycle(find_input("bicycles", name))
         found = import_bicycle(written(bicycle, tmp_path, kind)).bicycle
         for symbol in PARAMETERS:
             if (kind == "urdf" and symbol == "g") or not bicycle[symbol].is_rational:
                 continue
-            # Every published value has fewer digits than are read.
+            # Every published value has fewer than 15 digits.
             assert found[symbol] == bicycle[symbol], f"{name} {symbol}"
 
 
@@ -78,13 +79,14 @@ def test_the_benchmark_comes_back_as_printed(kind, bicycle, tmp_path, capsys):
     assert made.read_text() == out
     found = read_bicycle(made)
     for symbol in PARAMETERS:
-        if symbol != "lam":  # a file of decimals has no pi
+        if symbol != "lam":  # a decimal file cannot contain pi exactly
             assert found[symbol] == bicycle[symbol], symbol
     assert float(found["lam"]) == pytest.approx(float(bicycle["lam"]), rel=ROUNDOFF)
 
 
 def test_another_model_in_other_axes_is_the_same_bicycle(bicycle, tmp_path):
-    """Turned by a quarter, lifted, its frame in two links, an inertia in principal axes."""
+    """The model is rotated by a quarter turn and lifted; its frame has two links, one with
+    principal axes."""
     text = render("urdf", bicycle, ()).decode()
     text = text.replace('<robot name="bicycle">', '<robot name="my own"><link name="world"/>')
     text = text.replace(
@@ -134,7 +136,7 @@ def test_quaternions_angles_and_principal_axes_of_mjcf(bicycle, tmp_path):
 
 @pytest.mark.parametrize("kind", READ)
 def test_three_angles_turn_in_the_order_of_the_format(kind, bicycle, tmp_path):
-    """The rear frame's inertia along axes that are turned by three angles."""
+    """The rear frame's inertia is given in axes that are rotated by three angles."""
     angles = (0.3, -0.2, 0.5)
     x, y, z = map(about, np.eye(3), angles)
     axes = x @ y @ z if kind == "mjcf" else z @ y @ x
@@ -167,7 +169,7 @@ def test_three_angles_turn_in_the_order_of_the_format(kind, bicycle, tmp_path):
 
 @pytest.mark.parametrize("kind", READ)
 def test_damaged_files_are_refused_or_read(kind, bicycle, tmp_path):
-    """Words of the file are taken away, doubled, or put in the place of others."""
+    """Words of the file are deleted, doubled, or replaced with other words."""
     text, draw = render(kind, bicycle, ()).decode().partition("-->")[2], random.Random(5)
     words = re.split(r"(?<=[ >\"])|(?=[ <\"])", text)
     path = tmp_path / "damaged"

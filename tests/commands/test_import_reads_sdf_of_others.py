@@ -20,7 +20,8 @@ def bicycle():
 
 @pytest.fixture
 def changed(bicycle, tmp_path):
-    """Imports the exported file after replacing texts in it; a change is an old and a new text."""
+    """Return a function that replaces texts in the exported file and imports it; a change is
+    (old, new)."""
 
     def read(*changes):
         text = render("sdf", bicycle, (), has_visuals=False).decode().partition("-->")[2].strip()

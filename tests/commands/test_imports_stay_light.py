@@ -1,4 +1,4 @@
-"""What works without heyoka, and what starts fast."""
+"""Features that work without heyoka, and commands that start fast."""
 
 import subprocess
 import sys
@@ -87,9 +87,9 @@ print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY | {"numpy", "
 
 
 def test_a_score_imports_what_it_uses():
-    """Each of these takes a tenth of the time of importing NumPy and h5py, or more.
+    """Each of these modules takes at least a tenth of the time of importing NumPy and h5py.
 
-    ``bicycle.parameters`` is not among them: it reads the limit of eq. (1) of a published set.
+    ``bicycle.parameters`` is not in the list: it reads the limit of eq. (1) of a published dataset.
     """
     code = f"""
 import sys

@@ -1,4 +1,4 @@
-"""The command ``linear`` prints what the linearisation says, with all digits asked for."""
+"""The command ``linear`` prints the results of the linearisation with the requested digits."""
 
 import argparse
 import json
@@ -38,7 +38,7 @@ BAD_SPEEDS = [
 
 @pytest.fixture
 def run(capsys):
-    """Run the command; returns what it printed."""
+    """Return a function that runs the command and returns its output."""
 
     def run(*arguments):
         parser = argparse.ArgumentParser()
@@ -52,7 +52,8 @@ def run(capsys):
 
 @pytest.fixture
 def bicycle_file(tmp_path):
-    """Write the benchmark's file with some values changed; returns its path."""
+    """Return a function that writes the benchmark's file with some values changed, and returns
+    its path."""
 
     def write(**changes):
         text = benchmark_bicycle().read_text("utf-8")
@@ -69,7 +70,7 @@ def bicycle_file(tmp_path):
 
 
 def _significant(text):
-    """Number of significant digits written."""
+    """Number of significant digits in a text."""
     return len(text.partition("e")[0].lstrip("-0.").replace(".", ""))
 
 
@@ -77,8 +78,9 @@ def _significant(text):
 def test_every_number_has_all_digits(run, digits):
     out = run("--digits", str(digits), "--speeds", "0,3,5")
     numbers = NUMBER.findall(out)
-    # g, 13 matrix entries that are not zero, 4 + 6 + 6 parts of eigenvalues that are not zero,
-    # weave, its frequency, capsize, double root, its eigenvalue, and both ends of the range.
+    # g, 13 nonzero matrix entries, and 4 + 6 + 6 nonzero parts of eigenvalues. Then the weave
+    # speed, its frequency, the capsize speed, the double root, its eigenvalue, and both ends of the
+    # range.
     assert len(numbers) == 1 + 13 + 16 + 7
     assert {_significant(x) for x in numbers} == {digits}
 

@@ -1,9 +1,9 @@
-"""Each command is carried out in a process in which every warning of Python is an error.
+"""Each command runs in a process in which every warning of Python is an error.
 
-A test that calls `main` sees the warnings of what it does; a process also sees those of imports,
-of files that are left open, and of how an interpreter ends. As on Windows, nothing is UTF-8 unless
-somebody says so: a text that is opened without an encoding is a warning, too, and what is printed
-has to go through code page 1252.
+A test that calls `main` only sees warnings of this call. A process also shows those of imports, of
+files that remain open, and of the interpreter's end. The default encoding is not UTF-8, as on
+Windows: opening a text without an encoding is also a warning, and the output has to be in code page
+1252.
 """
 
 import os
@@ -32,7 +32,7 @@ spacing = "0.01"
 """
 GRID = ["--speed", "4:5:2", "--roll-rate", "0.3:0.5:2", "--longest", "20"]
 
-# The program, which opens no text without an encoding; what libraries open is theirs.
+# The package must not open a text without an encoding; other libraries may.
 PROGRAM = """\
 import sys, warnings
 warnings.filterwarnings("ignore", category=EncodingWarning)
@@ -41,7 +41,7 @@ from heyoka_bike.cli import main
 sys.exit(main())
 """
 
-# Words of a command, and its exit code; NAME.x is made in a folder of its own.
+# Words of each command, and its exit code. NAME.x is written to a separate folder.
 COMMANDS = {
     "generate": (["--maneuvers", "short.toml", "--out", "made"], 0),
     "certify": (["set"], 0),
@@ -63,8 +63,8 @@ COMMANDS = {
 
 
 def process(words, folder, **how):
-    """A process of the program that runs in a folder."""
-    # What matplotlib looks for in a home is none of ours.
+    """Start the program in a folder."""
+    # matplotlib's configuration in the user's home must not influence the test.
     windows = {"PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252", "PYTHONWARNDEFAULTENCODING": "1"}
     environment = os.environ | windows | {"MPLCONFIGDIR": str(folder / "matplotlib")}
     command = [sys.executable, "-W", "error", "-c", PROGRAM, *words]
@@ -83,7 +83,7 @@ def carried_out(words, folder):
 
 @pytest.fixture
 def folder(tmp_path, small_set):
-    """What the commands take."""
+    """A folder with the input files of the commands."""
     (tmp_path / "set").symlink_to(small_set)
     copied(tmp_path / "submissions")
     (tmp_path / "short.toml").write_text(SHORT)
@@ -91,7 +91,7 @@ def folder(tmp_path, small_set):
 
 
 def before(name, folder):
-    """What another command has to write before."""
+    """Run the command whose output this command reads."""
     if name == "import":
         words = ["export", "--model", "urdf", "-o", "bicycle.urdf"]
     elif name == "check":
@@ -111,7 +111,7 @@ def test_a_command_warns_of_nothing(name, folder):
 
 
 def test_a_server_warns_of_nothing(tmp_path):
-    """From its start to its end by a signal."""
+    """The server is tested from its start until a signal ends it."""
     pytest.importorskip("uvicorn")
     run = process(["serve", "--port", "0"], tmp_path)
     address = next(word for line in run.stdout for word in line.split() if word.startswith("http"))

@@ -1,4 +1,4 @@
-"""``heyoka-bike score`` from the outside: formats, exit codes, requirements, refusals."""
+"""``heyoka-bike score`` as a user runs it: formats, exit codes, requirements and refusals."""
 
 import csv
 import io
@@ -36,7 +36,7 @@ def test_the_table_is_the_default(capsys):
     assert "tait_bryan_xyz" in out
     assert "next: why it differs: heyoka-bike diagnose" in out
     assert max(map(len, out.splitlines())) <= 100
-    # Ten lines and a table; the errors of each maneuver when they are asked for.
+    # The output is a summary of ten lines and a table; --details adds the errors of each maneuver.
     assert len(out.splitlines()) <= 25
     assert "mescd" not in out
     code, out, _ = run(FINE, "--details", capsys=capsys)
@@ -82,7 +82,7 @@ def test_the_suffix_of_an_output_tells_its_format(capsys, tmp_path):
     assert code == 0
     for name, start in names.items():
         assert (tmp_path / name).read_text().startswith(start), name
-    # The verdict is on the screen all the same; what is written has its details.
+    # The verdict is also printed on the screen; the written file adds details.
     verdict = out.partition("warnings")[0].partition("next:")[0].rstrip()
     assert len(verdict.splitlines()) > 10
     assert (tmp_path / "a.txt").read_text().startswith(verdict)
@@ -137,7 +137,7 @@ def test_several_files_are_programs_side_by_side(capsys, tmp_path):
     assert "runs of one program" not in out
     document = json.loads(outputs[0].read_text())
     assert document["is_one_program"] is False
-    # In the order given, each with its own definitions, found without the other.
+    # The runs are in the given order, and the definitions of each are found independently.
     assert [r["name"] for r in document["runs"]] == ["Exudyn", "SciPy"]
     for path, entry in ((COARSE, document["runs"][0]), (scipy, document["runs"][1])):
         _, alone, _ = run(path, "--format", "json", capsys=capsys)
@@ -243,7 +243,7 @@ def test_standard_input_is_read(tmp_path):
 def test_bad_usage_is_one_line(capsys, arguments, code, says):
     try:
         found, out, err = run(*arguments, capsys=capsys)
-    except SystemExit as refused:  # by the parser
+    except SystemExit as refused:  # raised by the parser
         found, (out, err) = refused.code, capsys.readouterr()
     assert found == code, err
     assert err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""`score --diagnose`: the same findings in every format, and a figure of what explains the file."""
+"""`score --diagnose` gives the same findings in every format, and a figure of the explanation."""
 
 import json
 import re
@@ -62,7 +62,7 @@ def test_in_python_it_is_the_score_with_a_diagnosis(late):
 def test_the_page_shows_what_is_left(late):
     page = (late / "r.html").read_text()
     (section,) = re.findall(r'<section id="explanation">.*?</section>', page, re.S)
-    # In each maneuver one chart with two lines.
+    # Each maneuver has one chart with two lines.
     assert section.count("<figcaption><b>Maneuver") == 3
     assert len(re.findall(r'<path class="before"', section)) >= 3
     assert len(re.findall(r'<path class="after"', section)) >= 3
@@ -96,7 +96,7 @@ def zeros(t):
 @pytest.mark.parametrize(
     ("rows", "values", "said"),
     [
-        # All that is tried is tried in vain.
+        # No cause explains noise, so the complete search runs.
         pytest.param(1001, noise, "their error says nothing", marks=pytest.mark.slow),
         pytest.param(101, zeros, "nothing but zeros", marks=pytest.mark.proof),
     ],

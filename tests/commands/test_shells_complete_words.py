@@ -1,4 +1,4 @@
-"""A shell completes commands, options, formats and files, as it is told by the program."""
+"""Shells complete commands, options, formats and files with words from the program."""
 
 import os
 import shutil

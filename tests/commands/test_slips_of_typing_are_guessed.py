@@ -1,4 +1,4 @@
-"""A word that is not known is named with the one that was probably meant; the exit code is 1."""
+"""An unknown word is reported with the word that was probably meant; the exit code is 1."""
 
 import pytest
 

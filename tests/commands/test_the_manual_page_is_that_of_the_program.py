@@ -1,4 +1,4 @@
-"""The manual page and the list of environment variables say what the program has."""
+"""The manual page and the list of environment variables agree with the program."""
 
 import re
 import shutil
@@ -43,7 +43,7 @@ def test_mandoc_reads_it():
 def test_every_variable_that_is_read_is_told(capsys):
     text = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
     read = {name for name in READ.findall(text) if name.isupper()}
-    # By the name of a constant.
+    # VARIABLE is the name of a constant.
     assert read - {"VARIABLE"} == set(ENVIRONMENT)
     with pytest.raises(SystemExit):
         main(["--help"])

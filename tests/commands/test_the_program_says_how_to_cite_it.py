@@ -1,4 +1,4 @@
-"""`heyoka-bike --cite` says what CITATION.cff says, as text and for BibTeX."""
+"""`heyoka-bike --cite` prints the content of CITATION.cff, as text and for BibTeX."""
 
 import re
 from pathlib import Path

@@ -1,9 +1,9 @@
-"""What is answered for the files of the corpus, against the right answers, as a table.
+"""Compare the diagnosis of the corpus's files with the right answers, and print a table.
 
-``python -m corpus.answers [--every N]`` diagnoses every Nth file and prints how many were named,
-helped, passed over in silence or answered falsely; then one line for each file that was not named.
-With ``--answers FOLDER`` it reads the answers that ``heyoka-bike diagnose --format json`` gave
-before, one file for each result file, instead of diagnosing.
+``python -m corpus.answers [--every N]`` diagnoses every Nth file and prints how many mistakes were
+named, helped, missed or answered falsely. Then it prints one line for each file whose mistake was
+not named. With ``--answers FOLDER`` it does not diagnose but reads earlier outputs of ``heyoka-bike
+diagnose --format json``, one file for each result file.
 """
 
 import argparse
@@ -27,9 +27,9 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 NAMES_A_CAUSE = ("mistake", "parameters")
 NAMES_NOTHING = ("direction", "no_mistake_found")
 SAYS_LITTLE = (*NAMES_NOTHING, "smooth_error", "definitions", "stopped_early")
-"""Codes of findings that help nobody to find a mistake."""
+"""Codes of findings that do not help to find a mistake."""
 ACCUSES = (*NAMES_A_CAUSE, "direction", "term_unexplained")
-"""Codes of findings that say that the program, its input or its output is wrong."""
+"""Codes of findings that blame the program, its input or its output."""
 
 _REAR, _FORK, _BOTH = "rear frame", "fork", "rear frame and of the fork"
 _TILTED = "inertia of the {} is taken in axes along the steer axis"
@@ -144,12 +144,12 @@ ANSWERS = {
     "linearised, wheel spin inertia missing": "linearised",
     "linearised, another mistake in the equations": "linearised",
 }  # fmt: skip
-"""Pattern of a right answer, by the mistake that was made."""
+"""Pattern of a right answer, by the mistake."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """An entry of the index, the outcome for its file, and the message that decides.
+    """An entry of the index, the outcome for its file, and the message that decided.
 
     The outcome is ``fair`` or ``unfair`` for an honest file; else ``right``, ``wrong`` if another
     cause is named, ``helpful`` if anything is described, or ``silent``.
@@ -174,7 +174,7 @@ def judged(entry, report):
     named = [f for f in report.diagnosis if f.code in NAMES_A_CAUSE]
     others = [f for f in (*report.diagnosis, *report.findings) if f.code not in NAMES_NOTHING]
     told = [f.message for f in named[:1] or others]
-    # More mistakes than were made are no right answer: one may cancel another.
+    # An answer with more mistakes than were made is wrong: one mistake may cancel another.
     made = 2 if ", " in answer or "several" in answer else 1
     is_surplus = any(len(f.evidence.get("mistakes", ())) > made for f in named[:1])
     if not is_surplus and any(
@@ -188,7 +188,7 @@ def judged(entry, report):
 
 
 def report_of(file, path, reference):
-    """Diagnose a file, with its maneuver if the scorer asks for that."""
+    """Diagnose a file; pass its maneuver if the scorer needs it."""
     try:
         return diagnose([read(str(path), None, reference)], reference)
     except NothingScoredError as e:
@@ -199,7 +199,7 @@ def report_of(file, path, reference):
 
 
 def judge(names, folder, reference):
-    """Diagnose the files of some names, or all of them, and judge each answer."""
+    """Diagnose the files with these names, or all files, and judge each answer."""
     index, runs = read_index(), Runs()
     found = []
     for file in files(runs.index):
@@ -212,7 +212,7 @@ def judge(names, folder, reference):
 
 
 def read_index():
-    """Return the entries of the index by the name of their file."""
+    """Return the entries of the index by file name."""
     with open(HERE / "index.toml", "rb") as stream:
         return {entry["name"]: entry for entry in tomllib.load(stream)["file"]}
 

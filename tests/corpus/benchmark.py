@@ -1,6 +1,7 @@
-"""The benchmark as its text gives it, and what a run is: the common ground of the corpus.
+"""The benchmark as its definition states it, and the class of a run, shared by the corpus's
+scripts.
 
-Nothing here or in the other scripts of this folder uses the package that judges the results.
+No script in this folder uses the package that judges the results.
 """
 
 from __future__ import annotations
@@ -30,27 +31,27 @@ TIMES = np.arange(1001) / 100
 """Times of the rows [s]."""
 
 COLUMNS = ("roll", "roll_rate", "speed", "potential", "kinetic", "steer", "steer_rate")
-"""What a maneuver consists of; the mechanical energy is the sum of the two others."""
+"""Columns that a run stores; the mechanical energy is the sum of the other two."""
 
 Columns = Mapping[str, Array]
-"""Columns of one maneuver, of as many rows as `TIMES`."""
+"""Columns of one maneuver; each has as many rows as `TIMES`."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Three maneuvers with one program, right or with one mistake in it.
+    """Three maneuvers with one program, correct or with one mistake.
 
     Attributes
     ----------
     name
     program
-        What computes it, with its method and tolerance.
+        Name of the program, with its method and tolerance.
     did
-        What was done, in plain words; empty for a correct run.
+        Description of the mistake; empty for a correct run.
     expected
-        The answer that would be right: ``correct``, ``linearised`` or the mistake in a few words.
+        The right answer: ``correct``, ``linearised`` or the mistake in a few words.
     compute
-        Gives the columns of one maneuver, by its number from 0.
+        Function that returns the columns of a maneuver; maneuvers count from 0.
     """
 
     name: str
@@ -61,7 +62,7 @@ class Run:
 
 
 def changed(**values: float) -> dict[str, float]:
-    """Table 1 with other values."""
+    """Table 1 with some values changed."""
     unknown = values.keys() - TABLE_1.keys()
     if unknown:
         raise KeyError(*unknown)

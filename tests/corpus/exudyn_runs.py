@@ -1,6 +1,7 @@
-"""Runs with Exudyn: right ones by its solvers and settings, and mistakes of its users.
+"""Runs with Exudyn: correct ones with its solvers and settings, and mistakes that users make.
 
-Axes of the model: x forward, y to the left, z up. The tensor's product xz has the other sign there.
+Axes of the model: x forward, y to the left, z up. The product of inertia xz therefore has the
+opposite sign.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ _LETTERS = "BHRF"
 
 @dataclass(frozen=True)
 class Model:
-    """What a user of Exudyn writes; as it is by default, it is right.
+    """A model as a user of Exudyn writes it; the defaults are correct.
 
     Attributes
     ----------
     p
-        Table 1, z down.
+        Parameters of Table 1, with z down.
     step
         [s].
     solver
@@ -38,9 +39,9 @@ class Model:
     turned_over
         Frames whose product of inertia changes its sign with the axes.
     axes
-        Of the wheels' spin inertia: 1 is the axle.
+        Axis of each wheel's spin inertia: 1 is the axle.
     rolls, spins, falls
-        What moves at the start: whether the bodies have the roll rate, wheels that turn, whether
+        Initial velocities: whether the bodies have the roll rate, which wheels turn, and whether
         the centres of mass move sideways.
     through_hub
         Whether the steer axis goes through the front hub.

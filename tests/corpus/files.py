@@ -1,4 +1,4 @@
-"""Files as users write them: a run, and what is done to its columns on the way.
+"""Files as users write them: a run, and the changes to its columns before they are written.
 
 ``python -m corpus.files FOLDER`` in tests writes all of them from `runs.h5` (NumPy and h5py only).
 """
@@ -47,7 +47,7 @@ _CSV = {"separator": ",", "heading": True}
 
 
 def _conventions() -> Iterator[File]:
-    """Honest files whose conventions or definitions are others."""
+    """Honest files with other conventions or definitions."""
     runs = (("symbrim", _SB), ("exudyn", _EXU), ("newton", _NEW), ("linear", _LIN))
     common: tuple[tuple[str, str, tuple[Change, ...]], ...] = (
         ("left", "roll and steer positive to the left", (_LEFT,)),
@@ -126,7 +126,7 @@ def _conventions() -> Iterator[File]:
 
 
 def _ways_of_writing() -> Iterator[File]:
-    """Honest files with few digits, few columns, few rows, other separators."""
+    """Honest files with few digits, few columns, few rows or other separators."""
     for digits in (4, 6, 8, 10, 15):
         yield File(f"symbrim-{digits}-digits", _SB, f"{digits} significant digits",
                    number=f"%.{digits}g")  # fmt: skip
@@ -166,7 +166,7 @@ _ROLL, _STEER = ("roll", "roll_rate"), ("steer", "steer_rate")
 
 
 def _mistakes_of_output() -> Iterator[File]:
-    """Files of a correct run with a mistake on the way out."""
+    """Files of a correct run with a mistake in the output."""
     several: tuple[tuple[str, str, str, tuple[Change, ...]], ...] = (
         ("one-row-late", "rows one step late", "values of the next row beside each time",
          (late(1),)),
@@ -230,7 +230,8 @@ def _mistakes_of_output() -> Iterator[File]:
 
 
 def files(index: Mapping[str, Any]) -> Iterator[File]:
-    """All files: each run as it is, until the bicycle falls, then what is made of some."""
+    """All files: each run as it is until the bicycle falls, then the files made from some of the
+    runs."""
     for name in index:
         yield File(name, name)
     yield from _conventions()

@@ -1,4 +1,4 @@
-"""Write `index.toml`: what each file of the corpus is, and how much its mistake changes.
+"""Write `index.toml`: the description of each file of the corpus, and the size of its mistake.
 
 ``python -m corpus.index`` in tests (NumPy and h5py only).
 """
@@ -19,7 +19,7 @@ RIGHT = {
     "symbrim": "symbrim-dop853-1e-12", "newton": "newton-dop853-1e-12",
     "exudyn": "exudyn-trapezoidal-0.001", "linear": "linear-expm",
 }  # fmt: skip
-"""The right run of each program that its mistakes are compared with."""
+"""The correct run of each program, with which its mistakes are compared."""
 OWN_ERROR = {"symbrim": 2e-7, "newton": 3e-8, "exudyn": 2e-4, "linear": 1e-9}
 """Error of these runs, relative to each column's largest value."""
 
@@ -35,7 +35,7 @@ def size(file: File, runs: Runs) -> float:
                 block = change(block)
         meant = place + 1 if len(file.maneuvers) == 3 else maneuver
         right = runs.block(RIGHT[program], meant)
-        # The right values at the times that the file says.
+        # The correct values at the times in the file
         rows = np.isfinite(block["roll"]) & (block["time"] <= right["time"][-1])
         for name in ORDER:
             there = np.interp(block["time"][rows], right["time"], right[name])
@@ -63,7 +63,7 @@ def entries(runs: Runs) -> Iterator[Mapping[str, Any]]:
 
 
 def expected(file: File, run: Mapping[str, Any]) -> str:
-    """The right answer: a mistake of the run, of its output, a convention, or that it is right."""
+    """The right answer: a mistake of the run or of its output, ``convention`` or ``correct``."""
     right: str = run["expected"]
     if file.expected in ("", "convention"):
         return right if right not in ("correct",) or not file.expected else file.expected

@@ -1,7 +1,7 @@
 """Runs with the linearised equations, as written from the paper's appendix.
 
-Meijaard, Papadopoulos, Ruina, Schwab (2007), doi:10.1098/rspa.2007.1857, appendix A:
-M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer), at a constant speed.
+Meijaard, Papadopoulos, Ruina, Schwab (2007), doi:10.1098/rspa.2007.1857, appendix A: M q'' + v C1
+q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer), at a constant speed.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def linear(p: Mapping[str, float]) -> Linear:
 
 
 Slope = Callable[[Linear, float], tuple[Array, Array, Array]]
-"""Mass, damping and stiffness at a speed."""
+"""Function that returns mass, damping and stiffness at a speed."""
 
 
 def _right(k: Linear, v: float) -> tuple[Array, Array, Array]:
@@ -77,7 +77,7 @@ def _right(k: Linear, v: float) -> tuple[Array, Array, Array]:
 
 
 def _with_energies(k: Linear, v: float, y: Array) -> Columns:
-    """The energies as a linear program has them: to second order in roll and steer."""
+    """Energies of a linear program: to second order in roll and steer."""
     q, u = y[:2], y[2:]
     potential = np.einsum("it,ij,jt->t", q, TABLE_1["g"] * k.gravity, q) / 2
     kinetic = np.einsum("it,ij,jt->t", u, k.mass, u) / 2
@@ -91,7 +91,7 @@ def _with_energies(k: Linear, v: float, y: Array) -> Columns:
 
 
 def _lateral_energies(k: Linear, v: float, y: Array) -> Columns:
-    """Energies of the lateral motion only."""
+    """Energies of roll and steer only."""
     return {
         name: column - (column[0] if name == "potential" else 0)
         for name, column in _with_energies(k, v, y).items()
@@ -112,12 +112,12 @@ def _columns(v: float, y: Array, potential: Array | float, kinetic: Array | floa
 
 
 def _no_fall(_: Array) -> float:
-    """A linear program goes on through any angle."""
+    """A linear program continues at any roll angle."""
     return 0.0
 
 
 def _exact(slope: Callable[[float, Array], Array], start: Array, _: Lean) -> Array:
-    """The matrix exponential from row to row."""
+    """Multiply by the matrix exponential from row to row."""
     matrix = np.column_stack([slope(0.0, unit) for unit in np.eye(4)])
     step, states = expm(matrix * 0.01), [start]
     for _ in by.TIMES[:-1]:

@@ -1,7 +1,7 @@
 """Compute the runs and store them: ``python -m corpus.make [--full FILE]`` in tests, some minutes.
 
-Needs ``pip install symbrim exudyn scipy h5py``. `runs.h5` has few rows of most runs; with
-``--full`` a file of all rows is written, too, which `files` takes as its second argument.
+Needs ``pip install symbrim exudyn scipy h5py``. `runs.h5` has few rows of most runs. With
+``--full`` a file of all rows is also written, which `files` accepts as its second argument.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ FALLEN = 1.2
 """Roll angle at which a file ends [rad]."""
 
 _WHOLE = {"symbrim-dop853-1e-12": 1, "exudyn-trapezoidal-0.001": 5}
-"""Runs that files of other columns are made of: all columns, one of so many rows."""
+"""Runs stored with all columns, for files with other columns; the value is the row stride."""
 _TIGHT = ("1e-12", "1e-13", "1e-10", "exponential")
-"""Runs with these in their method keep all bits."""
+"""A run with one of these in its method is stored with all bits."""
 _ALSO = {"symbrim-rear-not-rotated": ("speed_contact_global_x",)}
 
 
 def computed() -> Iterator[tuple[Run, Mapping[str, Array]]]:
-    """Each run, its columns of shape (maneuvers, rows)."""
+    """Each run, and its columns of shape (maneuvers, rows)."""
     for run in RUNS:
         blocks = [run.compute(m) for m in range(len(MANEUVERS))]
         print(run.name, flush=True)
@@ -40,19 +40,19 @@ def computed() -> Iterator[tuple[Run, Mapping[str, Array]]]:
 
 
 def until_the_fall(found: Mapping[str, Array]) -> Mapping[str, Array]:
-    """NaN from the first row on at which the bicycle lies on its side."""
+    """Replace all rows with NaN from the first one on at which the bicycle lies on its side."""
     stands = np.logical_and.accumulate(abs(found["roll"]) < FALLEN, axis=1)
     return {name: np.where(stands, x, np.nan) for name, x in found.items()}
 
 
 def rounded(values: Array) -> Array:
-    """To 40 bits, which compress better: far below the error of runs that are not tight."""
+    """Round to 40 bits, which compress better; the change is far below the error of most runs."""
     fraction, power = np.frexp(values)
     return np.ldexp(np.round(np.ldexp(fraction, 40)), power - 40)
 
 
 def store(file: h5py.File, run: Run, found: Mapping[str, Array], is_full: bool) -> None:
-    """Add a run to a file: of shape (columns, maneuvers, rows)."""
+    """Store a run in a file, with shape (columns, maneuvers, rows)."""
     if is_full or run.name in _WHOLE:
         columns: Sequence[str] = tuple(found)
     else:

@@ -1,4 +1,4 @@
-"""Integrators: SciPy's, and those of fixed step as one writes them oneself."""
+"""Integrators: SciPy's, and methods of fixed step as users write them."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from corpus.benchmark import TIMES, Array
 
 Slope = Callable[[float, Array], Array]
 Lean = Callable[[Array], float]
-"""Roll angle of a state."""
+"""Function that returns the roll angle of a state."""
 
 Method = Callable[[Slope, Array, Lean], Array]
-"""From a slope and a start to states, one column a row of `TIMES`; NaN after a fall or a stop."""
+"""Function of a slope and an initial state that returns the states, one column for each row of
+`TIMES`; NaN after a fall or a stop."""
 
 _FALLEN = 1.2
 """Roll angle at which a run ends [rad]."""
 
 
 def scipy_method(name: str, rtol: float, atol: float | None = None) -> Method:
-    """`solve_ivp` with rows by its own interpolation."""
+    """Use `solve_ivp`, whose own interpolation gives the rows."""
 
     def integrate(slope: Slope, start: Array, lean: Lean) -> Array:
         def stands(_: float, y: Array) -> float:
@@ -32,7 +33,7 @@ def scipy_method(name: str, rtol: float, atol: float | None = None) -> Method:
         found = solve_ivp(
             slope, span, start, name, TIMES, events=stands, rtol=rtol, atol=absolute
         )  # fmt: skip
-        # Stopped, it gives the rows that it has.
+        # A run that stopped has only its first rows.
         states = np.full((len(start), len(TIMES)), np.nan)
         states[:, : found.y.shape[1]] = found.y
         return states
@@ -41,12 +42,12 @@ def scipy_method(name: str, rtol: float, atol: float | None = None) -> Method:
 
 
 def odeint_as_it_comes(slope: Slope, start: Array, _: Lean) -> Array:
-    """`odeint` with its default tolerances, 1.49e-8."""
+    """Use `odeint` with its default tolerances, 1.49e-8."""
     return np.asarray(odeint(slope, start, TIMES, tfirst=True)).T
 
 
 def fixed(step: Callable[[Slope, float, Array, float], Array], per_row: int) -> Method:
-    """A one-step method, with so many steps from row to row."""
+    """A one-step method with `per_row` steps from row to row."""
 
     def integrate(slope: Slope, start: Array, _: Lean) -> Array:
         y, h, states = start, 0.01 / per_row, [start]
@@ -64,7 +65,7 @@ def euler(slope: Slope, t: float, y: Array, h: float) -> Array:
 
 
 def semi_implicit_euler(slope: Slope, t: float, y: Array, h: float) -> Array:
-    """New speeds first, then coordinates by the new speeds: the second half of the state."""
+    """Compute the new speeds first (second half of the state), then the coordinates from these."""
     half = len(y) // 2
     u = y[half:] + h * slope(t, y)[half:]
     return np.concatenate([y[:half] + h * u, u])
@@ -88,7 +89,7 @@ def runge_kutta_4(slope: Slope, t: float, y: Array, h: float) -> Array:
 
 
 def adams_bashforth_2(per_row: int) -> Method:
-    """Two-step method of Adams and Bashforth, begun with a step of Heun's."""
+    """Two-step Adams-Bashforth method, started with one step of Heun's method."""
 
     def integrate(slope: Slope, start: Array, _: Lean) -> Array:
         h, states = 0.01 / per_row, [start]
@@ -104,4 +105,4 @@ def adams_bashforth_2(per_row: int) -> Method:
 
 
 EXACT = scipy_method("DOP853", 1e-12)
-"""For runs whose error is to be that of the model alone."""
+"""Method for runs whose error should be that of the model alone."""

@@ -1,8 +1,8 @@
-"""The bicycle by Newton's and Euler's equations in the coordinates of the four bodies.
+"""The bicycle by the Newton-Euler equations in the coordinates of the four bodies.
 
-A program as a student writes it from a textbook: each body has a place, a quaternion, a velocity
-and an angular velocity in global axes; the accelerations and the reactions of three hinges and two
-rolling wheels solve one linear system. Switches make the usual mistakes.
+A program as a student writes it from a textbook. Each body has a position, a quaternion, a velocity
+and an angular velocity in global axes. The accelerations and the reactions of three hinges and two
+rolling wheels are the solution of one linear system. Switches make the usual mistakes.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _attitude(q: Array) -> Array:
 
 
 def _across(axis: Array) -> tuple[Array, Array]:
-    """Two directions at right angles to an axis in the plane of the bicycle, or to an axle."""
+    """Two directions perpendicular to an axis in the plane of the bicycle, or to an axle."""
     if axis is _AXLE:
         return np.array([1.0, 0.0, 0.0]), _DOWN
     return _AXLE, _cross(axis, _AXLE)
@@ -48,22 +48,21 @@ def _across(axis: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Program:
-    """A program; as it is by default, it is right.
+    """A program; its defaults are correct.
 
     Attributes
     ----------
     gyroscopic
         Bodies whose torque w x (I w) is in Euler's equations.
     turned_by
-        Bodies whose inertia turns with another body than its own; with None it stays as at the
-        start.
+        Bodies whose inertia tensor wrongly turns with another body; with None it does not turn.
     contact
-        Where a wheel touches: ``rim``, its lowest point; ``below``, straight below the hub.
+        Contact point of a wheel: ``rim``, its lowest point; ``below``, straight below the hub.
     weightless
         Bodies without weight.
     applied
-        Forces and torques on the bodies beside weight, from their attitudes, velocities and
-        angular velocities, as an array of shape (4, 6).
+        Function of attitudes, velocities and angular velocities that returns the forces and
+        torques on the bodies in addition to weight, as an array of shape (4, 6).
     method
     """
 
@@ -100,7 +99,8 @@ class Program:
         return [self.p[f"m{letter}"] for letter in "BHRF"]
 
     def start(self, v: float, roll_rate: float) -> Array:
-        """State: places (12), quaternions (16), velocities (12), angular velocities (12)."""
+        """Initial state: positions (12), quaternions (16), velocities (12), angular velocities
+        (12)."""
         places, roll = self._centres(), np.array([roll_rate, 0.0, 0.0])
         quaternions = np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
         velocities = np.array([v, 0.0, 0.0]) + np.cross(roll, places)
@@ -143,7 +143,7 @@ class Program:
         )
 
     def _hinges(self) -> tuple[tuple[int, int, Array, Array], ...]:
-        """Two bodies, a point and the axis of the upright bicycle."""
+        """Each hinge: two bodies, a point, and the axis on the upright bicycle."""
         p, centres = self.p, self._centres()
         steer = np.array([np.sin(p["lam"]), 0.0, np.cos(p["lam"])])
         foot = np.array([p["w"] + p["c"], 0.0, 0.0])
@@ -192,7 +192,7 @@ class Program:
         right.append(-_cross(spin, moving))
 
     def output(self, states: Array) -> Columns:
-        """Angles and rates from the attitudes of the bodies, energies from their sums."""
+        """Angles and rates from the attitudes of the bodies; energies as sums over the bodies."""
         found: list[list[float]] = []
         masses, tensors = self._masses(), self._tensors()
         steer_axis = self._hinges()[2][3]

@@ -1,4 +1,4 @@
-"""Runs with Newton's and Euler's equations: right ones, and mistakes in the equations."""
+"""Runs with the Newton-Euler equations: correct ones, and mistakes in the equations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TIGHT = by.EXACT
 
 
 def _table(**values: float) -> Program:
-    """Other values in Table 1."""
+    """A program with some values of Table 1 changed."""
     return Program(_TIGHT, p=changed(**values))
 
 

@@ -1,7 +1,7 @@
-"""The Whipple bicycle of SymBRiM, its equations as functions of numbers.
+"""SymBRiM's Whipple bicycle, with its equations as numerical functions.
 
-SymBRiM follows Moore's convention: the rear and front frame have axes of their own whose z is
-along the steer axis, so lengths and inertia of Table 1 are converted before they are used.
+SymBRiM follows Moore's convention: rear and front frame have axes whose z is along the steer axis.
+Lengths and inertias of Table 1 are therefore converted before they are used.
 """
 
 from __future__ import annotations
@@ -28,23 +28,25 @@ from corpus.benchmark import Array
 
 @dataclass(frozen=True)
 class Functions:
-    """SymBRiM's bicycle in numbers; coordinates and speeds in SymBRiM's order, q1..q8 and u1..u8.
+    """SymBRiM's bicycle as numerical functions; coordinates and speeds are in SymBRiM's order,
+    q1..q8 and u1..u8.
 
-    The coordinates are: place of the rear contact point along x and y, yaw, roll, pitch (the tilt
-    of the steer axis when upright), rotation of the rear wheel, steer, rotation of the front wheel.
+    The coordinates are: position of the rear contact point along x and y, yaw, roll, pitch (the
+    tilt of the steer axis when upright), rotation of the rear wheel, steer, rotation of the front
+    wheel.
 
     Attributes
     ----------
     symbols
         Names of the parameters, in the order in which the functions take them.
     order
-        Number of the speed that each row of the mass matrix belongs to.
+        Index of the speed to which each row of the mass matrix belongs.
     mass_and_forcing
         Mass matrix by rows, then the right-hand side of the equations for the accelerations.
     height
-        Of the front wheel over the floor: zero.
+        Height of the front wheel above the floor, which must be zero.
     rolling
-        Coefficients of the speeds in the five conditions of rolling.
+        Coefficients of the speeds in the five rolling constraints.
     output
         Kinetic and potential energy, velocity of the rear hub (3) in the global axes, angular
         velocity (3) of the rear frame in its own, its attitude (9).
@@ -60,7 +62,7 @@ class Functions:
 
 @cache
 def functions() -> Functions:
-    """Derive the equations (some ten seconds)."""
+    """Derive the equations, which takes some ten seconds."""
     bike = WhippleBicycle("bike")
     bike.ground = FlatGround("ground")
     bike.rear_frame, bike.front_frame = RigidRearFrame("rear"), RigidFrontFrame("front")
@@ -111,7 +113,7 @@ def functions() -> Functions:
 
 
 def turned(xx: float, zz: float, xz: float, angle: float) -> tuple[float, float, float]:
-    """Entries xx, zz and xz of a tensor in axes that are turned about y by an angle."""
+    """Entries xx, zz and xz of a tensor in axes that are rotated about y by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s], [s, c]])
     (a, b), (_, d) = turn @ np.array([[xx, xz], [xz, zz]]) @ turn.T
@@ -119,10 +121,11 @@ def turned(xx: float, zz: float, xz: float, angle: float) -> tuple[float, float,
 
 
 def symbrim_parameters(p: Mapping[str, float]) -> dict[str, float]:
-    """Table 1 in SymBRiM's terms.
+    """SymBRiM's parameters for the values of Table 1.
 
-    The axes of both frames are the global ones turned about y by the tilt; d1, d2, d3 lead from
-    the rear hub to the steer axis, along it, and to the front hub, l1 to l4 to the centres of mass.
+    The axes of both frames are the global ones, rotated about y by the tilt. The lengths d1, d2, d3
+    lead from the rear hub to the steer axis, along it, and to the front hub. The lengths l1 to l4
+    lead to the centres of mass.
     """
     c, s = np.cos(p["lam"]), np.sin(p["lam"])
 
@@ -130,7 +133,7 @@ def symbrim_parameters(p: Mapping[str, float]) -> dict[str, float]:
         return float(c * x - s * z), float(s * x + c * z)
 
     found = {"g": p["g"]}
-    # The steer axis meets the floor at w + c.
+    # The steer axis meets the floor at x = w + c.
     found["rear_d1"] = own(p["w"] + p["c"], p["rR"])[0]
     across, along = own(p["w"], p["rR"] - p["rF"])
     found["front_d2"], found["front_d3"] = along, across - found["rear_d1"]
@@ -148,18 +151,19 @@ def symbrim_parameters(p: Mapping[str, float]) -> dict[str, float]:
 
 
 class Bicycle:
-    """The bicycle with given values of SymBRiM's symbols."""
+    """The bicycle with the given values of SymBRiM's parameters."""
 
     def __init__(self, values: Mapping[str, float]) -> None:
         self.f = functions()
         self.values = [values[name] for name in self.f.symbols]
 
     def upright(self, tilt: float) -> Array:
-        """Coordinates of the upright, straight bicycle; the pitch puts the front wheel down."""
+        """Coordinates of the upright, straight bicycle; the pitch puts the front wheel on the
+        floor."""
         q = np.zeros(8)
         q[4] = tilt
         for _ in range(20):
-            # Newton's method, slope by a difference.
+            # Newton's method; the slope is a finite difference.
             here, beside = self._height(q, 0.0), self._height(q, 1e-7)
             q[4] -= here * 1e-7 / (beside - here)
         return q
@@ -170,7 +174,7 @@ class Bicycle:
         return self.f.height(at, self.values)
 
     def speeds(self, q: Array, known: Mapping[int, float]) -> Array:
-        """All speeds from three of them, by number, so that both wheels roll."""
+        """All speeds, computed from three known ones (by index) so that both wheels roll."""
         rolling = np.array(self.f.rolling([*q, *np.zeros(8)], self.values))
         rest = [i for i in range(8) if i not in known]
         u = np.zeros(8)
@@ -187,7 +191,7 @@ class Bicycle:
         return rates
 
     def output(self, states: Array) -> dict[str, Array]:
-        """What a user would ask for, from states of shape (16, rows)."""
+        """Columns that a user would output, from states of shape (16, rows)."""
         found = [np.broadcast_to(x, states.shape[1:]) for x in self.f.output(states, self.values)]
         q, u, r = states[:8], states[8:], self.values[self.f.symbols.index("rear_wheel_r")]
         front_r = self.values[self.f.symbols.index("front_wheel_r")]
@@ -209,14 +213,14 @@ class Bicycle:
             "speed_rear_spin": -r * u[5],
             "speed_front_spin": -front_r * u[7],
             "rate_own_x": found[5],
-            # Angles of the attitude, as SciPy's Rotation.as_euler gives them.
+            # Euler angles as SciPy's Rotation.as_euler returns them.
             "roll_intrinsic_xyz": np.arctan2(-_steered(found[8:], q[4][0])[5],
                                              _steered(found[8:], q[4][0])[8]),
         }  # fmt: skip
 
 
 def _steered(attitude: list[Array], tilt: float) -> list[Array]:
-    """Attitude, by rows, of axes that are level when the bicycle is upright."""
+    """Attitude matrix (by rows) of axes that are level when the bicycle is upright."""
     c, s = np.cos(tilt), np.sin(tilt)
     back = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
     turned_back = np.einsum("ijt,jk->ikt", np.array(attitude).reshape(3, 3, -1), back)

@@ -1,4 +1,4 @@
-"""Runs with SymBRiM: right ones by many methods, and mistakes of its users."""
+"""Runs with SymBRiM: correct ones with many methods, and mistakes that users make."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from corpus.methods import EXACT, Method
 from corpus.symbrim_model import Bicycle, symbrim_parameters, turned
 
 ROLL_RATE, REAR_WHEEL, STEER_RATE, FRONT_WHEEL = 3, 5, 6, 7
-"""Numbers of the speeds that a user gives; yaw, pitch and the contact point follow."""
+"""Indices of the speeds that a user specifies; yaw, pitch and the contact point follow."""
 
 _PROGRAM = "SymBRiM 0.1.0"
 Speeds = Callable[[Bicycle, Array, float, float], Array]
@@ -26,14 +26,15 @@ def _start(bike: Bicycle, q: Array, v: float, roll_rate: float) -> Array:
 
 @dataclass(frozen=True)
 class Setup:
-    """What a user of SymBRiM writes; as it is by default, it is right.
+    """A setup as a user of SymBRiM writes it; the defaults are correct.
 
     Attributes
     ----------
     values
         SymBRiM's parameters.
     speeds
-        All speeds at the start, from the bicycle, its coordinates, forward speed and roll rate.
+        Function that returns all initial speeds from the bicycle, its coordinates, forward speed
+        and roll rate.
     method
     """
 
@@ -49,7 +50,7 @@ class Setup:
 
 
 def _also(**values: float) -> Setup:
-    """SymBRiM's parameters with some of them other."""
+    """SymBRiM's parameters with some of them changed."""
     right = symbrim_parameters(TABLE_1)
     unknown = values.keys() - right.keys()
     if unknown:
@@ -58,12 +59,12 @@ def _also(**values: float) -> Setup:
 
 
 def _table(**values: float) -> Setup:
-    """Other values in Table 1, then converted without a fault."""
+    """Some values of Table 1 changed, then converted correctly."""
     return Setup(symbrim_parameters(changed(**values)))
 
 
 def _inertia(letters: str, angle: float, xz: float = 1.0) -> Setup:
-    """Inertia of the frames B or H turned by another angle than the tilt, xz times a number."""
+    """Inertia of the frames B or H rotated by a wrong angle, with xz multiplied by a factor."""
     entries = {}
     for letter in letters:
         body = {"B": "rear", "H": "front"}[letter]
@@ -74,7 +75,8 @@ def _inertia(letters: str, angle: float, xz: float = 1.0) -> Setup:
 
 
 def _start_with(**changes: Callable[[float, float], float]) -> Setup:
-    """Another roll rate or rotation of the rear wheel at the start, from v and the roll rate."""
+    """Change the initial roll rate or rear wheel rate; each rule is a function of speed and roll
+    rate."""
 
     def speeds(bike: Bicycle, q: Array, v: float, roll_rate: float) -> Array:
         given = {"roll": roll_rate, "rear": -v / TABLE_1["rR"], "steer": 0.0}
@@ -86,7 +88,7 @@ def _start_with(**changes: Callable[[float, float], float]) -> Setup:
 
 
 def _without_rotation(wheel: int) -> Setup:
-    """A wheel that does not turn at the start, although the bicycle moves."""
+    """One wheel does not turn at the start although the bicycle moves."""
 
     def speeds(bike: Bicycle, q: Array, v: float, roll_rate: float) -> Array:
         u = _start(bike, q, v, roll_rate)
@@ -107,7 +109,7 @@ def _front_wheel_by_its_description() -> Setup:
 
 
 def _fork_about(x: float, z: float) -> tuple[float, float, float]:
-    """Inertia xx, zz, xz of the fork about another point (x, z): the parallel axis theorem."""
+    """Inertia xx, zz, xz of the fork about another point (x, z), by the parallel axis theorem."""
     p = TABLE_1
     a, b = x - p["xH"], z - p["zH"]
     return p["IHxx"] + p["mH"] * b * b, p["IHzz"] + p["mH"] * a * a, p["IHxz"] - p["mH"] * a * b
@@ -121,7 +123,7 @@ def _about_the_axle() -> Setup:
 
 
 def _lengths(**radii: float) -> Mapping[str, float]:
-    """Lengths d1, d2, d3 as they come with another radius of a wheel."""
+    """Lengths d1, d2, d3 that follow from another wheel radius."""
     found = symbrim_parameters(changed(**radii))
     return {name: found[name] for name in ("rear_d1", "front_d2", "front_d3")}
 
@@ -255,7 +257,8 @@ _MISTAKES: tuple[tuple[str, str, str, Setup], ...] = (
     ("roll-rate-from-degrees", "roll rate taken as degrees",
      "roll rate converted from degrees although it is in radians",
      _start_with(roll=lambda _, r: np.deg2rad(r))),
-    # The mirror image of the right motion: no file can tell it from axes to the left.
+    # This is the mirror image of the correct motion, so no file can distinguish it from axes to the
+    # left.
     ("roll-rate-sign", "convention",
      "roll rate to the left", _start_with(roll=lambda _, r: -r)),
     ("steer-rate-at-start", "steer rate at the start",

@@ -1,4 +1,4 @@
-"""How users write a run to a file: what is done to its columns, and the text."""
+"""How users write a run to a file: changes of its columns, and the text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Block = dict[str, Array]
-"""Columns of a maneuver by name; `time` among them."""
+"""Columns of a maneuver by name, including `time`."""
 Change = Callable[[Block], Block]
 
 ORDER = (
@@ -35,24 +35,24 @@ class File:
     ----------
     name
     run
-        The run it shows.
+        Name of the run in the file.
     did
-        What was done beyond the run, in plain words.
+        Description of the changes to the run.
     expected
-        The right answer if it is not that of the run: a mistake of output, or ``correct``.
+        The right answer if it differs from that of the run: a mistake of output, or ``correct``.
     changes
-        What is done to the columns of each maneuver, in this order.
+        Changes that are applied to the columns of each maneuver, in this order.
     maneuvers
-        Those in the file, from 1.
+        Numbers of the maneuvers in the file, from 1.
     columns
-        Those in the file if not all: a heading names them.
+        Names of the columns in the file; if empty, all. If given, the file has a heading.
     number
         Format of a number.
     separator
     heading
-        A line of names first.
+        Whether the file begins with a line of names.
     every
-        One of so many rows.
+        Row stride: only every `every`-th row is written.
     """
 
     name: str
@@ -69,7 +69,7 @@ class File:
 
 
 def scaled(**factors: float) -> Change:
-    """Columns times a number."""
+    """Multiply columns by factors."""
 
     def change(block: Block) -> Block:
         return {name: x * factors.get(name, 1.0) for name, x in block.items()}
@@ -78,7 +78,7 @@ def scaled(**factors: float) -> Change:
 
 
 def shown(**sources: str) -> Change:
-    """Columns replaced by other ones of the run."""
+    """Replace columns with other columns of the run."""
 
     def change(block: Block) -> Block:
         return block | {name: block[source] for name, source in sources.items()}
@@ -87,7 +87,7 @@ def shown(**sources: str) -> Change:
 
 
 def with_zero(zero: Callable[[Block], float]) -> Change:
-    """Another zero of the potential energy."""
+    """Change the zero of the potential energy."""
 
     def change(block: Block) -> Block:
         return summed(block | {"potential": block["potential"] - zero(block)})
@@ -96,12 +96,12 @@ def with_zero(zero: Callable[[Block], float]) -> Change:
 
 
 def summed(block: Block) -> Block:
-    """The mechanical energy from the two others."""
+    """Compute the mechanical energy as the sum of the other two."""
     return block | {"mechanical": block["potential"] + block["kinetic"]}
 
 
 def late(rows: int) -> Change:
-    """Values of a later row beside each time, for as long as there are any."""
+    """Move values to the times of earlier rows, as far as there are values."""
 
     def change(block: Block) -> Block:
         time = block["time"]
@@ -120,7 +120,7 @@ def timed(factor: float) -> Change:
 
 
 def differences(*columns: tuple[str, str], central: bool) -> Change:
-    """Rates by differences of the angles in the file."""
+    """Compute rates as finite differences of the angles."""
 
     def change(block: Block) -> Block:
         found = dict(block)
@@ -140,7 +140,7 @@ def constant(**values: float) -> Change:
 
 
 def as_single(block: Block) -> Block:
-    """Columns that went through binary32; the time is written as it is."""
+    """Round columns to binary32; the time keeps its digits."""
     return {
         name: x if name == "time" else x.astype(np.float32).astype(np.float64)
         for name, x in block.items()
@@ -148,7 +148,7 @@ def as_single(block: Block) -> Block:
 
 
 def coarse(rows: int) -> Change:
-    """Only each so many-th row computed, straight lines between."""
+    """Keep every `rows`-th row, and interpolate linearly between these."""
 
     def change(block: Block) -> Block:
         t = block["time"]
@@ -158,7 +158,7 @@ def coarse(rows: int) -> Change:
 
 
 def with_noise(size: float) -> Change:
-    """Noise of a size relative to each column's largest value."""
+    """Add noise of a size relative to each column's largest value."""
 
     def change(block: Block) -> Block:
         random = np.random.default_rng(1)
@@ -179,7 +179,7 @@ def normalised(block: Block) -> Block:
 
 
 def without_wheel_spin(block: Block) -> Block:
-    """Kinetic energy without that of the wheels' rotation about their axles."""
+    """Omit the energy of the wheels' rotation about their axles from the kinetic energy."""
     spin = 0.12 / 0.3**2 + 0.28 / 0.35**2
     return summed(block | {"kinetic": block["kinetic"] - spin * block["speed"] ** 2 / 2})
 
@@ -202,7 +202,7 @@ class Runs:
 
 
 def text(file: File, runs: Runs) -> str:
-    """The file itself."""
+    """Text of the file."""
     blocks = []
     for maneuver in file.maneuvers:
         block = runs.block(file.run, maneuver)

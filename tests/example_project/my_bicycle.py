@@ -1,7 +1,7 @@
 """The uncontrolled bicycle by SciPy's DOP853, in binary64.
 
-It stands for a code of your own. Only the equations of motion are borrowed: heyoka_bike has them
-for any kind of number, here NumPy's.
+This file is a placeholder for your own code. Only the equations of motion are from heyoka_bike,
+which has them for any type of number; here it is NumPy's.
 """
 
 from dataclasses import replace
@@ -19,20 +19,21 @@ TRAIL = "0.08"  # [m]
 
 
 def run(times):
-    """The columns of the benchmark at these times [s], by maneuver."""
+    """Return the columns of the benchmark at these times [s], by maneuver."""
     bicycle = read_bicycle(benchmark_bicycle())
     bicycle = replace(bicycle, values={**bicycle.values, "c": Exact.parse(TRAIL)})
     equations = Equations.binary64(bicycle)
     found = {}
     for number, maneuver in enumerate(read_maneuvers(benchmark_maneuvers()), start=1):
-        # Roll, pitch, steer, roll rate, steer rate, speed of the rear hub in wheel radii.
+        # Roll, pitch, steer, roll rate, steer rate, and the speed of the rear hub [wheel radii per
+        # second]
         start = [0, 0, 0, float(maneuver.roll_rate), 0, float(maneuver.speed)]
         start[-1] /= equations.k.length
         motion = solve_ivp(
             lambda _, state: equations.rates(state), (0, times[-1]), start,
             "DOP853", t_eval=times, rtol=1e-12, atol=1e-14,
         )  # fmt: skip
-        # None of these columns needs the yaw.
+        # None of these columns depends on the yaw.
         values = equations.columns([*motion.y, np.zeros(len(times))])
         found[number] = {"time": times} | {key: values[key] for key in BENCHMARK_COLUMNS}
     return found

@@ -103,7 +103,7 @@ class Column:
 
 @dataclass
 class Drawing:
-    """The output of a program: its tables by maneuver, and the numbers that they mean."""
+    """The output of a program: its tables by maneuver, and the numbers in them."""
 
     number: int
     seed: int

@@ -33,7 +33,8 @@ REQUIRED = "scd >= 6"
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a file: a twin, rejected, in part, or a description of the wrong judgement."""
+    """The outcome of a file: judged like its plain text, rejected, judged in part, or a wrong
+    judgement."""
 
     kind: str
     drawing: str
@@ -66,7 +67,8 @@ def play(seed, number, folder=None, writer=None, every=None):
 
 
 def keep(folder, count, most=30_000):
-    """Write files of 11 rows and their plain texts, as different from each other as possible."""
+    """Write files of 11 rows and their plain texts. The files should differ from each other as
+    much as possible."""
     seen = set()
     for number in range(10_000):
         _, drawn = _drawn(0, number, every=91)

@@ -46,7 +46,7 @@ MOST_APART = 0.25
 _WHOLE = 0.99
 # Digits of values that are not wrong.
 _CLOSE = 3.0
-# Values between the published rows are compared with 31 digits.
+# Values between the published rows are known to 31 digits.
 _MOST = 30.5
 
 
@@ -88,7 +88,7 @@ def play_wrong(number, seed=SEED):
             for text in fails.keys() - asked:
                 found += scoring.check([text], report)
     except BicycleError as e:
-        # A misread requirement would hide the fault it is meant to show.
+        # If a requirement is misread, the fault that it should show would remain hidden.
         lost = (str(e),) if str(e).startswith("require") else ()
         return Outcome(number, wrong.kind, lost, is_refused=True)
     except Exception:
@@ -179,7 +179,7 @@ def _claims(report, honest):
 
 
 def _allowed(true):
-    """Return the largest error that may be reported, and the digits that must not be lost."""
+    """Return the largest error that the scorer may report, and the digits that it must report."""
     error = (true.max_abs_error + true.hidden) * 10**_ARITHMETIC
     digits = _MOST if error == 0.0 else -np.log10(error / true.scale)
     return error, min(digits, _MOST - _ARITHMETIC)
@@ -203,7 +203,7 @@ def _fulfilled(parts, true, honest):
     for n in {n for n, key in true if key == "mechanical_energy"}:
         energy = true[n, "mechanical_energy"]
         if honest.zero and (n, "potential_energy") not in true:
-            # A constant of any size would fulfil it.
+            # A constant energy of any size would meet this requirement.
             continue
         if 200 * _allowed(energy)[0] < 1e-3 * energy.scale:
             found.append(f"{n}.performance < 1e-3")

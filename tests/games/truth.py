@@ -1,8 +1,8 @@
 """The true error of a file, in the reading of its columns with the smallest error.
 
-A reading is a definition, a sign and a unit of a column, one for all maneuvers. Energies have any
-zero, and so have heading, places and wheel angles. What no reading fulfils, the file does not
-fulfil. No estimate and no threshold is in here.
+A reading is a definition, a sign and a unit of a column, the same for all maneuvers. Energies may
+have any zero, and so may heading, positions and wheel angles. A requirement that no reading meets
+is not met by the file. This module contains no estimate and no threshold.
 """
 
 from itertools import product
@@ -33,7 +33,8 @@ _FACTORS = {
 }
 SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 ZEROED = ("potential_energy", "mechanical_energy")
-# No equation contains these columns: they may start anywhere, and angles may lack whole turns.
+# No equation contains these columns: they may have any initial value, and angles may differ by
+# whole turns.
 FREE = ("yaw", "rear_wheel_angle", "front_wheel_angle",
         *(f"{place}_{axis}" for place in ("rear_contact", "front_contact", "rear_hub", "front_hub",
                                           "rear_frame_com", "front_frame_com", "com")
@@ -106,7 +107,7 @@ class Truth:
         return self._errors[key]
 
     def bound(self, metric, maneuvers=None, keys=None):
-        """Return the best value of any reading, for the worst column and maneuver."""
+        """Return the best value over all readings, for the worst column and maneuver."""
         least = metric in ("scd", "mescd", "time_to_tolerance")
         best, worst = (max, min) if least else (min, max)
         found = []
@@ -130,7 +131,7 @@ class Truth:
         if not len(e):
             return np.inf if metric in ("scd", "mescd", "time_to_tolerance") else 0.0
         if UNITS[key] == "rad":
-            # An angle and whole turns are one attitude.
+            # Angles that differ by whole turns are the same attitude.
             turn = 2 * np.pi
             e = e - turn * np.rint((e - e[0] * (key in FREE)) / turn)
         if key in ZEROED or key in FREE:

@@ -34,7 +34,7 @@ NODE = shutil.which("node")
 FORMS = ("text", "csv", "semicolons")
 _AT_ONCE = 50
 
-# The unchanged scripts of the page, without a document.
+# Runs the page's unchanged scripts in Node, without a document.
 _JUDGE = """
 const fs = require("fs");
 const [, , folder] = process.argv;

@@ -12,10 +12,10 @@ from heyoka_bike import read_results
 
 TEXTS = ("text", "csv", "semicolons", "text.gz", "long", "below", "timetable")
 ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")
-# Numbers among words in their rows, in a text of at most 2 MiB.
+# These forms have numbers and words in a row; their text is at most 2 MiB.
 AMONG_WORDS = ("long", "below", "timetable")
 MOST_AMONG_WORDS = 2**21 // 80
-# Exponents such as 1.5*^-3, dates as times, and rows with names in front.
+# Texts with exponents such as 1.5*^-3, with dates as times, and with names in front of rows.
 KINDS = ("Mathematica", "clock", "upright")
 NEEDS_ALL = ("array", "npy", "cells")
 # Names used in vehicle simulation; the values show the meaning of u, p and theta.

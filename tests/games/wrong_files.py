@@ -39,7 +39,7 @@ class Wrong:
 
     @property
     def is_not_right(self):
-        """Return whether the failed requirements include one that every right file meets."""
+        """Return whether the failed requirements include one that every correct file meets."""
         return any(
             text == "coverage >= 0.99"
             or (" >= " in text and text.split(" >= ")[0].endswith("scd") and _number(text) <= 6)
@@ -160,7 +160,7 @@ def every_column_moved(random):
 
 
 def stretch_between_rows(random):
-    """Wrong only between two rows of the reference."""
+    """The values are wrong only between two rows of the reference."""
 
     def grid(random):
         t = np.union1d(np.arange(1001) / 100, random.uniform(0, END) + np.linspace(-9e-3, 9e-3, 19))
@@ -337,7 +337,7 @@ def few_digits(random):
 
 
 def wrong_last_digits(random):
-    """32 digits of which only the first ones are right."""
+    """The values have 32 digits, but only the first ones are right."""
     parts = [correct(n, {k: k for k in EIGHT}, is_long=True) for n in MANEUVERS]
     p, key = _one_of(random, parts)
     junk = random.standard_normal(len(p.time)) * _size(random, -30, -10)
@@ -387,7 +387,8 @@ def times_in_another_unit(random):
 
 
 def one_spike_in_many_rows(random):
-    """More rows than are sampled to interpret the columns."""
+    """The file has more rows than are sampled to interpret the columns, and one of
+    them is wrong."""
     count = int(random.choice([8000, 15000, 30000]))
     t = np.arange(count + 1) * (END / count)
     key = str(random.choice(EIGHT))
@@ -507,7 +508,7 @@ def a_field_that_is_none(random):
 
 
 def cut_off(random):
-    """Cut off within a line, in the last nine seconds but before the last half second."""
+    """The text ends within a line, in the last nine seconds but before the last half second."""
     parts, columns = _table(random)
     text = "\n".join(_lines(columns))
     text = text[: int(len(text) * random.uniform(0.1, 0.94))]
@@ -861,18 +862,18 @@ def rows_dropped(random):
     return parts, list(p.hi), [p.maneuver], {"is_sized": False}
 
 
-# The existing values are right, but the missing ones may be wrong.
+# The existing values are right; nothing follows for the missing ones.
 
 
 def columns_missing(random):
-    """Some of the eight columns, or only a constant energy, which proves no motion."""
+    """The file has some of the eight columns, or only a constant energy, which proves no motion."""
     keys = [str(k) for k in random.choice(EIGHT, random.integers(1, 8), replace=False)]
     parts = _start(random, keys=["mechanical_energy"] if random.random() < 0.2 else keys)
     return _right_in_part(random, parts, f"columns >= {len(parts[0].hi) + 1}")
 
 
 def few_rows(random):
-    """So few rows that a wrong motion may have these values at their times."""
+    """There are so few rows that a wrong motion may have the same values at their times."""
     parts = _start(random, keys=list(EIGHT) if random.random() < 0.7 else None)
     count = random.integers(2, 12)
     for p in parts:
@@ -936,7 +937,7 @@ def _odd(random, name):
 
 
 def no_numbers(random):
-    """NaN, infinity, or huge values, in one row or in many."""
+    """Values are NaN, infinite or huge, in one row or in many."""
     parts = _start(random)
     p, key = _one_of(random, parts)
     n = len(p.time)
@@ -953,7 +954,7 @@ def no_numbers(random):
 
 
 def rate_against_angle(random):
-    """One of a pair has the opposite sign, in every maneuver."""
+    """An angle or its rate has the opposite sign, in every maneuver."""
     parts = _start(random, keys=list(EIGHT))
     which = random.integers(2)
     key = str(random.choice([ANGLES[which], RATES[which]]))
@@ -989,7 +990,8 @@ def motion_moved(random):
 
 
 def motion_midway(random):
-    """Flipped, in another unit, from another maneuver or constant from some time on."""
+    """Values are flipped, in another unit, from another maneuver, or constant, from
+    some time on."""
     chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 6), replace=False)]
     if random.random() < 0.3:
         chosen = quaternion(str(random.choice(["rear", "front"])))
@@ -1016,7 +1018,7 @@ def motion_exchanged(random):
 
 
 def motion_between_rows(random):
-    """Junk wherever the reference has no row."""
+    """The values between the rows of the reference are random."""
     chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 4), replace=False)]
     t = np.arange(2001) / 200
     parts = motion_parts(random, chosen, eight=0, time=(t, np.zeros_like(t)))
@@ -1031,7 +1033,8 @@ def motion_between_rows(random):
 
 
 def improper_matrix(random):
-    """Signs of a rotation matrix that no rotation has: of a row, a column, or one entry."""
+    """A matrix with the signs of a row, a column or one entry flipped, so that it is
+    no rotation."""
     end = str(random.choice(["rear", "front"]))
     chosen = matrix(end)
     parts = motion_parts(random, chosen)
@@ -1046,7 +1049,7 @@ def improper_matrix(random):
 
 
 def quaternion_of_no_turn(random):
-    """An odd number of flipped signs: neither q nor its inverse, in any axes."""
+    """An odd number of signs is flipped, which gives neither q nor its inverse in any axes."""
     end = str(random.choice(["rear", "front"]))
     chosen = quaternion(end)
     parts = motion_parts(random, chosen)
@@ -1144,7 +1147,7 @@ def wrong_file(seed, number):
 
 
 def _gaps_not_met(random, wrong, known):
-    """Return unmet requirements on rows: gaps longer than any piece of the reference."""
+    """Return unmet requirements on rows: gaps longer than any segment of the reference."""
     fails = []
     for n in known.parts:
         gaps = known.gaps(n)

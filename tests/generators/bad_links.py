@@ -11,7 +11,7 @@ CELL = {
     "time_of_max": 0.0, "rms_error": 0.0, "column": 0, "sign": 1, "factor": 1, "offset": 0,
     "grade": 1, "never_filled": 0, "errors": [None] * 40,
 }  # fmt: skip
-"""A cell of a link in the form that the page writes."""
+"""A cell of a result in a link, with the keys that the page writes."""
 
 WORDS = (
     "__proto__", "constructor", "toString", "valueOf", "hasOwnProperty", "prototype", "length",

@@ -1,7 +1,7 @@
 """Degenerate result tables: few rows, times that stand still, numbers of any size.
 
-A table starts as the exact or a wrong motion, of one or all maneuvers. Then it suffers up to three
-accidents of programs, spreadsheets and converters. A table depends only on its seed.
+A table starts as the exact or a wrong motion of one or all maneuvers. It is then damaged up to
+three times, as programs, spreadsheets and converters do. A table depends only on its seed.
 """
 
 import numpy as np
@@ -134,7 +134,7 @@ def _values(x, pick):
 
 
 def text(reference, pick):
-    """Return a table after its accidents, as a file, and its number of maneuvers."""
+    """Return a damaged table as a file, and its number of maneuvers."""
     x = table(reference, pick)
     for _ in range(pick.choice((0, 1, 1, 2, 2, 3))):
         with np.errstate(all="ignore"):

@@ -1,5 +1,8 @@
-"""Result files of fixed-step integrators, on the equations' other form: (roll, pitch, steer, w1,
-w3, spin, yaw), other coordinates than those in which error shapes are computed, or on the same."""
+"""Result files of fixed-step integrators.
+
+They use the few-product form of the equations with the variables (roll, pitch, steer, w1, w3, spin,
+yaw), not those in which error shapes are computed, or optionally the regular form.
+"""
 
 from fractions import Fraction
 

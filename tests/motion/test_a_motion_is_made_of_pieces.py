@@ -1,4 +1,4 @@
-"""The pieces of a motion join, from 0 to the requested end, and not beyond it."""
+"""The segments of a motion join without gaps, from 0 to the requested end and not beyond it."""
 
 from dataclasses import replace
 from fractions import Fraction

@@ -62,7 +62,7 @@ def on_grid(p):
 
 
 def proof_of(run, *bounds):
-    """Return a certificate of the trajectory, with one bound, or one for each piece."""
+    """Return a certificate of the trajectory, with one bound, or one for each segment."""
     by_piece = bounds if len(bounds) > 1 else bounds * run.steps
     return Certificate(run.states, tuple((b,) * 7 for b in by_piece), (by_piece[-1],) * 7)
 
@@ -152,9 +152,9 @@ def test_a_certificate_widens_the_enclosure_by_its_bound_over_the_slope(bicycle,
 
 
 def test_a_piece_is_looked_at_inside_its_own_interval_only(bicycle, maneuvers):
-    """The first piece would cross zero just after its end, where its bound does not apply.
+    """The first segment would cross zero just after its end, where its bound does not apply.
 
-    At the break its polynomial is 2^-60, and the second piece starts there and rises. The exact
+    At the break its polynomial is 2^-60, and the second segment starts there and rises. The exact
     motion within both bounds is never zero.
     """
     tiny = Fraction(1, 2**60)
@@ -237,7 +237,7 @@ def counted(p, low, high):
 
 @pytest.mark.parametrize("seed", range(9))
 def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
-    """Random polynomials over three pieces, some with roots that nearly meet, or at a break."""
+    """Random polynomials over three segments, some with roots that nearly meet, or at a break."""
     rng = random.Random(seed)
     roots = [Fraction(rng.randrange(1, 3000), 1000) for _ in range(rng.randrange(2, 8))]
     roots.append(roots[0] + Fraction(1, 10 ** rng.randrange(5, 12)))

@@ -26,8 +26,8 @@ def test_coefficients_are_those_of_series() -> None:
         expected = series.coefficients(formula(series, series.series([0, 1])))
         state = points.polynomials([[flint.arb(0), flint.arb(1)]])
         (found,) = points.coefficients([formula(points, state[0])])
-        # At most 20 for abs(s) = 3; the folded terms are 2^-64 of that, relative to the series' own
-        # rest.
+        # The function is at most 20 for abs(s) = 3, so the folded terms are at most 20 * 2^-64. The
+        # truncation error of the series itself is added.
         folded = 20 * analytic.folded(RADIUS, LENGTH + 41) + 1e-28
         assert folded < 1e-25
         for x, y in zip(found, expected, strict=True):

@@ -7,7 +7,7 @@ from heyoka_bike.numbers.double import median
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 10, 1001])
-def test_it_is_the_same(count):
+def test_the_median_equals_numpys(count):
     x = np.random.default_rng(count).normal(size=(7, count)) * 10.0 ** np.arange(-3, 4)[:, None]
     assert np.array_equal(median(x), np.median(x, axis=-1))
     assert median(x[0].tolist()) == np.median(x[0])

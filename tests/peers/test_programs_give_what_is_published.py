@@ -14,12 +14,13 @@ RUNS = {
     name: said["runs"]
     for name, said in json.loads(DOCUMENT.read_text(encoding="utf-8"))["programs"].items()
 }
-# The same version on the same kind of processor gives the same bytes, of MuJoCo, PyBullet,
-# Pinocchio, Drake, Simbody, ODE and IDA as measured. Other processors, compilers and libraries
-# round otherwise, which moves steps and iterations that are chosen by comparing errors with a
-# tolerance, and so the error by a part of itself. Twice the error is another method or setting.
+# The same version on the same kind of processor reproduced all bytes, measured with MuJoCo,
+# PyBullet, Pinocchio, Drake, Simbody, ODE and IDA. Other processors, compilers and libraries round
+# differently. This moves steps and iterations that depend on a tolerance, and so changes the error
+# by a part of itself. A factor of two indicates another method or setting.
 FACTOR = 2.0
-SECONDS = 600  # for deriving or compiling, and for the run; the cheaper ones take below 20
+# [s] for deriving or compiling, and for the run; the cheaper runs take less than 20 s
+SECONDS = 600
 
 
 @pytest.fixture(autouse=True)

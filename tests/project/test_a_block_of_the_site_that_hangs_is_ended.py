@@ -1,4 +1,5 @@
-"""The builder of the site ends what a block started, and names the block that hangs or fails."""
+"""The builder of the site ends all programs that a block started, and names a block that hangs
+or fails."""
 
 import os
 import shutil
@@ -14,14 +15,14 @@ from heyoka_bike.system.resources import data_folder
 
 SITE = data_folder().parent / "docs" / "_site"
 SHELL = ("bash", "-e", "-o", "pipefail", "-s")
-# Long enough for a shell to start a program on a busy machine, short beside what hangs.
+# Long enough for a shell to start a program on a busy machine, but short for a program that hangs.
 SECONDS = 2.0
 HANGS = "sleep 1000 & echo $! > pid; echo begun; wait"
 
 
 def is_there(folder):
-    """Whether the program that the block started in the background still runs."""
-    # Who is killed is no child of this process: its state is left to whoever adopts it.
+    """True if the program that the block started in the background still runs."""
+    # The killed program is not a child of this process, so it may remain as a zombie for a moment.
     pid = int((folder / "pid").read_text())
     for _ in range(100):
         try:

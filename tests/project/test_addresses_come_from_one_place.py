@@ -1,4 +1,4 @@
-"""Repository and site have one address each, in pyproject.toml; all pages name these."""
+"""The addresses of the repository and the site are in pyproject.toml; all pages use these."""
 
 import re
 import shutil

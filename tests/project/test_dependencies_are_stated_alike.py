@@ -1,4 +1,5 @@
-"""What is required is the same in the conda recipe, and is in the constraints."""
+"""The conda recipe has the same requirements as pyproject.toml, and the constraints
+contain them."""
 
 import re
 import tomllib
@@ -14,7 +15,7 @@ from heyoka_bike.version import __version__
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-# Names that conda-forge has otherwise.
+# Packages with another name in conda-forge
 CONDA = {"heyoka": "heyoka.py"}
 
 

@@ -1,6 +1,6 @@
 """The Attributes section of a dataclass or named tuple names all of its own fields, in their order.
 
-Of the fields of a base class it may say what they are here.
+The section may also describe inherited fields.
 """
 
 import inspect
@@ -13,17 +13,18 @@ import heyoka_bike
 
 _SECTION = re.compile(r"^Attributes\n-+\n(.*?)(?=^\w+\n-+$|\Z)", re.MULTILINE | re.DOTALL)
 _NAMES = re.compile(r"^\w.*", re.MULTILINE)
-FEW = 3  # fields that their own names may explain
+FEW = 3  # a class with at most this many fields needs no section
 
 
 def records():
-    """The public ones; a class that is imported elsewhere comes up again."""
+    """Public dataclasses and named tuples: class, own fields and all fields. An imported class
+    is repeated."""
     for info in pkgutil.walk_packages(heyoka_bike.__path__, "heyoka_bike."):
         if info.name != "heyoka_bike.__main__":
             for name, thing in vars(import_module(info.name)).items():
                 if isinstance(thing, type) and name[0] != "_":
                     if is_dataclass(thing):
-                        # Without those of a base class.
+                        # Fields without those of a base class
                         own = inspect.get_annotations(thing)
                         yield thing, own, [f.name for f in fields(thing)]
                     elif issubclass(thing, tuple) and hasattr(thing, "_fields"):

@@ -68,7 +68,7 @@ def test_the_pages_that_start_install_as_the_readme_does(page):
     shared = install.removesuffix(" && . .venv/bin/activate")
     assert shared != install
     assert f"{shared} && .venv/bin/heyoka-bike score" in readme
-    # Scoring needs less.
+    # Scoring needs fewer packages than generating.
     more = shared.replace(" -e .", " -e '.[generate]'")
     assert more != shared
     assert f"{more} && .venv/bin/heyoka-bike generate" in readme
@@ -88,7 +88,7 @@ def test_commands_of_pages_that_are_not_run_by_the_site_work(folder, tmp_path, m
     shutil.copyfile(data_folder() / "peers" / "exudyn-h0.001.txt", "my-results.txt")
     shutil.copytree(folder, "my-reference")
     lines = [line for name in ("verify.md", "replay.md") for line in sh_lines(name)]
-    # An atlas takes minutes, and has tests of its own.
+    # An atlas takes minutes and has its own tests.
     lines = [line for line in lines if ".zarr" not in line]
     assert len(lines) == 7
     for line in lines:
@@ -127,6 +127,6 @@ def test_the_site_builds_without_a_warning(folder, tmp_path):
     _, home = addresses()
     for page in html.values():
         assert home not in page, "a link of the site itself is not relative"
-        # Nothing is loaded from elsewhere.
+        # No script, style sheet or image is loaded from another site.
         assert not re.search(r"<(?:script|link|img)\b[^>]*(?:src|href)=\"https?:", page)
     assert {p.name: p.stat().st_mtime_ns for p in folder.iterdir()} == before

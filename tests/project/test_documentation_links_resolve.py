@@ -1,6 +1,7 @@
 """Links of the README, the changelogs and docs to files and headings exist; pages are in the site.
 
-Without Sphinx: what GitHub's readers follow. External addresses are not visited.
+The test follows links as readers on GitHub do, without Sphinx. It does not visit external
+addresses.
 """
 
 import re
@@ -12,7 +13,7 @@ from redirects import moved
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"
-# The paper is no page: its figures are made when it is built.
+# The paper is not a page: its figures are made when it is built.
 PAGES = sorted(
     p for p in DOCS.rglob("*.md") if not {"_build", "paper"} & {*p.relative_to(DOCS).parts}
 )
@@ -30,12 +31,12 @@ _HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
 
 
 def prose(text):
-    """Without code, in which brackets are no links and # begins no heading."""
+    """The text without code, where brackets are not links and # does not begin a heading."""
     return re.sub(r"`[^`\n]*`", "code", _FENCE.sub("", text))
 
 
 def anchors(text):
-    """The anchors that GitHub gives the headings."""
+    """The anchors that GitHub makes from the headings."""
     found = {}
     for heading in _HEADING.findall(_FENCE.sub("", text)):
         plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()
@@ -47,7 +48,7 @@ def anchors(text):
 
 
 def broken(page, text):
-    """Links of a page that lead nowhere."""
+    """Links of a page without a target."""
     found = []
     for link in _LINK.findall(prose(text)):
         if re.match(r"[a-z]+:", link):
@@ -61,7 +62,7 @@ def broken(page, text):
 
 
 def entries(page):
-    """Pages and notebooks that the toctrees of a page name."""
+    """Pages and notebooks in the toctrees of a page."""
     named = [
         page.parent / line.strip()
         for tree in _TOCTREE.findall(page.read_text(encoding="utf-8"))

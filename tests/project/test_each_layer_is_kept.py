@@ -1,4 +1,4 @@
-"""Each contract of import-linter is kept by the package, and broken by one wrong import."""
+"""The package keeps each contract of import-linter, and one wrong import breaks it."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# By contract: a package, and what must not be imported there.
+# For each contract: a package, and a module that it must not import.
 WRONG = {
     "Each wing uses only those below it": ("numbers", "heyoka_bike.scoring"),
     "Inside the workbench": ("workbench/fast", "heyoka_bike.workbench.bench"),
@@ -24,7 +24,7 @@ WRONG = {
         "showing/formats", "rich",
     ),
     "heyoka is used through its adapter": ("workbench/atlas", "heyoka"),
-    # Mistakes are made in programs, which know nothing of them.
+    # Mistakes are applied to programs; a program must not import them.
     "No circles anywhere": (
         "scoring/diagnosis/programs", "heyoka_bike.scoring.diagnosis.mistakes",
     ),
@@ -39,7 +39,7 @@ def copy(tmp_path):
 
 
 def verdicts(package):
-    """KEPT or BROKEN by contract."""
+    """Return KEPT or BROKEN for each contract."""
     code = "from importlinter.cli import lint_imports_command; lint_imports_command()"
     run = subprocess.run(
         [sys.executable, "-c", code, "--no-cache"], cwd=package.parent, capture_output=True,

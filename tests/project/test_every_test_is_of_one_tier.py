@@ -1,4 +1,4 @@
-"""No test has the marks of two tiers: `-m proof` are the proofs that are not slow."""
+"""No test has the marks of two tiers: `-m proof` selects the proofs that are not slow."""
 
 import subprocess
 import sys

@@ -1,4 +1,5 @@
-"""The pages of the field show the runs in docs/field.json, those of data/peers/field.toml."""
+"""The pages on compared software show the runs in docs/field.json, as data/peers/field.toml
+defines them."""
 
 import json
 import tomllib
@@ -43,7 +44,7 @@ def test_tables_and_counts_are_those_of_the_run(run):
 
 
 def test_runs_are_those_that_the_protocol_asks_for(run, field):
-    """The default, and of each family the values of its sweep, played again from the lines."""
+    """The stored runs are the default and, for each family, the values that its sweep asks for."""
     assert set(run["programs"]) == set(field)
     for name, said in run["programs"].items():
         entry = field[name]
@@ -67,7 +68,7 @@ def test_runs_are_those_that_the_protocol_asks_for(run, field):
 
 
 def test_no_run_within_the_budget_is_more_right_than_the_best(run):
-    assert BUDGET == measured.BUDGET, "the page names the time that the runs were given"
+    assert BUDGET == measured.BUDGET, "the page states the time limit of the runs"
     for p in shown(run):
         within = [r["digits"] for r in p.runs if r["cpu"] <= measured.BUDGET]
         assert p.best["digits"] == max(within)
@@ -123,7 +124,7 @@ def test_figures_name_every_program(run):
         assert f"]({name})" in PAGE.read_text()
         assert data.startswith(b"<?xml")
     for p in shown(run):
-        # matplotlib writes a line of text as paths, with the text as a comment.
+        # matplotlib draws text as paths and puts each line of text in a comment.
         words = fill(p.name, 24).split("\n")[0]
         assert f"<!-- {words} -->".encode() in drawn["field.svg"]
 

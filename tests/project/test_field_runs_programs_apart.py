@@ -1,4 +1,5 @@
-"""The field is run program by program: what hangs, crashes or is absent is one line."""
+"""The compared programs run one by one; a program that hangs, crashes or is missing
+gives one line."""
 
 import gzip
 import hashlib
@@ -25,7 +26,7 @@ def _modules_are_found():
 
 
 def maker(what):
-    """A function that behaves as it is told to."""
+    """Return a function that hangs, crashes or raises as `what` says."""
     if what == "absent":
         raise ImportError("no module that is called so")
     return behave
@@ -68,7 +69,7 @@ def test_what_is_not_here_says_so():
 
 
 def line(entry, family, value, **found):
-    """A run as it is written down."""
+    """A run as it is stored."""
     about = measured.told(entry, "sweep", family, value)
     return (
         about | {"started": "2026-11-24T12:00Z", "failure": None, "cpu": 1.0, "digits": 3.0} | found
@@ -111,12 +112,12 @@ def test_the_best_run_is_the_most_right_one_within_the_budget():
 @pytest.mark.parametrize(
     ("measure", "found", "asked"),
     [
-        # Two refinements in a row that gain less than 0.15 digits end a sweep.
+        # Two successive refinements that gain less than 0.15 digits end a sweep.
         ("step", [1, 2, 2.1, 2.05], [1, 0.5, 0.25, 0.125]),
         ("step", [1, 0.9, 2, 1.9, 2.1, 9], [1, 0.5, 0.25, 0.125, 0.0625]),
-        # Failures count from the first run on that comes to its end.
+        # Failures only count after the first successful run.
         ("step", [None, None, None, 2, None, 3, None, None], [0.5**i for i in range(8)]),
-        # A tolerance goes down to the rounding unit, or until two runs in a row fail.
+        # A tolerance is reduced to the rounding unit, or until two successive runs fail.
         ("tolerance", [2] * 16, [0.1**i for i in range(16)]),
         ("tolerance", [1, None, 2, None, None], [0.1**i for i in range(5)]),
     ],
@@ -147,7 +148,7 @@ def test_a_sweep_ends_where_the_next_run_would_take_too_long_or_is_beyond_roundi
     values, run = tried(lambda n: 1.1 * 2**n)
     field.sweep("step", {"from": 1}, run)
     assert 1.1 * 2 ** len(values) > measured.BUDGET > 1.1 * 2 ** (len(values) - 1)
-    # A tolerance costs as much more as the last one did.
+    # The cost of the next tolerance is extrapolated from the last increase.
     values, run = tried(lambda n: 1.1 * 1.5**n)
     field.sweep("tolerance", {"from": 1e-3}, run)
     assert 1.1 * 1.5 ** len(values) > measured.BUDGET > 1.1 * 1.5 ** (len(values) - 1)
@@ -176,13 +177,14 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
     again = measured.Document.of(path, "here", ["b", "a"])
     assert again.line("a", "H1", "this") == again.line("b", "H4", "this") == good
     again.keep_runs("a", said, [])
-    assert again.line("a", "H1", "this") == good, "runs that follow are kept too"
+    assert again.line("a", "H1", "this") == good, "earlier runs must remain"
     for name, asked, made_of in (
         ("a", "H1", "other"), ("a", "H1", "that"), ("a", "H4", "this"), ("b", "H1", "this"),
         ("b", "H2", "this"),
     ):  # fmt: skip
         assert again.line(name, asked, made_of) is None
-    # Elsewhere nothing of the benchmark is kept. The extended set is, of the machine it names.
+    # On another machine the runs of the benchmark are not reused. The extended runs name their
+    # machine.
     elsewhere = measured.Document.of(path, "elsewhere", [])
     assert elsewhere.line("a", "H1", "this") is elsewhere.line("b", "H4", "this") is None
     assert elsewhere.content["harder"]["machine"] == "here"
@@ -195,7 +197,7 @@ class Told:
     """A program that runs nothing."""
 
     def start(self):
-        """It is there."""
+        """Pretend that the program is installed."""
 
 
 def test_what_is_done_of_the_harder_tier_is_said(monkeypatch):
@@ -236,7 +238,7 @@ def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
     text = asked.text(rows, [17] * 24)
     short = asked.shortened(text, reference)
     first, *others = (word.lstrip("-0.") for word in short.splitlines()[500].split()[1:])
-    # An error of 1e-5 of the largest lean, 0.18 rad: 4.3 digits.
+    # An error of 1e-5, relative to the largest lean of 0.18 rad, is 4.3 digits.
     assert len(first) <= 7 < min(map(len, others))
     whole, part = asked.judge(text, reference), asked.judge(short, reference)
     assert part["scd"]["roll_angle"] == pytest.approx(whole["scd"]["roll_angle"], abs=0.03)
@@ -266,7 +268,7 @@ def test_the_race_is_among_the_cheapest_runs_that_pass_in_maneuver_2():
 
     programs = {
         "a": program("a/x.py", run(4, 3, 1e-4), run(3, 2, 9e-4), run(9, 1, 2e-3)),
-        # Finer, and faster by chance than the step of 8.
+        # This step is finer than 8, but happened to run faster.
         "b": program("a/y.py", run(8, 1.6, 1e-4), run(7, 1.5, 1e-4), run(9, 0.5, 0, "crashed"),
                      run(9, 5, 1e-4, family="y")),
         "c": program("c/x.py", run(1, 1, 1e-2)),
@@ -348,7 +350,7 @@ def test_rows_that_are_proved_alone_are_those_of_the_set(reference, tmp_path):
         for part in ("hi", "lo"):
             ours, published = (getattr(m.rows, part)[name] for m in (short, whole))
             assert np.array_equal(ours, published[:11]), (name, part)
-            # A run in 70 digits rounds the same way, but where the exact value is zero.
+            # A run with 70 digits rounds in the same way, except where the exact value is zero.
             found_too = getattr(computed[2].rows, part)[name]
             assert np.abs(found_too - ours).max() < 1e-60, (name, part)
     middle = short.evaluate("0.055", "roll_angle")["roll_angle"]

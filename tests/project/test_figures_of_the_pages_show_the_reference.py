@@ -1,4 +1,4 @@
-"""The figures that only pages show draw, the same each time, and say what the reference does."""
+"""The figures of the pages are reproducible and show the values of the reference."""
 
 import json
 import re
@@ -54,7 +54,7 @@ def with_heyoka():
 
 @pytest.fixture
 def quick_bounds(monkeypatch):
-    """Bounds that are not proved."""
+    """Replace the proved bounds with quick ones that are not proved."""
 
     def made(runs):
         breaks = np.linspace(0.0, 10.0, 6)
@@ -71,13 +71,13 @@ def quick_bounds(monkeypatch):
 
 @pytest.fixture(scope="module")
 def followed(reference):
-    """What becomes of the maneuvers, computed once."""
+    """The motions after the ten seconds, computed once."""
     return after.motions(reference, (1, 2, 3)) if HAS_HEYOKA else None
 
 
 @pytest.fixture
 def quick_motions(monkeypatch, followed):
-    """Motions that are not computed again."""
+    """Return the computed motions instead of computing them again."""
     monkeypatch.setattr(after, "motions", lambda _, numbers: [followed[n - 1] for n in numbers])
 
 
@@ -124,16 +124,16 @@ def test_errors_are_the_differences_of_the_text_files(reference, folder, number)
         e = found["mechanical_energy"]
         assert energies[label].get_ydata()[-1] == pytest.approx(100 * (e.max() - e.min()) / e[0])
         assert (energies[label].get_xdata() == found["time"]).all()
-        if name.startswith("scipy"):  # default definitions
+        if name.startswith("scipy"):  # SciPy's run uses the default definitions
             worst = max(np.abs(found[c] - exact[c]).max() / np.abs(exact[c]).max() for c in STATE)
-            # The text has 17 digits: a part in 1e15 of the scale is lost in the difference.
+            # The text has 17 digits, so the difference loses 1e-15 of the scale.
             assert drawn[label].get_ydata()[-1] == pytest.approx(100 * worst, rel=1e-4)
     for line in (*drawn.values(), *energies.values()):
         assert (np.diff(line.get_ydata()) >= 0).all()
 
 
 def columns(path, number):
-    """Columns of a maneuver in a file of the benchmark's 25 columns."""
+    """Columns of a maneuver in a file with the benchmark's 25 columns."""
     names = (*("roll_angle", "roll_rate", "forward_speed"), "potential_energy", "kinetic_energy",
              "mechanical_energy", "steer_angle", "steer_rate")  # fmt: skip
     table = np.loadtxt(path)
@@ -144,7 +144,7 @@ def columns(path, number):
 
 @pytest.mark.proof
 def test_energy_lets_pass_what_is_wrong_by_percents(reference):
-    """What the figure is for: the first run is below the limit and its error is not."""
+    """The figure shows that the first run meets the energy limit although its error is large."""
     left, right = true_errors.draw(reference, [1]).axes
     assert left.lines[0].get_ydata()[-1] > 2.0
     limit = next(x.get_ydata()[0] for x in right.lines if len(x.get_ydata()) == 2)
@@ -246,7 +246,7 @@ def test_bicycle_is_drawn_to_scale(reference, bicycle):
         np.hypot(e[0] - a[0], e[1] - a[1]) for a, e in arrows if a in {(0.0, r_rear), (w, r_front)}
     ]
     assert sorted(spokes) == pytest.approx([r_rear, r_front])
-    # Equal scale in both directions.
+    # Both directions have the same scale.
     figure_box = side.get_position()
     wide, high = (np.ptp(x) for x in (side.get_xlim(), side.get_ylim()))
     size = side.figure.get_size_inches()
@@ -258,12 +258,12 @@ def test_bicycle_is_drawn_to_scale(reference, bicycle):
 
 @pytest.mark.proof
 def test_angles_are_positive_to_the_right(reference):
-    """The curved arrows end on the right of where they start: lean, yaw and steer to the right."""
+    """The curved arrows of lean, yaw and steer point to the right."""
     _, behind, above = dimensions.draw(reference).axes
     (lean,) = arcs(behind)
     assert lean[-1, 0] > lean[0, 0] == pytest.approx(0.0, abs=1e-12)
     yaw, steer = arcs(above)
-    # From above, right is down the page.
+    # Seen from above, right is downwards in the figure.
     assert yaw[0, 1] == 0.0 > yaw[-1, 1]
     assert steer[-1, 1] < steer[0, 1]
 
@@ -315,7 +315,7 @@ def test_certified_bound_is_above_the_true_error_and_is_the_published_one(
     stairs = ax.patches[0].get_data()
     (error,) = (x for x in ax.lines if "true error" in x.get_label())
     published = json.loads((folder / "certificate.json").read_text())["maneuvers"][2]["bound"]
-    # Published with three digits, rounded up.
+    # The published bounds have three digits and are rounded up.
     assert stairs.values.max() <= float(published) < 1.01 * stairs.values.max()
     piece = np.clip(np.searchsorted(stairs.edges, error.get_xdata()) - 1, 0, None)
     assert (error.get_ydata() <= stairs.values[piece]).all()
@@ -324,7 +324,7 @@ def test_certified_bound_is_above_the_true_error_and_is_the_published_one(
 
 @pytest.fixture
 def panels(reference, quick_motions):
-    """Panels of the figure of what comes after ten seconds, by name."""
+    """Panels of the figure of the motion after ten seconds, by name."""
     if not HAS_HEYOKA:
         pytest.skip("needs heyoka")
     return {ax.get_label(): ax for ax in after.draw(reference, (1, 2, 3)).axes}
@@ -332,17 +332,17 @@ def panels(reference, quick_motions):
 
 @pytest.fixture(scope="module")
 def page():
-    """Numbers of docs/after-ten-seconds.md by table and what they are."""
+    """Numbers of docs/after-ten-seconds.md, by table and quantity."""
     return {name: {r[0]: first_number(r[1]) for r in rows} for name, rows in committed().items()}
 
 
 def said(table, quantity):
-    """A number of a table."""
+    """Value of a quantity in a table."""
     return float(table[quantity])
 
 
 def numbers_in(ax):
-    """Of the notes in a panel."""
+    """Numbers in the notes of a panel."""
     text = " ".join(t.get_text() for t in ax.texts).replace("\N{MINUS SIGN}", "-")
     return [float(x) for x in re.findall(r"-?\d+\.\d+", text)]
 
@@ -352,15 +352,15 @@ def test_the_cycle_drawn_is_the_one_of_the_page(panels, page, reference):
     beginning, cycle = panels["portrait"].lines
     for values, what in zip(cycle.get_data(), ("roll", "steer"), strict=True):
         largest = said(page["cycle"], f"largest {what} angle [rad]")
-        # Points are 1/200 s apart: the largest is missed by a part in 3e4 at most.
+        # The points are 1/200 s apart, so the maximum is missed by at most 1/30,000 of it.
         assert 0 <= largest - values.max() < 4e-5 * largest
         assert 0 <= largest + values.min() < 4e-5 * largest
-        # It closes but for roundoff, some 1e-14 in 200 s.
+        # The cycle is closed up to rounding, about 1e-14 in 200 s.
         assert values[-1] == pytest.approx(values[0], abs=1e-13)
     times = np.linspace(0.0, 10.0, len(beginning.get_xdata()))
     exact = reference[1].evaluate(times, ("roll_angle", "steer_angle"))
     for values, name in zip(beginning.get_data(), ("roll_angle", "steer_angle"), strict=True):
-        # Rounding of binary64: some 1e-15.
+        # Rounding of binary64: about 1e-15.
         assert np.abs(values - exact[name]).max() < 1e-13
 
 
@@ -373,8 +373,8 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     largest = said(page["cycle"], "largest roll angle [rad]")
     assert np.abs(np.abs(np.abs(roll) - largest) - distance[time < 10]).max() < 1e-13
     period = said(page["cycle"], "period [s]")
-    # Where other modes have died out, and far above roundoff, each is the last one times the
-    # half-period multiplier: both are below a part in a thousand there.
+    # After the other modes have decayed, and well above rounding, each distance is the previous one
+    # times the multiplier of half a period, to 0.1 %.
     settled = (distance < 1e-6) & (distance > 1e-11)
     assert settled.sum() > 40
     half = said(page["cycle"], "half-period multiplier 1")
@@ -382,11 +382,11 @@ def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, ref
     assert np.abs(ratio / -half - 1).max() < 1e-3
     (start, end), (first, last) = line.get_data()
     floquet = said(page["cycle"], "Floquet multiplier 1")
-    # That part in a thousand at both ends of 23 periods.
+    # That error of 0.1 % at both ends of 23 periods.
     assert (last / first) ** (period / (end - start)) == pytest.approx(floquet, rel=1e-4)
     on_line = first * (last / first) ** ((time[settled] - start) / (end - start))
     assert np.abs(on_line / distance[settled] - 1).max() < 1e-3
-    # Written with four decimals.
+    # The numbers have four decimals.
     assert numbers_in(ax) == pytest.approx([floquet, period], abs=5e-5)
 
 
@@ -399,14 +399,14 @@ def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, re
     assert np.abs(np.abs(roll) - lean[time < 10]).max() < 1e-13
     weave = said(page["settling"], "eigenvalue at that speed, weave [1/s]")
     (start, end), (first, last) = line.get_data()
-    # The eigenvalue of a speed in binary64.
+    # The eigenvalue belongs to the speed as a binary64 number.
     assert np.log(last / first) / (end - start) == pytest.approx(weave, rel=1e-12)
-    # From 50 s on what is left of capsize is a part in 1e5; runs are rounded to 2^-69.
+    # After 50 s the capsize mode has decayed to 1e-5; the runs are rounded to 2^-69.
     late = (time > 50) & (lean > 1e-15)
     assert late.sum() > 30
     on_line = first * (last / first) ** ((time[late] - start) / (end - start))
     assert np.abs(on_line / lean[late] - 1).max() < 1e-4
-    # What is drawn ends with roundoff.
+    # The curve ends where rounding dominates.
     assert end == ax.get_xlim()[1] == pytest.approx(time[lean > after.ROUNDOFF][-1], abs=1.0)
     speed = said(page["settling"], "final speed [m/s]")
     assert numbers_in(ax) == pytest.approx([speed, weave], abs=5e-5)
@@ -418,24 +418,24 @@ def test_the_fall_drawn_ends_where_the_page_says(panels, page):
     lift = said(fall, "lift-off, time [s]")
     roll, at_roll = panels["roll"].lines
     floor, rear, front, at_force = panels["forces"].lines
-    # Errors of binary64 have grown to some 1e-8 by then, in rad and s.
+    # By then, errors of binary64 have grown to about 1e-8 (rad and s).
     for line in (roll, rear, front, at_roll, at_force):
         assert line.get_xdata()[-1] == pytest.approx(lift, abs=1e-7)
     for line in (roll, at_roll):
         angle = said(fall, "roll angle at the lift-off [rad]")
         assert line.get_ydata()[-1] == pytest.approx(angle, abs=1e-7)
-    # In a second forces change by 5e5 N there.
+    # The force changes by 5e5 N/s there.
     for line in (rear, at_force):
         assert line.get_ydata()[-1] == pytest.approx(0.0, abs=1e-2)
     force = said(fall, "normal force on the front wheel at the lift-off [N]")
     assert front.get_ydata()[-1] == pytest.approx(force, abs=1e-2)
     greatest = roll.get_ydata().argmax()
-    # Points are a millisecond apart, and the curve is flat there.
+    # The points are a millisecond apart, and the curve is flat there.
     when = said(fall, "largest roll angle, time [s]")
     assert roll.get_xdata()[greatest] == pytest.approx(when, abs=3e-3)
     largest = said(fall, "largest roll angle [rad]")
     assert roll.get_ydata()[greatest] == pytest.approx(largest, abs=1e-6)
-    # Both wheels press on the floor until then.
+    # Both normal forces are positive until the lift-off.
     assert (rear.get_ydata()[:-1] > 0).all()
     assert (front.get_ydata() > 0).all()
     assert list(floor.get_ydata()) == [0.0, 0.0]

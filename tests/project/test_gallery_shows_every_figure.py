@@ -1,4 +1,4 @@
-"""The gallery has every kind of figure, with a command that makes it, and pictures stay small."""
+"""The gallery shows every kind of figure with the command that makes it; its pictures are small."""
 
 import shlex
 
@@ -10,7 +10,7 @@ import figures
 from gallery import IMAGES, PAGE, SHOTS, entries
 from heyoka_bike.workbench.figures import FIGURES
 
-_LARGEST = 200e3  # of a picture in the repository [bytes]
+_LARGEST = 200e3  # [bytes] size limit of a picture in the repository
 
 
 def test_every_figure_of_plot_is_there():

@@ -1,6 +1,6 @@
-"""One module knows heyoka's API: every other one asks it.
+"""Only one module uses heyoka's API; all others use this module.
 
-heyoka is imported when it is needed, by its name in a text, which no import contract sees.
+heyoka is imported at run time, by its name in a string, which no import contract sees.
 """
 
 import ast
@@ -16,11 +16,11 @@ API = {
     "recommended_simd_size", "t_event_batch", "taylor_adaptive", "taylor_adaptive_batch",
     "taylor_outcome",
 }  # fmt: skip
-"""Names of heyoka that are names of nothing else here."""
+"""Names of heyoka that nothing else here has."""
 
 
 def uses(text):
-    """What a module does with heyoka: how it imports it, and the names that it asks for."""
+    """How a module imports heyoka, and the names of the API that it uses."""
     tree = ast.parse(text)
     calls = (x for x in ast.walk(tree) if isinstance(x, ast.Call) and x.args)
     imports = {
@@ -28,7 +28,7 @@ def uses(text):
         for x in calls
         if isinstance(x.args[0], ast.Constant) and x.args[0].value == "heyoka"
     }
-    # The name of an integrator in a table is no import.
+    # An integrator's name in a table is not an import.
     imports &= {"required", "import_module", "importlib.import_module", "__import__"}
     return imports | {x.attr for x in ast.walk(tree) if isinstance(x, ast.Attribute)} & API
 

@@ -1,4 +1,4 @@
-"""The page of the oracles names all that each of them takes from the package."""
+"""The page on oracles names all modules of the package that each oracle imports."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""Outputs that stand in a page of the documentation are those of the commands above them."""
+"""The outputs in the pages of the documentation are those of the commands above them."""
 
 import pytest
 
@@ -72,7 +72,8 @@ EVERY = [page for page in sorted(DOCS.rglob("*.md")) if BLOCK.search(page.read_t
 
 @pytest.mark.parametrize("page", EVERY, ids=lambda p: str(p.relative_to(DOCS)))
 def test_every_block_that_prints_has_its_output_below(page):
-    """Or the page says where there is one, if a program for it was not there."""
+    """Instead of the output, a block that needs another program may have a link to
+    the built page."""
     text = page.read_text(encoding="utf-8")
     there = f"{SITE}/{page.relative_to(DOCS).with_suffix('.html').as_posix()}"
     for found in BLOCK.finditer(text):
@@ -81,7 +82,8 @@ def test_every_block_that_prints_has_its_output_below(page):
             assert found["below"] or ("needs" in asked and there in text), found["source"]
 
 
-# What a new user reads; of all pages the site compares the outputs when it is built.
+# These are the pages that a new user reads first. Building the site compares the outputs of all
+# pages.
 @pytest.mark.proof
 @pytest.mark.parametrize("name", ["start.md", "diagnosis.md", "check.md"])
 def test_outputs_are_what_the_commands_print(name):

@@ -1,4 +1,4 @@
-"""What `import heyoka_bike` offers is there, says what it is, and is documented at one path."""
+"""Every public name of heyoka_bike exists, has a docstring, and is documented under one path."""
 
 import importlib
 import inspect
@@ -19,13 +19,13 @@ _HEADING = re.compile(r"^(\w+)\n-{3,}$", re.MULTILINE)
 
 
 def sections(thing):
-    """The parts of a docstring by heading, without the text before the first."""
+    """The sections of a docstring by heading, without the text above the first heading."""
     parts = _HEADING.split(inspect.getdoc(thing))
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
 def named(section):
-    """What a section of a docstring describes: the names at its left margin."""
+    """Names at the left margin of a docstring's section."""
     left = re.findall(r"^\w.*", section, re.MULTILINE)
     return [name for line in left for name in re.split(r",\s*", line.partition(" :")[0])]
 
@@ -62,7 +62,7 @@ def test_every_name_is_documented_at_one_path():
 
 def test_the_table_of_names_is_that_of_the_package():
     rows = re.findall(r"^\| [a-z ]+ \|(.*)\|$", PAGE, re.MULTILINE)
-    properties = {"motion", "sensitivities"}  # of a `Reference`
+    properties = {"motion", "sensitivities"}  # of `Reference`
     named = {x for row in rows for x in re.findall(r"`(\w+)`", row)}
     assert sorted(named - properties) == PUBLIC
 
@@ -74,7 +74,7 @@ def test_other_names_are_refused():
 
 
 def test_names_do_not_depend_on_how_python_runs():
-    """Without assertions and docstrings."""
+    """The names are the same with -OO, which removes assertions and docstrings."""
     code = "import heyoka_bike as h; print(*(n for n in h.__all__ if hasattr(h, n)))"
     run = subprocess.run([sys.executable, "-OO", "-c", code], capture_output=True, text=True)
     assert run.stdout.split() == heyoka_bike.__all__, run.stderr

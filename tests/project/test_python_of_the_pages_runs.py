@@ -1,7 +1,7 @@
-"""Every block of Python on a page of the documentation runs as it stands, or says why it does not.
+"""Every block of Python on a page runs unchanged, or the page says why it does not.
 
-The blocks of a page run in turn in one namespace, in a folder with the result files and packages
-that the pages speak of.
+The blocks of a page run in order in one namespace, in a folder with the result files and packages
+that the pages mention.
 """
 
 import re
@@ -16,7 +16,7 @@ ROOT = data_folder().parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 _BLOCK = re.compile(r"^```(?:\{run\} )?python\b([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
-# What a block of these pages needs that no test of seconds has, and where it is tried.
+# Blocks that need more than this test has: what they need, and where they are tried.
 ELSEWHERE = {
     "docs/after-ten-seconds.md": "runs of minutes; when the site is built",
     "docs/atlas.md": "an atlas; tests/workbench/test_an_atlas_says_what_becomes.py",
@@ -43,7 +43,7 @@ def test_the_pages_that_are_left_out_have_python():
 @pytest.mark.proof
 @pytest.mark.parametrize("name", sorted(set(WITH_PYTHON) - set(ELSEWHERE)))
 def test_blocks_run(name, tmp_path):
-    """In turn in one namespace, in a folder with what the site's builder has there."""
+    """The blocks run in order in one namespace, in a folder like the one of the site's builder."""
     shutil.copytree(ROOT / "data", tmp_path / "data")
     shutil.copyfile(ROOT / "data" / "peers" / "exudyn-h0.001.txt", tmp_path / "my-results.txt")
     namespace = {"__name__": "page"}

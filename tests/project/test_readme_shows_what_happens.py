@@ -1,4 +1,4 @@
-"""What the README shows is what its commands print, and its numbers are those of the code."""
+"""The README shows the output of its commands, and its numbers are those of the code."""
 
 import re
 import shlex
@@ -30,7 +30,7 @@ def test_the_scored_tables_are_printed_by_the_command_above_them(
     printed = capsys.readouterr().out.replace(f"{ROOT}/", "").splitlines()
     shown = [line for line in blocks[at][1].splitlines() if line and line != "..."]
     assert len(shown) > 20
-    # The verdict is wrapped elsewhere when the path is longer.
+    # Here the path is longer, so the verdict is wrapped differently. Only the table is compared.
     table = shown[next(i for i, line in enumerate(shown) if line.startswith("correct digits")) :]
     after = 0
     for line in table:

@@ -1,4 +1,5 @@
-"""Scripts beside the package find in it the names that they import; few of them run in a test."""
+"""The names that scripts outside the package import from it exist; few of these scripts run in a
+test."""
 
 import ast
 from importlib import import_module
@@ -13,7 +14,8 @@ SCRIPTS = sorted(
 
 
 def imported(text):
-    """Module and name of each import from the package; no name if it is of the module alone."""
+    """Module and name of each import from the package; the name is empty if the
+    module is imported."""
     for x in ast.walk(ast.parse(text)):
         if isinstance(x, ast.ImportFrom) and (x.module or "").split(".")[0] == "heyoka_bike":
             yield from ((x.module, alias.name) for alias in x.names)
@@ -23,7 +25,7 @@ def imported(text):
 
 
 def missing(text):
-    """Imports from the package that are not there."""
+    """Imports from the package that do not exist."""
     return [f"{module}.{name}" for module, name in imported(text) if not exists(module, name)]
 
 
@@ -32,7 +34,7 @@ def exists(module, name):
         found = import_module(module)
         return name is None or hasattr(found, name) or bool(import_module(f"{module}.{name}"))
     except ModuleNotFoundError as error:
-        # A package that is not installed here says nothing about the names.
+        # If another package is missing here, nothing follows for the names.
         return not (error.name or "").startswith("heyoka_bike")
 
 

@@ -1,7 +1,7 @@
-"""Nothing outside `showing` reads code, sentence or numbers of a finding: data decides.
+"""Outside `showing`, no code reads the code, message or numbers of a finding: decisions use data.
 
-Evidence makes its sentence last, see `scoring.evidence`. A decision by words would be wrong where a
-word is cut.
+A message is made from evidence, see `scoring.evidence`, and only for output. A decision by words
+would be wrong as soon as a message is reworded.
 """
 
 import ast
@@ -18,15 +18,14 @@ LOOPS = (ast.For, ast.comprehension)
 def findings_read(text):
     """Lines that read the words of a finding.
 
-    A finding is what a parameter or a variable is annotated to be, what a loop takes from the
-    findings of a report, or what is chosen from them. A module that imports the class reads those
-    that it made.
+    A finding is a parameter or variable with that annotation, an item of a report's findings in a
+    loop, or a selection of these. A module that imports the class reads the findings that it made.
     """
     found = []
     makes_them = "scoring.findings import" in text
     for scope in _scopes(ast.parse(text)):
         names = set()
-        # A name may be made of another one, whichever is met first.
+        # A name may be defined by another one that comes later, so all nodes are visited twice.
         for node in [*scope, *scope]:
             if isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
                 target = node.arg if isinstance(node, ast.arg) else ast.unparse(node.target)
@@ -50,7 +49,7 @@ def findings_read(text):
 
 
 def _scopes(tree):
-    """The nodes of each function, and of the module without its functions."""
+    """The nodes of each function, and those of the module outside its functions."""
     functions = [x for x in ast.walk(tree) if isinstance(x, ast.FunctionDef | ast.AsyncFunctionDef)]
     inside = {id(x) for f in functions for x in ast.walk(f)}
     return [

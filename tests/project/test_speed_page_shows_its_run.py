@@ -1,4 +1,4 @@
-"""The pages on speed show the run in docs/speed.json, and what they say of accuracy holds."""
+"""The pages on speed show the run in docs/speed.json, and their statements on accuracy are true."""
 
 import json
 
@@ -58,7 +58,7 @@ def test_figures_are_drawn_from_the_run(run):
 
 def test_energy_alone_is_no_measure():
     found = energy_alone()
-    # Passing by a little less than a tenth and wrong by 31 % is what the page is about.
+    # The page is about a run that meets the energy limit by nearly a tenth and is wrong by 31 %.
     assert found[1][0] < 1e-3
     assert found[0][1] > 0.3
     assert energy_table(found) in PAGE.read_text()

@@ -1,4 +1,5 @@
-"""What is said of the dataset outside of it agrees with it, and schemas and sources have names."""
+"""Descriptions of the dataset in other files agree with it; schemas and sources have
+identifiers."""
 
 import json
 import re
@@ -45,7 +46,7 @@ def test_the_set_cites_what_the_citation_does(citation):
 
 
 def test_the_deposit_says_what_the_set_says():
-    """Fields of https://developers.zenodo.org/#representation."""
+    """The fields are those of https://developers.zenodo.org/#representation."""
     said = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
     required = {"upload_type", "title", "creators", "description", "access_right", "license"}
     assert said.keys() == required | {"version", "keywords", "related_identifiers"}
@@ -64,7 +65,7 @@ def test_every_schema_has_a_name_of_its_own():
     for path in SCHEMAS:
         schema = json.loads(path.read_text(encoding="utf-8"))
         jsonschema.Draft202012Validator.check_schema(schema)
-        # Made of its name and major version, so that a copy cannot keep it.
+        # The identifier is made from name and major version, so a copied one is wrong.
         name = path.name.removesuffix(".schema.json")
         assert schema["$id"] == f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_OID, f'heyoka_bike {name}')}"
         assert re.search(r"-\d+$", name)

@@ -1,4 +1,4 @@
-"""What is deposited is the reference set, under its own version, and stays a draft."""
+"""The deposit contains the dataset under its own version, and remains a draft."""
 
 import importlib.util
 import io
@@ -23,7 +23,7 @@ def script():
 
 
 class Zenodo(BaseHTTPRequestHandler):
-    """Answers as Zenodo's interface for deposits does, and keeps what it was asked."""
+    """A server that answers like Zenodo's interface for deposits, and records the requests."""
 
     def do_POST(self):
         base = f"http://127.0.0.1:{self.server.server_port}"
@@ -47,7 +47,7 @@ class Zenodo(BaseHTTPRequestHandler):
     do_GET = do_PUT = do_DELETE = do_POST  # noqa: N815
 
     def log_message(self, *words):
-        """Nothing on standard error."""
+        """Print nothing to standard error."""
 
 
 @pytest.fixture

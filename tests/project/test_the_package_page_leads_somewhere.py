@@ -1,4 +1,4 @@
-"""On an index of packages every link and image of the README leads somewhere, or is none."""
+"""On a package index, every link and image of the README works or is left out."""
 
 import importlib.util
 import re

@@ -1,7 +1,8 @@
-"""No number of docs/paper/paper.md is typed: each is a placeholder for what a command gives.
+"""No number in docs/paper/paper.md is typed: each is a placeholder for the output of a command.
 
-Placeholders resolve, citations and figures exist, README.md says where all of it is from; in the
-proof tier the paper is set, if Pandoc and Typst are installed (``pip install -e '.[paper]'``).
+The test checks that placeholders resolve, that citations and figures exist, and that README.md
+names all sources. The proof tier also typesets the paper if Pandoc and Typst are installed (``pip
+install -e '.[paper]'``).
 """
 
 import re
@@ -19,10 +20,10 @@ TEXT = (HERE / "paper.md").read_text(encoding="utf-8")
 CALLS = sorted(set(PLACE.findall(TEXT)))
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
-# What may stand in the text though it has digits, and why.
+# Text that may contain digits
 NAMES = (
     r"eq\. \(1\)",  # the benchmark's own name
-    r"maneuvers? [123]\b",  # likewise
+    r"maneuvers? [123]\b",  # the benchmark's own name
     r"binary(64|128)",  # number formats
     r"SHA-256",
     r"SciPy's DOP853",
@@ -31,11 +32,12 @@ NAMES = (
     r"^\d\. ",  # numbered conditions
     r"\| [123] \|",  # maneuvers in the table of bounds
 )
-# In formulas: ends of intervals, coefficients of a theorem, and the 100 of eq. (1).
+# Numbers allowed in formulas: ends of intervals, coefficients of a theorem, and the 100 of eq. (1).
 _FORMULA = re.compile(r"\$\$.*?\$\$|\$[^$]+\$", re.DOTALL)
 _IN_FORMULAS = {"0", "1", "2", "100"}
 _SYMBOLS = re.compile(r"_\{?\d+\}?")  # indices, and the base of a logarithm
-# Up to four may be spelled, of things that stand beside them, and a thousandth, which is defined.
+# Spelled numbers that no placeholder gives. Allowed are numbers up to four, for things listed next
+# to them, and a thousandth, which is defined.
 _SPELLED = re.compile(
     r"\b(five|six|seven|eight|nine|ten|eleven|twelve|dozen|\w+teen|twenty|\w+ty-\w+|thirty|forty"
     r"|fifty|sixty|seventy|eighty|ninety|hundred|thousand|million|billion|half)s?\b",
@@ -44,9 +46,9 @@ _SPELLED = re.compile(
 
 
 def bare_numbers(text):
-    """Numbers in a text of the paper that no command gives."""
+    """Numbers in a text of the paper that are not the output of a command."""
     text = PLACE.sub("", text)
-    # Commands and Python are what the reader types; output has to be a placeholder.
+    # The reader types commands and Python; their output must be a placeholder.
     text = _FENCE.sub(lambda block: "" if block[1] in ("sh", "python") else block[2], text)
     found = [
         n for formula in _FORMULA.findall(text)

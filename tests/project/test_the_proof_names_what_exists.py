@@ -1,4 +1,4 @@
-"""Every hypothesis of docs/proof.md has a function and a test, which exist."""
+"""Every hypothesis of docs/proof.md names a function and a test that exist."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Screen readers are told headings and columns of a page; the keyboard reaches what scrolls."""
+"""Screen readers get the headings and columns of a page, and scrolling areas can be reached by
+keyboard."""
 
 import subprocess
 import sys
@@ -16,7 +17,8 @@ SCROLLED = "[...document.querySelectorAll('[tabindex=\"0\"]')].map((place) => pl
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Builds a page with the theme of the site: what is said, and its pages by their names."""
+    """Return a function that builds a page with the site's theme: its messages, and the HTML by
+    file name."""
     for name in ("sphinx", "furo", "myst_parser"):
         pytest.importorskip(name)
 
@@ -59,7 +61,7 @@ def test_headings_and_columns_are_told(built):
     assert said == ""
     assert {"index.html", "other.html", "search.html", "genindex.html"} <= {*html}
     for name, text in html.items():
-        captions = 2 if name == "index.html" else 1  # beside the page, and on it
+        captions = 2 if name == "index.html" else 1  # in the side bar, and on the page itself
         assert text.count('role="heading" aria-level="2"') == captions, name
         assert text.count('<aside class="sidebar-drawer" aria-label="Site navigation">') == 1
         assert text.count("<h1") == 1, name

@@ -1,4 +1,5 @@
-"""Judge, data and schema lie beside the pages; links resolve where the site is in a subfolder."""
+"""The judge, data and schemas are next to the pages; links also work if the site is
+in a subfolder."""
 
 import json
 import re
@@ -26,7 +27,7 @@ FOLDER = "some/where"
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """The root of a server in a subfolder of which the site lies; of its pages only a stand-in."""
+    """The root of a server with the site in a subfolder. Its pages are replaced by stand-ins."""
     root = tmp_path_factory.mktemp("site")
     write(root / FOLDER)
     for page in ("index.html", "files.html"):
@@ -106,7 +107,7 @@ def test_links_of_these_parts_resolve_in_a_subfolder(site):
         checked, found = broken(address, f"/{FOLDER}/", [f"/{FOLDER}/data/", f"/{FOLDER}/judge/"])
         assert found == []
         assert len(checked) > 20
-        # It sees what is broken, and what leads out of the folder.
+        # The check finds broken links, and links out of the folder.
         bad = site / FOLDER / "bad.html"
         bad.write_text('<a href="no.html"><a href="#no"><a href="/x"><a href="#p" id="p">', "ascii")
         _, found = broken(address, f"/{FOLDER}/", [f"/{FOLDER}/bad.html"])

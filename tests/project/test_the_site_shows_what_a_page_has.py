@@ -1,4 +1,4 @@
-"""The site compares outputs with those of a page, and shows these where a block is not run."""
+"""The site compares outputs with those in a page, and shows the latter if a block is not run."""
 
 import shutil
 import stat
@@ -21,7 +21,7 @@ def block(asked, source, below=""):
 
 @pytest.fixture
 def built(tmp_path):
-    """Builds a page: the end of what is said, and the page as HTML."""
+    """Return a function that builds a page: the last messages, and the HTML."""
     pytest.importorskip("myst_parser")
     (tmp_path / "data").mkdir()
     docs = tmp_path / "docs"
@@ -83,7 +83,7 @@ def test_what_is_not_run_shows_what_the_page_has(built):
     assert ">of before\n<" in html
     assert note.format("it takes long") in html
     assert PICTURE in html
-    # Without the flag it is run.
+    # Without the flag the block is run.
     assert "exit code 1" in built(figure)[0]
 
 

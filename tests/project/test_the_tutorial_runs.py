@@ -1,4 +1,4 @@
-"""The tutorial's cells run in turn, show reports in place, and find what the text says."""
+"""The tutorial's cells run in order, display reports, and find what the text says."""
 
 import ast
 import json
@@ -19,7 +19,7 @@ def cells():
 
 
 def shown(code, number, namespace):
-    """What a notebook shows below a cell: the value of its last expression."""
+    """The output of a notebook's cell: the value of its last expression."""
     tree = ast.parse(code)
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, f"cell {number}", "exec"), namespace)

@@ -1,7 +1,7 @@
-"""What tests and the scripts of the pages use goes one way, by the syntax trees of their files.
+"""Imports between tests and the scripts of the pages go in one direction.
 
-A test may import a script of the pages, to test it. What both use is in `oracles` or `generators`,
-which know neither.
+A test may import a script of the pages in order to test it. Code that both use is in `oracles` or
+`generators`, which import neither.
 """
 
 import ast
@@ -18,14 +18,14 @@ OF_PAGES = {
     if p.suffix == ".py" or (p / "__init__.py").exists()
 }
 
-# Each may use those before it.
+# Each package may import those before it.
 LAYERS = ("corpus", "oracles", "generators", "games", "support")
 # Packages of the tests that the scripts of the pages may use.
 SHARED = {"oracles", "generators"}
 
 
 def imported(text):
-    """The first parts of the names of modules that are imported, anywhere in a file."""
+    """The top-level package of every module that a file imports."""
     for x in ast.walk(ast.parse(text)):
         if isinstance(x, ast.Import):
             yield from (alias.name.split(".")[0] for alias in x.names)
@@ -34,7 +34,7 @@ def imported(text):
 
 
 def misplaced(folder, forbidden):
-    """Imports in a folder of what must not be known there."""
+    """Imports in a folder of packages that must not be used there."""
     return [
         f"{path.relative_to(ROOT)} imports {name}"
         for path in sorted(folder.rglob("*.py"))

@@ -1,4 +1,5 @@
-"""A built wheel has all it needs, and requires what all needs that integrates nothing."""
+"""A built wheel contains all its files, and requires all packages except those of
+the integrator."""
 
 import os
 import subprocess
@@ -31,7 +32,7 @@ assert read_bicycle(benchmark_bicycle()).name
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """An unpacked wheel, and nothing else but the packages that it requires."""
+    """A folder with the unpacked wheel and the packages that it requires."""
     folder = tmp_path_factory.mktemp("wheel")
     subprocess.run(
         [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation",
@@ -49,7 +50,7 @@ def site(tmp_path_factory):
 
 
 def link(requirements, site):
-    """Put installed packages, and what they require, into a folder."""
+    """Link installed packages, and those that they require, into a folder."""
     for text in requirements:
         required = Requirement(text)
         if required.marker is None or required.marker.evaluate({"extra": ""}):
@@ -61,7 +62,7 @@ def link(requirements, site):
 
 
 def run(site, *arguments):
-    """Python that sees the standard library and this folder, in another one."""
+    """Run Python with only the standard library and this folder, from another working directory."""
     folder = site.parent / "elsewhere"
     folder.mkdir(exist_ok=True)
     return subprocess.run(
@@ -101,7 +102,8 @@ def test_it_scores_and_says_what_it_cannot(site):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        # The published set is that of the checkout, byte by byte; a small one takes less long.
+        # The dataset in the wheel equals that of the checkout, byte by byte; here a small one saves
+        # time.
         (["verify", SMALL], "0 failed"),
         (["linear"], "6.02426201538836"),
         (["animate", "-o", "replay.html"], "replay.html"),

@@ -82,7 +82,7 @@ def test_a_column_that_an_older_set_has_at_its_rows_only(kind):
     with pytest.raises(InputError, match="rear_hub_x: this set has it at the rows only"):
         m.evaluate("0.01", "rear_hub_x")
     assert set(m.evaluate("0.01")) == m.at_any_time
-    # The friction demand follows from forces, which have dense pieces.
+    # The friction demand follows from forces, which have dense segments.
     assert {"rear_friction", "com_x"} <= m.at_any_time
     whole = reference.with_motion()
     results = rows_of(whole, (*BENCHMARK_COLUMNS, "rear_hub_x", "com_x"))

@@ -34,7 +34,7 @@ from heyoka_bike.reference.proof import rows
 from heyoka_bike.system.resources import reference_folder
 
 SOURCES = Path(__file__).parents[1] / "checker"
-UNTIL = ["--until", "0.075"]  # two pieces of each maneuver, which take seconds instead of minutes
+UNTIL = ["--until", "0.075"]  # two segments of each maneuver, which take seconds instead of minutes
 ANY_INPUTS = ["--any-inputs", *UNTIL]
 
 
@@ -126,7 +126,7 @@ def coefficient(piece, state, power, by):
 
 
 def shortened(keep):
-    """Return a damage that keeps only some pieces of maneuver 1, each with its breaks."""
+    """Return a damage that keeps only some segments of maneuver 1, each with its breaks."""
 
     def damage(folder):
         def change(f):
@@ -504,7 +504,7 @@ def pitch_is_another_root(monkeypatch, bicycle):
 
 @pytest.mark.proof
 def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuvers):
-    """As the dataset of the next test, without a forgery.
+    """A dataset like that of the next test, but without a forgery.
 
     The last row is at a whole second, where the remainder of the time is zero.
     """

@@ -22,7 +22,7 @@ from heyoka_bike.reference.proof.cauchy import circle_bound, rho
 
 @dataclass(frozen=True)
 class Polynomials:
-    """A substitute for a piece."""
+    """A substitute for a segment."""
 
     rows: tuple[tuple[int, ...], ...]
     grid: int = 0

@@ -51,7 +51,7 @@ class Certified:
             return [at.columns(t) for t in times]
 
     def cut(self, pieces: int) -> Certified:
-        """Return the first pieces, as the motion of a shorter maneuver."""
+        """Return the first segments, as the motion of a shorter maneuver."""
         run, breaks = self.run, self.run.breaks[: pieces + 1]
         return Certified(
             replace(
@@ -64,7 +64,7 @@ class Certified:
         )
 
     def middles(self) -> list[Fraction]:
-        """Return a time in the middle of each piece."""
+        """Return a time in the middle of each segment."""
         return [(a + b) / 2 for a, b in pairwise(self.run.breaks)]
 
 
@@ -157,7 +157,7 @@ def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
 
 
 def moved(run: Trajectory, first: int, state: int, by: Fraction) -> Trajectory:
-    """Return the run with a constant added to one state variable from a piece on."""
+    """Return the run with a constant added to one state variable from a segment on."""
     offset = round(by * 2**run.grid)
 
     def piece(rows: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, ...], ...]:
@@ -225,7 +225,7 @@ def test_a_series_cut_at_too_low_an_order_is_noticed(case: Case) -> None:
     pieces = tuple(tuple(row[:30] for row in piece) for piece in cut.run.pieces)
     wrong = replace(cut.run, pieces=pieces)
     times = cut.middles()
-    # In the middle of a piece the omitted terms are smaller by a factor of 2^30, but still visible.
+    # In the middle of a segment the omitted terms are smaller by a factor of 2^30, but visible.
     found = disagreements(replace(cut, run=wrong), case.published, times)
     assert {t for _, t in found} == set(times)
     assert enclose(wrong).worst > Fraction(1, 10**40)

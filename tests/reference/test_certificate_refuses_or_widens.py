@@ -41,7 +41,7 @@ def sound(run):
 
 
 def damaged(run, piece, change):
-    """Return the candidate with ``change(rows)`` applied to the coefficients of one piece."""
+    """Return the candidate with ``change(rows)`` applied to the coefficients of one segment."""
     pieces = [[list(row) for row in p] for p in run.pieces]
     change(pieces[piece])
     return replace(run, pieces=tuple(tuple(map(tuple, p)) for p in pieces))
@@ -56,7 +56,7 @@ def test_a_dropped_step(run):
     gap = replace(
         run, breaks=run.breaks[:2] + run.breaks[3:], pieces=run.pieces[:2] + run.pieces[3:]
     )
-    # The pieces after the gap are stretched over it, far from any solution.
+    # The segments after the gap are stretched over it, far from any solution.
     with pytest.raises(NotCertifiedError, match=r"step 2 of \d+, t = .* is not certified"):
         enclose(gap)
     missing = replace(run, pieces=run.pieces[:-1])

@@ -1,4 +1,4 @@
-"""A proof computes the constants of the equations equally often for many pieces and for few."""
+"""A proof computes the constants of the equations equally often for many segments and for few."""
 
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,7 @@
 """Coq proves Theorem 1 for the first second of maneuver 3, and rejects wrong certificates.
 
 The development is in `tests/checker/formal`. Each damage is made in its certificate, cut to two
-pieces, or in its equations.
+segments, or in its equations.
 """
 
 import re
@@ -56,7 +56,7 @@ def theory(tmp_path_factory):
 
 @pytest.fixture
 def short(theory, tmp_path):
-    """A copy of the folder, with a certificate of two pieces."""
+    """A copy of the folder, with a certificate of two segments."""
     folder = tmp_path / "short"
     shutil.copytree(theory, folder)
     text = (folder / "Certificate.v").read_text()
@@ -94,7 +94,7 @@ def moved(by):
     return lambda digits: str(int(digits) + by)
 
 
-SECOND = r"Piece \[.*?Piece \["  # matches two pieces, up to the coefficients of the second
+SECOND = r"Piece \[.*?Piece \["  # matches two segments, up to the coefficients of the second
 NUMBERS = r"\]\]\s+"  # matches up to the four numbers of the first
 DAMAGES = {
     "the candidate begins elsewhere": swapped("Certificate", r"Piece \[\[(0);", moved(2**30)),

@@ -134,7 +134,7 @@ def test_what_the_polynomial_of_the_defect_leaves_out(
 
 
 def defects(run: Trajectory) -> list[float]:
-    """Return the defects of the first piece at its end."""
+    """Return the defects of the first segment at its end."""
     balls = Balls(BITS)
     equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
     piece = run.piece(0)
@@ -147,7 +147,7 @@ def defects(run: Trajectory) -> list[float]:
 
 
 def test_what_the_polynomial_of_the_jacobian_leaves_out(run: Trajectory) -> None:
-    """Compare three terms of h J with h J at the end of the piece."""
+    """Compare three terms of h J with h J at the end of the segment."""
     prover = enclose.Prover(run)
     piece = run.piece(0)
     rim = circle_bound(piece, Equations.rates_with_yaw, prover.circles)
@@ -301,7 +301,7 @@ def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch
 
 @pytest.mark.parametrize("order", [0, 31])
 def test_a_coefficient_that_is_off_is_a_distance(run: Trajectory, order: int) -> None:
-    """The distance of the yaw over a tenth of a piece is the coefficient's error, hardly more."""
+    """The distance of the yaw over a tenth of a segment is the coefficient's error, hardly more."""
     exact = Stretch(run.piece(0), (Fraction(0),) * SIZE)
     found = next(dense.expansions(run, lambda equations, state: [state[6]], [exact]))
     piece = found.piece.t0, found.piece.t0 + found.piece.h / 10

@@ -122,7 +122,7 @@ def test_times_outside_the_run_give_nan(reference, tmp_path, kind, values):
     found = found.reshape(len(reference), len(BENCHMARK_COLUMNS), len(hi), -1)
     assert np.isfinite(found[:, :, :2]).all()
     assert np.isnan(found[:, :, 2:7]).all()
-    # Just after the end: only the pair reaches there.
+    # The time 10 + 1e-20 is outside with hi + lo, but inside if only hi is used.
     assert np.isfinite(found[:, :, 7, 0]).all()
     assert np.isnan(found[:, :, 7, 1:]).all()
 

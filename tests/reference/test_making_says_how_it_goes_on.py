@@ -1,4 +1,4 @@
-"""Making a set says how long it takes, and takes more digits as long as they help."""
+"""Making a dataset reports the remaining time, and uses more digits as long as they help."""
 
 import shutil
 from pathlib import Path
@@ -55,7 +55,7 @@ def test_more_digits_are_taken_as_long_as_they_tell_more(bicycle, maneuvers):
         again = ended(one, jobs["rows"], value)
         told.append(len(again))
         if again:
-            # The remaining jobs of the previous attempt are not wanted any more.
+            # The remaining jobs of the previous attempt are cancelled.
             assert not any(job in one.places for job in jobs.values())
             jobs = {job.stages[0]: job for job in again}
             assert again[0].arguments[-1] == 70 + 20 * len(told)
@@ -83,7 +83,7 @@ def test_a_set_is_written_once(bicycle, maneuvers, monkeypatch):
 
 @pytest.mark.parametrize("how", ["old manifest", "no manifest"])
 def test_a_set_whose_making_was_interrupted_is_refused_and_says_what_to_do(tmp_path, how):
-    """The manifest is written last."""
+    """The manifest is missing or old, because it is written last."""
     for file in reference_folder().glob("*.*"):
         shutil.copy(file, tmp_path)
     if how == "old manifest":

@@ -35,7 +35,7 @@ def maneuver(request: pytest.FixtureRequest, motion: Motion) -> ReferenceManeuve
 
 
 def polynomial(m: ReferenceManeuver, name: str, piece: int) -> flint.arb_poly:
-    """Return a dense piece in powers of its argument."""
+    """Return a dense segment in powers of its argument."""
     x = flint.arb_poly([0, 1])
     t = [flint.arb_poly([1]), x]
     hi, lo = m.dense.hi[name][piece], m.dense.lo[name][piece]
@@ -76,8 +76,8 @@ def test_the_floor_carries_weight_and_acceleration(
                 floor[2] -= found[f"{end}_normal_force"]
             floor[2] += weight
             for force, x in zip(floor, acceleration, strict=True):
-                # Dense output is accurate to 1e-27 of 100 m; two derivatives on pieces of at least
-                # 1/16 s amplify the error by 1e6 and 4 / h^2 = 1e3.
+                # Dense output is accurate to 1e-27 of 100 m. Two derivatives on segments of at
+                # least 1/16 s amplify the error by 1e6 and 4 / h^2 = 1e3.
                 assert abs(force - mass * x) < flint.arb("1e-13")
 
 

@@ -78,7 +78,7 @@ def certify(folder, capsys):
 
 @pytest.mark.proof
 def test_a_whole_set_is_proved_without_heyoka_and_what_is_proved_is_said(small_set):
-    """By default the proof runs in processes of its own."""
+    """By default the proof runs in separate processes."""
     code = (
         "import sys; sys.modules['heyoka'] = None\n"
         f"from heyoka_bike.cli import main; sys.exit(main(['certify', {str(small_set)!r}]))"
@@ -151,7 +151,7 @@ def replaced(group, name, data):
 @pytest.mark.proof
 @pytest.mark.parametrize("breaks", [[0.0, 50.0], [50.0, 51.0], [0.0, 0.1], [0.0, float("nan")]])
 def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, breaks):
-    """Nothing would bound such pieces."""
+    """Such segments would have no proved bound."""
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         dense = f["maneuver_1/dense"]
         for name in [n for n in dense if n not in ("breaks", "order", "piece")]:
@@ -217,7 +217,7 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
-    # Other pieces of another motion are proved, or none.
+    # Depending on the change, the segments are of another motion, or nothing is proved.
     said = ("is not certified", "proved", "decide", "breaks of the derivatives")
     assert any(words in error for words in said)
 

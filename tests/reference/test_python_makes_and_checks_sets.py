@@ -93,7 +93,7 @@ def test_what_cannot_be_used_is_refused(tmp_path, short, given, said):
 
 
 def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch):
-    """The maneuvers of a bicycle's name are the default if the collection has some."""
+    """For a bicycle given by name, its maneuvers in the collection are the default."""
     asked = []
 
     class EnoughError(Exception):

@@ -128,7 +128,7 @@ def test_the_file_describes_itself(folder):
 def test_differences_of_long_runs_are_within_the_bounds(
     sensitivities, reference, bicycle, maneuvers, number
 ):
-    """Runs at 70 digits, 1e-25 apart; pieces are evaluated exactly, rows as published."""
+    """Runs at 70 digits, 1e-25 apart; segments are evaluated exactly, rows as published."""
     step, bits = Fraction(1, 10**25), 300
     rows = [0, 1, 13, 50, 100]
     maneuver, found = maneuvers[number - 1], sensitivities[number]

@@ -327,7 +327,8 @@ def test_what_interpolation_between_nodes_leaves_out_is_bounded(short, monkeypat
 
 
 def _is_refused_or_outside(short):
-    """The energy's derivatives contradict each other, or differences violate the bounds."""
+    """Check that the energy's derivatives contradict each other, or that differences violate the
+    bounds."""
     try:
         found = differentiate(*short)
     except NotCertifiedError:

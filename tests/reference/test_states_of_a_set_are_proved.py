@@ -151,7 +151,7 @@ def test_a_set_without_them_is_what_it_was(small_set, tmp_path):
     assert {c.passed for c in verify(copy).checks} == {True}
     (proof,) = certify(copy)
     assert proof.bound < 1e-60
-    # A certificate that claims a file that is not there.
+    # The certificate claims a file that does not exist.
     document = json.loads((copy / "certificate.json").read_text())
     document["proved"][STATES] = list(QUANTITIES)
     (copy / "certificate.json").write_text(json.dumps(document, indent=2) + "\n")

@@ -29,7 +29,7 @@ ULP = 2.0**-52
 
 @pytest.fixture(scope="module")
 def whole(made_once):
-    """A dataset with one maneuver of 11 rows and several dense pieces."""
+    """A dataset with one maneuver of 11 rows and several dense segments."""
     return made_once("whole-set", lambda place: make(place, ("0.2", "0.02"))) / "set"
 
 
@@ -249,14 +249,14 @@ def test_a_dense_coefficient(copy):
 
 
 def test_dense_coefficients_that_leave_the_ends_alone(copy):
-    """T_2 - T_0 is zero at both ends of a piece."""
+    """T_2 - T_0 is zero at both ends of a segment."""
     change(copy, "dense/yaw_lo", (0, 0), lambda x: x - 1e-27)
     change(copy, "dense/yaw_lo", (0, 2), lambda x: x + 1e-27)
     assert failed(copy) == {("dense_rows", HDF5)}
 
 
 def test_dense_coefficients_that_leave_the_rows_alone(copy):
-    """A polynomial that is zero at the rows of the first piece, but not at its right end."""
+    """A polynomial that is zero at the rows of the first segment, but not at its right end."""
     width = breaks(copy)[1]
     rows = 2 * np.arange(0.0, width, 0.02) / width - 1
     assert 2 <= len(rows) <= 10
@@ -361,7 +361,7 @@ def test_a_coefficient_of_the_candidate(copy):
 
 
 def test_the_start_of_the_candidate(copy):
-    """Change constant and linear coefficients together, so that the piece still joins the next."""
+    """Change constant and linear coefficients together, so that the segments still join."""
     change_candidate(copy, 0, 0, 0, Fraction(1, 10**68))
     change_candidate(copy, 0, 0, 1, -Fraction(1, 10**68))
     assert ("candidate_joins", CANDIDATE) in failed(copy)
@@ -369,7 +369,7 @@ def test_the_start_of_the_candidate(copy):
 
 
 def test_a_motion_that_does_not_obey_the_equations(copy):
-    """The change is in the last piece, which need not join another, and below the 50 digits."""
+    """The change is in the last segment, which need not join another, and below the 50 digits."""
     last = change_candidate(copy, -1, 2, 3, Fraction(1, 10**58))
     # The energy of the changed motion is not constant either.
     assert failed(copy) == {("equations_of_motion", CANDIDATE), ("integration", CANDIDATE)}

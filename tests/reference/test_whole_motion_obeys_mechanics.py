@@ -51,7 +51,7 @@ def run(request: pytest.FixtureRequest, candidate: tuple[Trajectory, ...]) -> Tr
 
 @pytest.fixture(scope="module")
 def stretches(run: Trajectory) -> list[Stretch]:
-    """Return the candidate as exact pieces, without widening."""
+    """Return the candidate as exact segments, without widening."""
     none = ((Fraction(0),) * 7,) * run.steps
     return list(with_integrals(run, Certificate(run.states, none, none[0])))
 

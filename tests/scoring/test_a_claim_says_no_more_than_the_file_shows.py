@@ -1,4 +1,5 @@
-"""A diagnosis claims a cause only as far as it explains the file, and also names the rest."""
+"""A diagnosis claims that a cause explains only what it does explain, and also names what
+remains."""
 
 from dataclasses import replace
 
@@ -92,7 +93,8 @@ def test_an_answer_without_a_cause_has_twelve_lines_at_most(reference):
 
 @pytest.mark.proof
 def test_an_inertia_is_named_whole(simulator, right, reference):
-    """Inertias of parts were added without moving them to the common centre."""
+    """The wrong program adds up inertias of parts without shifting them to the common centre of
+    mass."""
     wrong = {"IBxx": 7.4, "IByy": 9.1, "IBzz": 2.7, "IBxz": 2.85}
     table = simulated(simulator, with_values(right, **wrong), KEYS)
     (found,) = diagnose(table, reference).diagnosis
@@ -112,7 +114,8 @@ def test_a_cubic_spring_is_named_from_two_columns_of_one_maneuver(simulator, rig
 
 @pytest.mark.proof
 def test_what_a_drag_does_not_explain_is_named(simulator, right, reference):
-    """The potential energy is multiplied by a growing factor, which no drag explains."""
+    """The potential energy is multiplied by a factor that grows with time. Air drag cannot explain
+    it."""
     table = simulated(simulator, right, KEYS, air_drag=0.2)
     for n in reference:
         table[f"potential_energy_{n}"] = table[f"potential_energy_{n}"] * (1.0 + 1e-3 * TIME)

@@ -1,6 +1,8 @@
-"""A column score says how large its error is, and whether rounding to its digits explains it.
+"""A column score states the size of its error, and whether rounding to the digits written explains
+it.
 
-The test itself rounds the values, so it knows half a last digit without the program.
+The test rounds the values itself, so it knows half a unit of the last digit independently of the
+program.
 """
 
 from dataclasses import replace
@@ -17,7 +19,8 @@ HALF_DIGIT = 10.0**-PLACES / 2
 
 @pytest.fixture(scope="module")
 def written(reference, tmp_path_factory):
-    """A function that scores rounded roll angles with row 5 wrong by this many last digits."""
+    """Return a function that scores rounded roll angles; row 5 is wrong by `off` units of the last
+    digit."""
 
     def result(off):
         m = reference[2]

@@ -1,4 +1,4 @@
-"""`diagnose -v` tells the steps that the page lists, and a cause claims no more than it leaves."""
+"""`diagnose -v` logs the steps that the page lists, and a cause claims no more than it explains."""
 
 import logging
 import re
@@ -25,7 +25,7 @@ LINE = re.compile(r"(.+?): (.+?\?) (.+) \((\d+\.\d\d) s\)")
 
 
 def listed():
-    """Names and questions in the table of the page."""
+    """Names and questions of the steps in the table of the page."""
     page = (Path(__file__).parents[2] / "docs" / "how-diagnosis-works.md").read_text("utf-8")
     return re.findall(r"^\| `(.+?)` \| (.+?) \|", page, re.MULTILINE)
 
@@ -81,7 +81,8 @@ def test_every_step_of_a_file_that_nothing_explains_is_told(reference, caplog):
 
 
 def pushed(reference, times):
-    """Angles that no force of the collection leads to, and their rates."""
+    """Add a motion to the angles and rates that no force of the collection causes, `times` as
+    large."""
 
     def push(columns):
         time, turn = reference[2].time, 1.7
@@ -103,15 +104,17 @@ def pushed(reference, times):
     (1.0, "term_unexplained"), (1e-5, "left_of_equations"), (1e-8, None),
 ])  # fmt: skip
 def test_what_the_equations_leave_is_called_a_force_where_it_is_enough(reference, times, code):
-    """Little is told by its equation and size; and nothing of what the digits may be."""
+    """Large residuals indicate a force. Small ones are described by equation and size only.
+    Residuals within the digits written are not mentioned."""
     report = diagnosed(made(reference, pushed(reference, times)), reference)
     found = {f.code for f in report.diagnosis} & {"term_unexplained", "left_of_equations"}
     assert found == ({code} if code else set())
 
 
 @pytest.mark.proof
-def test_of_a_file_that_is_right_no_model_is_simulated(reference, caplog):
-    """What is off by less than 1e-6 is an integrator, or written otherwise, nearly always."""
+def test_no_model_is_simulated_for_a_correct_file(reference, caplog):
+    """Errors below 1e-6 nearly always come from the integrator or the output, so no model is
+    tried."""
 
     def disturb(columns):
         for key in [key for key in columns if key not in ("roll_angle", "steer_rate")]:
@@ -129,7 +132,7 @@ def test_of_a_file_that_is_right_no_model_is_simulated(reference, caplog):
 
 
 @pytest.mark.proof
-def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
+def test_an_unexplained_force_ends_the_search(reference, caplog):
     report = made(reference, pushed(reference, 1.0))
     assert "together" not in told(caplog, report, reference)
     hint = "Two mistakes at once were not tried: --thorough"
@@ -142,7 +145,7 @@ def test_a_force_that_nothing_explains_ends_the_search(reference, caplog):
 
 @pytest.mark.proof
 def test_a_start_and_what_is_written_are_found_together(reference):
-    """Each maneuver is the right motion of another start, and its energy lacks the fork."""
+    """Each maneuver has other initial conditions, and its potential energy lacks the front fork."""
     mistakes = [m for m in MISTAKES if m.code == "potential_energy_without_H"]
     start = other_values({"initial_speed_2": -0.1}, {"initial_speed_2": 0.0}, correct(reference))
     columns = columns_of(reference, (start, *mistakes))[2]
@@ -155,7 +158,7 @@ def test_a_start_and_what_is_written_are_found_together(reference):
 @pytest.mark.proof
 @pytest.mark.parametrize(("size", "is_all"), [(0.0, True), (1e-4, False)])
 def test_a_cause_beside_which_much_is_left_only_looks_like_it(size, is_all, reference, caplog):
-    """A trail that is wrong, and an energy whose error is none of the motion."""
+    """The trail is wrong, and one energy has an additional error that no motion causes."""
     mistake = next(m for m in MISTAKES if m.code == "trail_normal")
     columns = columns_of(reference, (mistake,))[2]
     scale = float(np.max(np.abs(columns["kinetic_energy"])))

@@ -1,6 +1,6 @@
-"""A diagnosis ends with its budget: what was found until then is said, and that it stopped early.
+"""A diagnosis stops at its budget. It reports what was found until then, and that it stopped early.
 
-The clock is one that goes on by a second with each look at it, so a budget is a number of steps.
+The clock advances by one second each time it is read, so a budget is a number of readings.
 """
 
 import json
@@ -30,15 +30,16 @@ pytestmark = pytest.mark.proof
 
 RIGHT = data_folder() / "peers" / "scipy-rtol1e-10.txt"
 CAUSES = ("mistake", "parameters", "linearised")
-# What is concluded from that nothing else explains the file.
+# Conclusions that need a complete search: nothing else explains the file.
 CONCLUSIONS = ("no_mistake_found", "integrator", "term_unexplained", "smooth_error", "cannot_tell")
 
 
 def exchanged(reference, other_error):
-    """A score of maneuver 2, its angles exchanged, with an error of an integrator.
+    """Score maneuver 2 with roll and steer angle exchanged and a smooth error like an integrator's.
 
-    In the angles it is small; in the other columns it is as large as asked for, in scales: not so
-    small that these show a right motion by themselves, when less is looked at.
+    The error of the angles is small. The error of the other columns is `other_error`, relative to
+    their scale: too large for these columns alone to show a correct motion when the budget stops
+    the search.
     """
     columns = exact_columns(reference[2])
     columns["roll_angle"], columns["steer_angle"] = columns["steer_angle"], columns["roll_angle"]
@@ -50,7 +51,8 @@ def exchanged(reference, other_error):
 
 
 def after(report, reference, steps):
-    """The report with a diagnosis of so many steps, and the number of those that it took."""
+    """Return the report diagnosed with a budget of `steps`, and the number of steps that it
+    used."""
     clock = map(float, count())
     found = diagnosed(report, reference, None, Budget(steps, lambda: next(clock)))
     return found, int(next(clock))
@@ -62,9 +64,9 @@ def codes(report):
 
 @pytest.fixture(scope="module", params=[5e-4, 1e-2], ids=["sure", "unsure"])
 def file(request, reference):
-    """Score, its whole diagnosis and the number of its steps; and whether the cause is sure."""
+    """The score, its complete diagnosis, the number of steps, and whether the cause is certain."""
     report = exchanged(reference, request.param)
-    # Once the motions are known the steps are the same every time.
+    # The first diagnosis caches the motions. From then on the number of steps is constant.
     after(report, reference, inf)
     whole, steps = after(report, reference, inf)
     return report, whole, steps, request.param < 1e-3
@@ -85,7 +87,7 @@ def test_without_time_nothing_is_claimed(file, reference):
     found, looks = after(report, reference, 1)
     assert looks == 2
     assert found.is_stopped_early
-    # How the error begins, and what the energy shows, is seen without a search.
+    # The beginning of the error and the variation of the energy are seen without a search.
     assert {*codes(found)} <= {"begins_as", "energy_varies", "stopped_early"}
     assert found.explanation is None
     assert not {*codes(found)} & {*CAUSES, *CONCLUSIONS}
@@ -100,7 +102,7 @@ def test_what_was_found_until_then_is_said_and_no_more(file, reference):
         assert found.is_stopped_early
         assert codes(found)[-1] == "stopped_early"
         assert not {*codes(found)} & {*CONCLUSIONS}
-        # A cause that is named is the one that the whole search names.
+        # A cause that is named early is the cause that the complete search names.
         causes = [f.evidence["mistakes"] for f in found.diagnosis if f.code in CAUSES]
         assert causes in ([], [whole.diagnosis[0].evidence["mistakes"]])
         said[k] = found.diagnosis[0]
@@ -120,7 +122,7 @@ def test_every_format_says_it(file, reference, tmp_path):
 
 
 def wrong(tmp_path):
-    """A file whose roll and steer angles, in maneuver 1, are not those of any bicycle."""
+    """Write a file whose roll and steer angles of maneuver 1 belong to no bicycle."""
     table = np.loadtxt(RIGHT)
     table[:, [1, 7]] *= 1.0 + 0.3 * np.sin(table[:, :1])
     np.savetxt(tmp_path / "x.txt", table, "%.17g")
@@ -139,9 +141,9 @@ def test_the_commands_end_with_a_code_of_their_own(tmp_path, capsys):
     asked = ["score", path, "--diagnose", "--budget", "1e-9"]
     assert main([*asked, "--format", "json"]) == 4
     assert json.loads(capsys.readouterr().out)["stopped_early"] is True
-    # What is not met comes first.
+    # An unmet requirement has precedence over an early stop.
     assert main([*asked, "--require", "scd >= 6"]) == 3
-    # A file that is right is not searched.
+    # A correct file needs no search.
     assert main(["diagnose", str(RIGHT), "--budget", "1e9"]) == 0
 
 
@@ -175,7 +177,7 @@ def test_in_python_it_is_a_keyword(tmp_path):
 
 
 def turn_for_ever(*_):
-    """A step that never ends and never looks at the clock."""
+    """A step that never ends and never reads the clock."""
     while True:
         sum(range(1000))
 
@@ -198,7 +200,7 @@ def test_a_step_that_never_ends_is_interrupted(tmp_path, capsys, monkeypatch, so
 
 @pytest.mark.timeout(120)
 def test_what_was_seen_before_it_is_said(tmp_path, monkeypatch, soon):
-    """The first step corrects the rows, and the second one is interrupted."""
+    """The first step corrects the rows, and the second step is interrupted."""
 
     def look(report):
         return Undone((Mirrored((2,)),), tuple(m.part for m in report.maneuvers))

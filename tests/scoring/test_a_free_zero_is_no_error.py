@@ -1,12 +1,13 @@
-"""Whole turns, heading and place are right with any zero: no equation depends on them.
+"""Wheel angles, heading and position are correct with any zero: no equation depends on it.
 
-The files are the published rows with another program's constant, turns or direction.
+The files are the published rows with another program's zero, whole turns or direction.
 """
 
 import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
+from generators.published_columns import published_columns
 from heyoka_bike.bicycle.columns import FREE_ZERO
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.score import score
@@ -20,8 +21,7 @@ def whole(reference):
 
 
 def table(reference, keys, n=2, every=2):
-    rows = slice(0, 1001, every)
-    return {"time": reference[n].time[rows]} | {k: reference[n].rows[k][rows].copy() for k in keys}
+    return published_columns(reference, n, every, keys)
 
 
 def scores(report):
@@ -78,7 +78,7 @@ def test_a_wrong_motion_is_wrong_from_any_zero(whole):
 @pytest.mark.parametrize("low", [0.0, -0.5])
 @pytest.mark.parametrize("key", ["rear_wheel_angle", "front_wheel_angle"])
 def test_wheel_angles_within_one_turn_are_right(whole, key, low, every):
-    """Rows 0.2 s apart: a wheel of maneuver 3 turns by 5 rad between two of them."""
+    """The rows are 0.2 s apart, so a wheel of maneuver 3 turns by 5 rad between two rows."""
     turn = 2 * np.pi
     held = table(whole, ["roll_angle", key], 3, every)
     held[key] -= turn * np.floor(held[key] / turn - low)
@@ -100,7 +100,7 @@ def test_angles_from_zero_to_a_turn_beside_rates_are_right(whole, keys, sign, un
     for key in rates[:2] if sign < 0 else ():
         held[key] *= -1
     report = score(held, whole, maneuver=2)
-    # The pitch is far smaller than a turn, so only twelve of its digits remain.
+    # The pitch is far smaller than a whole turn, so only 12 of its digits remain.
     assert min(scores(report).values()) > 12
     assert is_right_in_part(report)
     assert codes(report) == []
@@ -113,7 +113,7 @@ def test_digits_of_a_wrapped_angle_are_those_written(whole, tmp_path):
     lines = zip(*([f"{x:.6g}" for x in held[k]] for k in held), strict=True)
     path.write_text("\n".join([",".join(held), *map(",".join, lines)]) + "\n")
     column = score(path, whole, maneuver=1)[1]["rear_wheel_angle"]
-    # Half of 1e-5, the last of six digits of 6.28.
+    # Half a unit of the last digit of 6.28319: six digits, the last of which is 1e-5.
     assert column.floor == pytest.approx(5e-6)
     assert column.max_abs_error <= 5.01e-6
 

@@ -17,7 +17,7 @@ from heyoka_bike.scoring.reading.names.heading import Heading, parse_heading
         ("brake force [N]", None, None, "N", None),
     ],
 )
-def test_all_is_in_one_heading(text, key, maneuver, unit, known_unit):
+def test_a_heading_gives_column_maneuver_and_unit(text, key, maneuver, unit, known_unit):
     heading = parse_heading(text)
     assert heading == Heading(text, key, maneuver, unit, is_ending="_deg" in text)
     assert heading.known_unit == known_unit

@@ -26,7 +26,7 @@ ENERGIES = ("potential_energy", "kinetic_energy", "mechanical_energy")
 
 @pytest.fixture(scope="module")
 def wrong(reference):
-    """Columns by program and maneuver, of programs with wrong parameters."""
+    """Columns by program and maneuver. Each program has a wrong parameter."""
     asked = {}
     for i, change in enumerate(PROGRAMS):
         program = changed(correct(reference), change)
@@ -44,7 +44,7 @@ def scored(reference, number, columns, keys, *, keep=slice(None), change=lambda 
 
 
 def taken(report):
-    """Return the chosen maneuver and, if it is a guess, the others that it may be."""
+    """Return the chosen maneuver. If it was guessed, the other possible maneuvers follow."""
     guessed = [x.may_be for x in report.seen if isinstance(x, ManeuverGuessed)]
     assert len(guessed) + sum(isinstance(x, ManeuverRecognised) for x in report.seen) == 1
     return report.maneuvers[0].maneuver, *guessed

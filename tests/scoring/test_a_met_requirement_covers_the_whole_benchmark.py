@@ -1,7 +1,8 @@
-"""A met requirement covers all eight columns over the whole run, unless less is said to be enough.
+"""A requirement covers all eight columns over the whole run, unless the user says that less is
+enough.
 
-The wrong columns here are the right ones times a factor. A requirement on such a file fails
-although the program does not understand the names of these columns, or sees no error in the rows.
+The wrong columns here are the correct ones times a factor. A requirement on such a file must fail
+even if the program does not understand the names of these columns, or sees no error in the rows.
 """
 
 import csv
@@ -11,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from generators.published_columns import published_columns, write_csv
 from heyoka_bike import load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
@@ -22,20 +24,11 @@ WITHOUT_ENERGIES = tuple(key for key in KEYS if "energy" not in key)
 
 @cache
 def right(number=2):
-    m = load_reference()[number]
-    return {"time": m.time[::10], **{key: m[key][::10] for key in KEYS}}
+    return published_columns(load_reference(), number, every=10)
 
 
 def some(*keys, number=2):
     return {key: right(number)[key] for key in ("time", *keys)}
-
-
-def written(path, columns):
-    with path.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        out.writerow(columns)
-        out.writerows(zip(*(map(repr, map(float, x)) for x in columns.values()), strict=True))
-    return path
 
 
 def of_all(keys=KEYS, **fewer):
@@ -57,7 +50,7 @@ ODD_NAMES = [
 @pytest.mark.parametrize(("name", "key", "factor"), ODD_NAMES)
 def test_a_wrong_column_of_an_odd_name_does_not_pass(name, key, factor, tmp_path, capsys):
     columns = some(*(k for k in WITHOUT_ENERGIES if k != key))
-    path = written(tmp_path / "a.csv", {**columns, name: factor * right()[key]})
+    path = write_csv(tmp_path / "a.csv", {**columns, name: factor * right()[key]})
     report = score(path, require="scd >= 6")
     assert not report.is_right
     assert "right, as far as it goes: " in report.verdict
@@ -72,7 +65,7 @@ def test_a_wrong_column_of_an_odd_name_does_not_pass(name, key, factor, tmp_path
 @pytest.mark.parametrize(("name", "key"), [x[:2] for x in ODD_NAMES if x[0] != "der_delta"])
 def test_what_an_odd_name_may_mean_is_said(name, key, tmp_path):
     columns = some(*(k for k in WITHOUT_ENERGIES if k != key))
-    report = score(written(tmp_path / "a.csv", {**columns, name: right()[key]}))
+    report = score(write_csv(tmp_path / "a.csv", {**columns, name: right()[key]}))
     (found,) = [f for f in report.findings if f.code == "columns_not_understood"]
     assert f"'{name}' was not understood; did you mean {key}? " in found.message
     assert found.evidence["columns"] == [key]
@@ -80,7 +73,7 @@ def test_what_an_odd_name_may_mean_is_said(name, key, tmp_path):
 
 def test_a_misspelt_name_is_said_beside_the_right_one(tmp_path):
     columns = {**right(), "roll_angel": 1.1 * right()["roll_angle"]}
-    report = score(written(tmp_path / "a.csv", columns), require="scd >= 6")
+    report = score(write_csv(tmp_path / "a.csv", columns), require="scd >= 6")
     assert report.passed
     assert report.is_right
     said = [f.message for f in report.findings if f.code == "columns_not_understood"]
@@ -89,14 +82,14 @@ def test_a_misspelt_name_is_said_beside_the_right_one(tmp_path):
 
 def test_a_column_with_a_meaning_of_its_own_is_not_said(tmp_path):
     columns = {**right(), "roll_angle_setpoint": np.zeros(101), "wheel_speed": np.ones(101)}
-    report = score(written(tmp_path / "a.csv", columns), require="scd >= 6")
+    report = score(write_csv(tmp_path / "a.csv", columns), require="scd >= 6")
     assert report.is_right
     assert "columns_not_understood" not in [f.code for f in report.findings]
 
 
 def test_a_constant_energy_proves_no_motion(tmp_path):
     columns = some("mechanical_energy")
-    report = score(written(tmp_path / "a.csv", columns), require="scd >= 6", maneuver=2)
+    report = score(write_csv(tmp_path / "a.csv", columns), require="scd >= 6", maneuver=2)
     assert not report.is_right
     assert "as far as it goes: 1 of 8 columns" in report.verdict
     assert not report.passed
@@ -105,12 +98,12 @@ def test_a_constant_energy_proves_no_motion(tmp_path):
 @pytest.mark.parametrize("rows", [[0, 100], [0, 50, 100], range(0, 101, 10), range(10), range(11)])
 def test_few_rows_may_be_those_at_which_a_wrong_motion_is_right(rows, tmp_path):
     columns = {key: x[list(rows)] for key, x in right().items()}
-    report = score(written(tmp_path / "a.csv", columns), require=["scd >= 6"], maneuver=2)
+    report = score(write_csv(tmp_path / "a.csv", columns), require=["scd >= 6"], maneuver=2)
     assert not report.is_right
     assert not report.passed
     assert "% of the run compared" in report.requirements[0].message
     covered = report[2].coverage
-    assert score(written(tmp_path / "a.csv", columns), maneuver=2,
+    assert score(write_csv(tmp_path / "a.csv", columns), maneuver=2,
                  require=["scd >= 6", f"coverage >= {covered}"]).passed  # fmt: skip
 
 
@@ -123,7 +116,8 @@ def test_few_rows_may_be_those_at_which_a_wrong_motion_is_right(rows, tmp_path):
     (["columns <= 8"], False), (["1.columns >= 5"], False), (["coverage >= 0.5"], False),
 ])  # fmt: skip
 def test_fewer_columns_are_enough_where_that_is_said(text, enough, is_met):
-    """The limit applies to all requirements beside it, in any order, and to those on one column."""
+    """A `columns` or `coverage` limit applies to all requirements given with it, in any order, and
+    to requirements on one column."""
     for asked in ([text, *enough], [*enough, text]):
         found = score(some(*WITHOUT_ENERGIES), require=asked, maneuver=2).requirements
         assert next(r for r in found if r.text == text).met is is_met
@@ -174,7 +168,7 @@ def test_a_wrong_value_is_said_before_what_is_missing():
 def test_columns_of_the_whole_motion_are_none_of_the_eight(tmp_path):
     m = load_reference()[2]
     yaw = {"time": m.time, "yaw": m["yaw"]}
-    report = score(written(tmp_path / "a.csv", yaw), require="yaw.scd >= 6", maneuver=2)
+    report = score(write_csv(tmp_path / "a.csv", yaw), require="yaw.scd >= 6", maneuver=2)
     assert not report.passed
     assert "only 0 of 8 columns" in report.requirements[0].message
     assert score(tmp_path / "a.csv", require=["yaw.scd >= 6", "columns >= 0"], maneuver=2).passed

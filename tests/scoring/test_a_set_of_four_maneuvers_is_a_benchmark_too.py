@@ -1,6 +1,6 @@
-"""How many maneuvers there are, their rows, and the limit of eq. (1) come with the reference.
+"""The number of maneuvers, their rows and the limits of eq. (1) come from the dataset.
 
-A set of four short maneuvers, of which two are judged by limits of their own, is scored,
+A dataset of four short maneuvers, two of which have performance limits of their own, is scored,
 diagnosed, required, exported, plotted, replayed and ranked like the benchmark.
 """
 
@@ -55,7 +55,7 @@ def four(folder):
 
 
 def table(four, change=lambda number, key, x: x):
-    """The time and 32 columns, by their places."""
+    """The time and 32 columns, in the order of the published file."""
     columns = [four.times]
     columns += [change(n, key, four[n][key]) for n in four for key in KEYS]
     return np.column_stack(columns)
@@ -67,7 +67,7 @@ def written(path, four, change=lambda number, key, x: x):
 
 
 def drifting(number, key, x):
-    """Energies that grow by 3e-4 % in the fourth maneuver; nothing else changes."""
+    """Let the energies of maneuver 4 grow by 3e-4 %; change nothing else."""
     if number != 4 or not key.endswith("energy") or key == "potential_energy":
         return x
     return x + 3e-6 * 2500.0 * np.linspace(0.0, 1.0, len(x))
@@ -100,7 +100,7 @@ def test_its_own_limit_judges(four, tmp_path, capsys):
 
 
 def test_the_first_and_the_last_are_judged_by_limits_of_two_digits(four, tmp_path):
-    # A limit is no input of the motion, so that the same set serves.
+    # The motion does not depend on the limits, so a copy of the same dataset serves.
     other = shutil.copytree(four.folder, tmp_path / "set")
     manifest(other, performance_limits={"1": "1/400", "4": "1/10000"})
     judged = load_reference(other)
@@ -145,7 +145,8 @@ def test_it_is_exported(four, format_, tmp_path):
     assert main(["export", *asked]) == 0
     files = [out, *out.rglob("*")] if out.is_dir() else [out]
     said = b"".join(p.read_bytes() for p in files if p.is_file())
-    # Neither the benchmark's title nor its licence: its maker is not known.
+    # The page shows neither the benchmark's title nor its licence: the dataset is not the
+    # benchmark.
     assert b"IFToMM multibody benchmark" not in said
     assert COPYRIGHT.encode() not in said
     assert b"left" in said or b"maneuver_4" in said or b"4" in said
@@ -156,7 +157,7 @@ def test_the_header_judges_it(four, tmp_path):
     header = (tmp_path / "uncontrolled_bicycle.h").read_text()
     assert "BICYCLE_MANEUVERS = 4" in header
     assert "ub_pieces_4" in header
-    # The page is compiled for the published set, and says so.
+    # The page is compiled for the published dataset, so the export is refused.
     assert main(["export", "--page", "-o", str(tmp_path), "--reference", str(four.folder)]) == 1
     program = tmp_path / "judge.c"
     program.write_text(
@@ -209,7 +210,7 @@ def test_the_published_set_has_the_limit_of_the_benchmarks_own_maneuvers():
         n: None if x is None else float(x) for n, x in limits.items()
     }
     assert published.judged == (2,)
-    # Its manifest does not name it, so that its bytes are those that were published.
+    # The published manifest has no entry for the limits, so its bytes do not change.
     assert "performance_limits" not in (published.folder / "manifest.json").read_text()
 
 

@@ -3,20 +3,19 @@
 import numpy as np
 import pytest
 
+from generators.published_columns import published_table
 from heyoka_bike import score
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.diagnosis.energies import of_contact
 
-STIFFNESS_TIME = 0.005  # time constant of the contact, at rest after ten of them [s]
+# [s] time constant of the contact; after ten of them the bicycle has come to rest
+STIFFNESS_TIME = 0.005
 WEIGHT = 94 * 9.81
-DEPTH = 0.58e-3  # at which wheels come to rest with the contact of MuJoCo [m]
+DEPTH = 0.58e-3  # [m] the depth at which the wheels come to rest with MuJoCo's contact
 
 
 @pytest.fixture
 def table(reference):
-    """The 25 columns of the reference as they are published."""
-    blocks = [np.column_stack([reference[n][key] for key in KEYS]) for n in (1, 2, 3)]
-    return np.hstack([np.arange(1001)[:, None] / 100, *blocks])
+    return published_table(reference)
 
 
 def found(table, reference):
@@ -24,7 +23,8 @@ def found(table, reference):
 
 
 def test_sinking_is_seen_with_its_energy(table, reference):
-    """A critically damped contact under the weight; the roll rates are wrong by a tenth."""
+    """The bicycle sinks into a critically damped contact; the roll rates are too large by a
+    tenth."""
     t = table[:, 0] / STIFFNESS_TIME
     fall = -DEPTH * WEIGHT * (1 - (1 + t) * np.exp(-t))
     for n in range(3):
@@ -33,7 +33,7 @@ def test_sinking_is_seen_with_its_energy(table, reference):
         table[:, 2 + 8 * n] *= 1.1
     (sinks,) = found(table, reference)
     assert sinks.energy == pytest.approx(DEPTH * WEIGHT, rel=1e-3)
-    # Turning wheels count as moving mass, by a twentieth.
+    # The turning wheels add to the moving mass, which changes the constant by a twentieth.
     assert sinks.constant == pytest.approx((DEPTH / 9.81) ** 0.5, rel=0.05)
 
 

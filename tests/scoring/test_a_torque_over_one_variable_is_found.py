@@ -1,4 +1,4 @@
-"""A torque that depends on one angle or rate alone is found as a function, whatever its law is."""
+"""A torque that depends on a single angle or rate is found as a function, whatever its form."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def motions(reference):
 
 
 def with_torque(reference, motions, equation, torque):
-    """The residual of the right motion whose accelerations have a torque more."""
+    """The residual of the exact motion, with the accelerations that an additional torque causes."""
     equations, seen = motions
     pushed = []
     for m in seen:
@@ -43,7 +43,7 @@ def with_torque(reference, motions, equation, torque):
     return Residual(pushed, correct(reference), EQUATION_MISTAKES[:1])
 
 
-# Each a law that no list of forces has: regularised friction, a stop with play, a hardening spring.
+# No list of forces contains these laws: regularised friction, a stop with play, a hardening spring.
 LAWS = {
     "friction": (1, "steer rate", lambda s, _: -0.02 * np.tanh(s["steer_rate"] / 0.01)),
     "play": (
@@ -62,7 +62,8 @@ def test_the_variable_and_the_values_are_found(reference, motions, name):
     assert (law.equation, law.variable) == (("roll", "steer")[equation], variable)
     places = np.array(law.places[-6:])
     exact = torque({variable.replace(" ", "_"): places}, None)
-    # Lines between places that are a factor of 1.4 apart.
+    # The law is interpolated linearly between points a factor of 1.4 apart, hence the tolerance of
+    # 5 %.
     np.testing.assert_allclose(law.values[-6:], exact, rtol=0.05, atol=0.02 * abs(exact).max())
 
 

@@ -1,4 +1,5 @@
-"""An axis or a column for the maneuver, a time beside the rest, arrays on their side."""
+"""Arrays are read with an axis or a column for the maneuver, with the time stored apart, and
+transposed."""
 
 import itertools
 
@@ -11,7 +12,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results
 
 ROWS = 11
-# Of maneuver, row and column; the times are the same for all.
+# Axes: maneuver, row, column. The times of all maneuvers are equal.
 CUBE = np.random.default_rng(3).standard_normal((3, ROWS, 9))
 CUBE[:, :, 0] = np.arange(ROWS) / 7
 TIME = CUBE[0, :, 0]
@@ -70,7 +71,7 @@ def test_a_time_beside_the_rest():
     assert_cube(read_results({"tout": TIME, "yout": wide()[:, 1:], "xout": wide()[:, 1:] + 1}))
     each = {f"m{m + 1}": CUBE[m, :, 1:] for m in range(3)}
     assert_cube(read_results({"tout": TIME, **each}))
-    # An array of all columns is meant before one without the time.
+    # An array of all columns has precedence over one without the time.
     assert_cube(read_results({"t": TIME, "states": wide()[:, 1:9] + 1, "results": wide()}))
     (rows,) = read_results({"t": TIME, "y": CUBE[1, :, 1:]}, maneuver=2).maneuvers
     assert rows.maneuver == 2
@@ -156,7 +157,8 @@ def test_a_text_on_its_side_is_turned(tmp_path):
         assert_cube(read_results(path), ("transposed",))
     path.write_text(path.read_text().replace(".", ","))
     assert_cube(read_results(path), ("transposed",))
-    # Not if the first row cannot be the time, or there are no 9 or 25.
+    # A transposed table is refused if its first row cannot be the time, or if it has neither 9 nor
+    # 25 rows.
     table = wide().T
     table[0, 5] = -1
     for wrong in (table, wide().T[:24]):

@@ -1,6 +1,6 @@
-"""A result file that cannot be used gives one line: where, what was found, what was expected.
+"""A result file that cannot be used gives one line: where, what was found, and what was expected.
 
-Each case changes one thing in a good file. Nothing but `InputError` may come out.
+Each case changes one thing in a good file. Only `InputError` may be raised.
 """
 
 import gzip
@@ -33,7 +33,7 @@ def good(count=5, width=25, separator=" "):
 
 
 def with_token(line, column, token, separator=" ", width=25):
-    """A good file with one value replaced; line and column from 1."""
+    """A good file with one value replaced; line and column count from 1."""
     lines = good(width=width, separator=separator)
     fields = lines[line - 1].split(separator)
     fields[column - 1] = token
@@ -42,7 +42,7 @@ def with_token(line, column, token, separator=" ", width=25):
 
 
 def with_line(line, text):
-    """A good file with a line put in."""
+    """A good file with one line inserted."""
     lines = good()
     lines.insert(line - 1, text)
     return "\n".join(lines) + "\n"
@@ -64,7 +64,7 @@ SHORT = " ".join(ROW[:24])
 BOTH = "expected 9 or 25 columns, or columns named time"
 NOTHING = f"found no column whose name is known, {BOTH}"
 
-# Content; line and column of the error; a part of its message.
+# Each case: the content, the line and column of the error, and a part of its message.
 TEXTS = [
     # No rows
     ("", None, None, "found an empty file, expected rows of numbers"),
@@ -77,7 +77,7 @@ TEXTS = [
     ("0;1,837.03\n1;1,9.0\n", 1, 2, f"found '1,837.03' as value 2 and no row of numbers, {BOTH}"),
     ("1\n2\n3\n", None, None, f"found no row of numbers, {BOTH}"),
     (" ".join(str(i) for i in range(1, 26)), None, None, f"found no row of numbers, {BOTH}"),
-    # Another number of columns
+    # Wrong number of columns
     ("\n".join(good(width=12)), 1, None,
      "found 12 columns, expected 9 or 25 columns, or columns named time"),
     ("# x\n\n" + "\n".join(good(width=24)), 3, None,
@@ -103,11 +103,11 @@ TEXTS = [
     (f"# a\n\n{with_line(3, SHORT)}", 5, 25, "found 24 values"),
     (f"# a\r\r{with_line(3, SHORT)}".replace("\n", "\r"), 5, 25, "found 24 values"),
     (with_line(3, SHORT).replace("\n", "\r\n"), 3, 25, "found 24 values"),
-    # Two short rows at the end are not one row that was cut.
+    # Two short rows at the end cannot come from one interrupted row.
     ("\n".join([*good(), SHORT, SHORT]), 6, 25, "found 24 values"),
     ("\n".join([*good(), SHORT, *good()]), 6, 25, "found 24 values"),
     ("\n".join([*good(3), *[SHORT] * 4]), 4, 25, "found 24 values, expected 25"),
-    # Values that are missing
+    # Missing values
     (with_token(2, 4, "", ","), 2, 4, "found no value between two separators as value 4"),
     (with_token(2, 4, "  ", ";"), 2, 4, "found no value between two separators"),
     (with_token(2, 4, "", "\t"), 2, 4, "found no value between two separators"),
@@ -159,7 +159,7 @@ TEXTS = [
     (with_token(2, 4, "x" * 99), 2, 4, f"found '{'x' * 40}...' (99 characters)"),
     (with_token(2, 4, "x" * 200_000), 2, 4, "(200000 characters) as value 4, expected a number"),
     ("1" * 4_100_000, 1, None, "found a line of more than 4000000 characters, expected rows"),
-    # What is wrong twice must not cancel out.
+    # Two mistakes in a row must not cancel out.
     (with_line(3, " ".join(["9", "1.5", "-", "5", "1-2", *ROW[5:]])), 3, 3, "found '-' as value"),
     (with_line(3, " ".join(["9", "1.5", "e5", "1-2", *ROW[4:]])), 3, 3, "found 'e5' as value 3"),
     (with_line(3, "Simulation finished"), 3, 1, "found 'Simulation' as value 1"),
@@ -167,7 +167,7 @@ TEXTS = [
     ("\n".join([*good(), "done"]), 6, 1, "found 'done' as value 1"),
     (with_line(3, " ".join(f"x{i}" for i in range(25))), 3, 1, "found 'x0' as value 1"),
     (with_token(5, 25, "2.5e-"), 5, 25, "found '2.5e-'"),
-    # A damaged row above the others is no heading.
+    # A damaged first row is not a heading.
     (with_token(1, 4, "abc"), 1, 4, "found 'abc' as value 4, expected a number"),
     (with_line(1, SHORT), 1, 25, "found 24 values, expected 25"),
     ("My program\n\n" + with_line(1, "1 2 4"), 3, 4, "found 3 values, expected 25"),
@@ -261,7 +261,7 @@ def test_endless_devices_end(device, monkeypatch):
             nonlocal taken
             raw = super().read(size)
             taken += len(raw)
-            # The beginning of a file, which tells that it is no text.
+            # A reader may look at the beginning of a file to see that it is not text.
             assert taken < 1 << 23
             return raw
 
@@ -305,7 +305,7 @@ def archive(*names):
 
 
 def header(shape):
-    """An .npy file that promises an array it does not have."""
+    """Bytes of an .npy header that announces an array of this shape, without the array."""
     text = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text.encode() + b"\0" * 64
 
@@ -315,7 +315,7 @@ VECTOR = np.arange(10.0)
 SHEET = "is a spreadsheet; save it as xlsx or CSV"
 FORMATS = f"expected {listed()}"
 
-# Name, content, a part of the message.
+# Each case: the name, the content, and a part of the message.
 FILES = [
     ("r.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "expected a spreadsheet"),
     ("r.txt", archive("[Content_Types].xml", "xl/workbook.xml"), "found a damaged file"),
@@ -397,7 +397,7 @@ FILES = [
 def test_bad_files(name, content, fragment, tmp_path):
     message = the_one_error(content, tmp_path, name).message
     assert fragment in message
-    # An address in memory would be another one in each run.
+    # An address in memory differs from run to run.
     assert " at 0x" not in message
 
 
@@ -440,7 +440,7 @@ def test_a_small_file_of_a_large_dataset(tmp_path):
 
 @pytest.mark.parametrize("kind", ["frame", "frame_table"])
 def test_a_small_file_of_a_large_data_frame(kind, tmp_path):
-    """As pandas writes one; its arrays are read by another way."""
+    """The file looks like one of pandas, whose arrays are read by a separate path."""
     path = tmp_path / "r.h5"
     with h5py.File(path, "w") as f:
         frame = f.create_group("df")
@@ -472,7 +472,7 @@ KINDS = {
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_any_damage_gives_results_or_an_input_error(kind, tmp_path):
-    """Bytes changed, cut out, or put in, anywhere."""
+    """Change, cut out or insert bytes anywhere in a file."""
     content = KINDS[kind]
     seed = zlib.crc32(kind.encode())
     rng = np.random.default_rng(seed)
@@ -564,7 +564,7 @@ def test_bad_sheets(tmp_path):
 )
 @pytest.mark.parametrize("separator", [" ", ", "])
 def test_rows_that_are_wrapped_are_told(width, per_line, counts, separator, tmp_path):
-    """As list-directed output of Fortran wraps them."""
+    """Rows are wrapped as Fortran's list-directed output wraps them."""
     rows = [[i / 10, *(0.1 * j - i for j in range(width - 1))] for i in range(12)]
     lines = [
         separator.join(f"{x:.6g}" for x in row[at : at + per_line])

@@ -1,4 +1,4 @@
-"""T and V are the energies of mechanics wherever a time and a speed stand beside them."""
+"""T and V mean kinetic and potential energy if the file also has a time and a speed."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ ROWS = np.arange(9.0)
 
 
 def keys_of(names):
-    """Column j is j above the row, so that its first value tells its place."""
+    """Return the recognised key of each column number. The first value of column j is j."""
     (rows,) = read_results({name: ROWS + j for j, name in enumerate(names)}).maneuvers
     return {int(values[0]): key for key, values in rows.values.items()}
 

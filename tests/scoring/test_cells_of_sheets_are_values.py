@@ -1,4 +1,4 @@
-"""What a row of a text means it means in a sheet, too, and the cells hold the numbers."""
+"""A row of a spreadsheet means the same as a row of text, and its cells contain the numbers."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ openpyxl = pytest.importorskip("openpyxl")
 NAMES = ["time", *BENCHMARK_COLUMNS]
 UNITS = ["s", "rad", "rad/s", "m/s", "J", "J", "J", "rad", "rad/s"]
 COUNTING = [*range(1, 10)]
-# openpyxl writes 16 digits.
+# openpyxl writes 16 digits, so the values have 15.
 VALUES = [
     [i / 100, *(float(f"{x:.15g}") for x in np.random.default_rng(i).uniform(-1, 1, 8))]
     for i in range(20)
@@ -25,7 +25,7 @@ def words(decimal="."):
 
 
 def mixed():
-    """Every third number a word with a decimal comma."""
+    """Rows in which every third number is a text with a decimal comma."""
     rows = zip(VALUES, words(","), strict=True)
     return [
         [w if j % 3 == 1 else x for j, (x, w) in enumerate(zip(*row, strict=True))] for row in rows

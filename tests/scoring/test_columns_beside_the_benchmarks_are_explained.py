@@ -1,4 +1,5 @@
-"""A wrong column beside the benchmark's is never called right, and plain errors are seen."""
+"""A wrong column that is not one of the benchmark's is never called correct, and plain errors are
+named."""
 
 import numpy as np
 import pytest
@@ -15,12 +16,13 @@ HEADINGS = {
 
 
 def beside(report):
-    """What is said of columns beside the benchmark's."""
+    """The findings on columns that are not the benchmark's."""
     return finding_text.findings(visible_faults.faults_in_other_columns(report))
 
 
 def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):
-    """Of files with a time, roll, steer and more, of 15 digits, with some columns changed."""
+    """Score files with a time, roll, steer and the columns `keys`, of 15 digits, with `changes`
+    applied."""
     files = {}
     for n in numbers:
         rows = reference[n].rows
@@ -83,8 +85,8 @@ def test_right_columns_are_not_mentioned(reference, tmp_path):
     assert found.evidence["column"] == "yaw"
 
 
-def test_beside_a_wrong_motion_nothing_is_made_of_it(reference, tmp_path):
-    """A yaw with a factor says little where roll is wrong, too."""
+def test_a_factor_beside_a_wrong_motion_is_not_explained(reference, tmp_path):
+    """If roll is wrong too, a factor in the yaw angle is no evidence."""
     wrong = report_of(
         reference, tmp_path, yaw=lambda x: 1.1 * x, roll_angle=lambda x: x + 0.1 * np.sin(80 * x)
     )

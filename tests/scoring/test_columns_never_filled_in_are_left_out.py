@@ -1,4 +1,5 @@
-"""A column of one number where the quantity varies is no result: it is named, and left out."""
+"""A column that is constant although the quantity varies was never filled in: it is named and left
+out."""
 
 import numpy as np
 import pytest
@@ -51,7 +52,7 @@ def test_a_requirement_that_does_not_is_met(reference, text):
 
 
 def test_fewer_columns_may_be_enough(reference):
-    """Programs that write all 25 columns cannot leave out what they do not compute."""
+    """Programs that write all 25 columns cannot omit the columns that they do not compute."""
     results = without(reference, ENERGIES)
     assert score(results, reference, ["scd >= 12", "columns >= 5"]).passed
     for require in (["scd >= 12"], ["scd >= 12", "columns >= 6"],
@@ -82,12 +83,12 @@ def test_the_first_value_throughout_is_no_result_either(reference):
 
 @pytest.mark.parametrize(("key", "number"), [("mechanical_energy", 1837.0), ("forward_speed", 4.6)])
 def test_what_may_be_constant_is_a_result(reference, key, number):
-    """The energy is constant, and so is the speed of the linear equations."""
+    """A constant energy is correct, and a constant speed is the result of linear equations."""
     assert key in keys_of(score(without(reference, (key,), number, (2,)), reference), 2)
 
 
 def test_a_motion_that_stands_still_is_a_result(reference):
-    """Wrong as it is: a constant lean, and zeros as its rate."""
+    """A constant lean with a zero rate is wrong, but it is a result."""
 
     def change(key, values, number):
         held = {"roll_angle": 0.2, "roll_rate": 0.0}
@@ -97,7 +98,7 @@ def test_a_motion_that_stands_still_is_a_result(reference):
 
 
 def test_rounding_to_one_number_is_a_result(reference):
-    """Three digits of the potential energy of maneuver 3, which varies by 0.06 J, are 794."""
+    """The potential energy of maneuver 3 varies by 0.06 J, so three digits of it are always 794."""
     rows = reference[3].rows["potential_energy"]
     assert np.all(np.round(rows) == 794)
     quantum = {key: Quantum(10, digits=3) for key in BENCHMARK_COLUMNS}
@@ -111,7 +112,7 @@ def test_a_few_rows_may_be_alike(reference):
 
 
 def test_eq_1_is_taken_in_the_digits_written(reference, tmp_path):
-    """Two energies that differ in the 30th digit: 100 * 2e-28 / 1575."""
+    """Two energies differ in the 30th digit, so the performance is 100 * 2e-28 / 1575."""
     path = tmp_path / "r.txt"
     e = "1575.1729024773809523809523809{}"
     lines = [f"{i / 100} {e.format('52' if i % 2 else '54')}" for i in range(20)]
@@ -124,7 +125,7 @@ def test_eq_1_of_the_parts_is_taken_in_their_digits(reference):
     t = np.arange(20) / 100
     lo = np.where(np.arange(20) % 2, 3e-20, 0.0)
     values = {"potential_energy": np.full(20, 794.0) + t, "kinetic_energy": np.full(20, 781.0) - t}
-    # What binary64 rounds of the times is in the rest, so that the sum is constant.
+    # The `rest` contains the rounding errors of the times, so the sum of the energies is constant.
     rest = {"potential_energy": lo - (values["potential_energy"] - 794.0 - t),
             "kinetic_energy": -(values["kinetic_energy"] - 781.0 + t)}  # fmt: skip
     rows = Rows(1, t, np.zeros(20), values, rest, {})
@@ -141,7 +142,7 @@ def test_the_sum_of_empty_energies_is_empty_too(reference):
 
 
 def test_a_bicycle_that_stays_upright_is_no_empty_file(reference):
-    """Zeros of roll and steer beside a constant speed and constant energies are a motion."""
+    """Zero roll and steer with a constant speed and constant energies are a motion."""
     lateral = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
     results = made(reference, lambda key, values, _: np.full_like(
         values, 0.0 if key in lateral else values[0]))  # fmt: skip
@@ -149,7 +150,7 @@ def test_a_bicycle_that_stays_upright_is_no_empty_file(reference):
 
 
 def test_angles_of_zeros_alone_are_no_bicycle_that_stays_upright(reference):
-    """There is no speed beside them that shows a run."""
+    """Without a speed nothing shows that the bicycle moved."""
     keys = ("roll_angle", "steer_angle")
     report = score(without(reference, keys, maneuvers=(3,), names=keys), reference)
     assert "never_filled" in codes(report)

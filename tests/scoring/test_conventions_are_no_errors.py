@@ -1,4 +1,4 @@
-"""What a file takes otherwise than the default is said first, and said to be no error."""
+"""Conventions other than the default are reported first, and reported as no errors."""
 
 from types import SimpleNamespace
 
@@ -22,7 +22,7 @@ def renamed(**names):
 
 
 def of_the_left(key, values, number):
-    """Axes to the left, and the potential energy from the start."""
+    """Axes to the left, and a potential energy that is zero in the first row."""
     if key in TURNED:
         return -values
     return values - 794.1195 if key in ("potential_energy", "mechanical_energy") else values
@@ -74,7 +74,7 @@ def test_without_any_diagnose_names_the_default_ones(reference, capsys, monkeypa
     assert "SI units, roll and steer positive to" in capsys.readouterr().out.split("\n\n")[1]
 
 
-# The mean of two speeds is no speed of the bicycle.
+# The mean of two speeds is the speed of no point of the bicycle.
 def of_no_point(reference, size=1e-12):
     def change(key, values, number):
         if key == "forward_speed":
@@ -97,8 +97,11 @@ def test_a_column_of_no_known_definition_is_named_as_that(reference):
 
 
 @pytest.mark.parametrize("is_explained", [True, False])
-def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch, is_explained):
-    """The column is left out; where nothing explains the others, mistakes in the output may."""
+def test_a_column_of_unknown_definition_is_left_out_of_the_search(
+    reference, monkeypatch, is_explained
+):
+    """The column is left out of the search. If no mistake explains the others, output faults are
+    tried."""
     asked = []
 
     def explain(parts, *_, only_output, **__):
@@ -120,7 +123,8 @@ def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch
 
 
 def test_where_all_columns_are_as_bad_it_is_not_the_definition(reference):
-    """The speeds differ by 1e-2 of the speed at most; errors of 3e-3 may hide that."""
+    """The two speeds differ by at most 1e-2 of the speed; errors of 3e-3 may hide the
+    difference."""
     report = score(of_no_point(reference, 3e-3), reference)
     assert "definition_unknown" not in codes(report)
 

@@ -1,4 +1,4 @@
-"""Each definition, sign, unit and zero is recognised where it shows, and claimed only there."""
+"""Each definition, sign, unit and zero is recognised where the values show it, and only there."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def test_every_definition_is_named(reference, alternate):
         assert c.as_understood.definition == alternate.definition
         assert c.as_understood.measures.max_abs_error <= c.floor
         assert c.as_written.definition == DEFINITIONS[alternate.key][0].definition
-        # What is called an error as written is the distance of the two definitions.
+        # The error under the default definition is the difference between the two definitions.
         m = reference[number]
         distance = np.max(np.abs(m[alternate.name] - m.rows[alternate.key]))
         assert c.as_written.measures.max_abs_error == pytest.approx(distance, rel=1e-3)
@@ -50,7 +50,8 @@ def test_every_definition_is_named(reference, alternate):
 
 @pytest.mark.parametrize("alternate", ALTERNATES, ids=lambda c: c.name)
 def test_none_is_claimed_below_the_error_of_the_file(reference, alternate):
-    """An error three times the distance of the definitions, in each maneuver, after the start."""
+    """Each maneuver has, after the first row, an error three times the difference of the
+    definitions."""
 
     def change(key, values, number):
         if key != alternate.key:
@@ -70,7 +71,8 @@ def test_none_is_claimed_below_the_error_of_the_file(reference, alternate):
 
 @pytest.mark.parametrize("definition", ["hub_norm", "com_norm"])
 def test_the_first_row_tells_what_the_others_cannot(reference, definition):
-    """At the start a hub moves sideways: the magnitude of its velocity is not the speed given."""
+    """A hub moves sideways at the start, so the magnitude of its velocity differs from the given
+    speed."""
 
     def change(key, values, number):
         return values + (smooth_error(reference, number, 0.1) if key == "forward_speed" else 0.0)
@@ -81,13 +83,13 @@ def test_the_first_row_tells_what_the_others_cannot(reference, definition):
     found = column(score(made(reference, change, names), reference), 1, "forward_speed")
     assert found.as_understood.definition == definition
     odds = {a.definition: a.log10_odds for a in found.alternatives}
-    # A row that is not like the others is thought to come once in a thousand files.
+    # The prior probability that one row differs from all others is one in a thousand.
     before = np.log10(5)
     assert 8 < odds["hub_heading"] + before < 10
 
 
 def test_odds_are_those_of_the_definition_taken(reference):
-    """Exact values in one maneuver, and an error larger than the difference in another."""
+    """One maneuver is exact; the error of another exceeds the difference of the definitions."""
 
     def change(key, values, number):
         if key != "roll_angle" or number == 2:
@@ -99,7 +101,8 @@ def test_odds_are_those_of_the_definition_taken(reference):
     assert found.as_understood.definition == "tait_bryan_xyz"
     assert found.indistinguishable == ()
     odds = {a.definition: a.log10_odds for a in found.alternatives}
-    # Maneuver 2 alone says so: by the cube of the distance over the smallest error that counts.
+    # The evidence comes from maneuver 2 alone: the cube of the difference over the smallest counted
+    # error.
     rows = reference[2].rows
     apart = np.sort(abs(rows["roll_angle"] - rows["roll_angle_tait_bryan_xyz"]))[:-10]
     most = 3 * np.log10(np.sqrt(np.mean(apart**2)) / (1e-15 * np.max(abs(rows["roll_angle"]))))
@@ -127,7 +130,7 @@ def test_the_other_sign_is_recognised_and_scored_both_ways(reference, flipped):
         return -values if key in flipped else values
 
     report = score(made(reference, change), reference)
-    # Roll alone turned round may be an error of sign: a warning, and no convention.
+    # Roll alone with a flipped sign may be a mistake, so it is a warning and not a convention.
     is_odd = "roll_angle" in flipped
     expected = ["sign"] * len(flipped)
     assert codes(report) == (
@@ -163,7 +166,7 @@ def test_units_are_recognised_and_scored_both_ways(reference, keys, unit, in_si)
     for key in keys:
         c = column(report, 1, key)
         assert c.as_understood.unit == unit
-        # Rounded three times: the reference's row, the factor, and the quotient.
+        # Three roundings: of the reference's row, of the factor and of the quotient.
         largest = np.max(np.abs(reference[1][key]))
         assert c.as_understood.measures.max_abs_error <= 1.5 * np.spacing(largest)
         assert c.as_written.unit == c.unit
@@ -216,7 +219,7 @@ def test_a_few_wrong_rows_are_given_no_meaning(reference, rows_kept):
 
 
 def test_a_constant_mechanical_energy_alone_is_an_error_not_a_zero(reference):
-    # It is what a wrong speed at the start does.
+    # A wrong initial speed also shifts the energy by a constant.
     report = score(
         made(reference, lambda k, v, n: v + 5.0 if k == "mechanical_energy" else v), reference
     )
@@ -227,7 +230,7 @@ def test_a_constant_mechanical_energy_alone_is_an_error_not_a_zero(reference):
 
 
 def test_a_mechanical_energy_alone_is_in_no_smaller_unit_with_another_zero(reference):
-    """In millijoules every error would be a thousandth of itself."""
+    """Interpreted in millijoules, every error would be a thousand times smaller."""
 
     def change(key, values, number):
         rounded = np.round(values + 0.01 * np.sin(3.0 * reference[number].time), 6)
@@ -265,7 +268,7 @@ def test_noise_is_not_given_a_meaning(reference, seed):
 
 
 def test_the_choice_is_joint_over_the_maneuvers(reference):
-    # Maneuver 3 alone cannot tell the speeds apart at this error, the others can.
+    # At this error maneuver 3 alone cannot distinguish the speeds; the other maneuvers can.
     def change(key, values, number):
         return values + (smooth_error(reference, number, 1e-9) if key == "forward_speed" else 0.0)
 
@@ -281,7 +284,7 @@ WRONG_MODELS = [{"mB": "80"}, {"mB": "84.99"}, {"g": "9.8"}, {"zB": "-0.91"}]
 
 @pytest.fixture(scope="module")
 def wrong_motions(reference, bicycle, maneuvers):
-    """All maneuvers of each wrong model, simulated together."""
+    """The motions of each wrong model in all maneuvers."""
     pytest.importorskip("heyoka")
     wrong = [bicycle.replace(**{s: Exact.parse(x) for s, x in c.items()}) for c in WRONG_MODELS]
     starts = [(0.0, 0.0, 0.0, float(m.roll_rate), 0.0, float(m.speed)) for m in maneuvers]
@@ -297,7 +300,7 @@ def wrong_motions(reference, bicycle, maneuvers):
 @pytest.mark.parametrize("model", range(len(WRONG_MODELS)), ids=map(str, WRONG_MODELS))
 @pytest.mark.parametrize("numbers", [(1, 2, 3), (3,)])
 def test_a_wrong_model_is_not_excused_by_another_zero(reference, wrong_motions, model, numbers):
-    """A wrong mass or height moves the potential energy by nearly a constant, and the total one."""
+    """A wrong mass or height changes the potential and the total energy by nearly a constant."""
     motions = dict(enumerate(wrong_motions[model], start=1))
     parts = [rows(reference, n, {k: motions[n][k] for k in BENCHMARK_COLUMNS}) for n in numbers]
     report = score(Results("x", "text", tuple(parts)), reference)
@@ -305,7 +308,7 @@ def test_a_wrong_model_is_not_excused_by_another_zero(reference, wrong_motions, 
 
 
 def test_the_zero_is_taken_where_the_motion_disturbs_it_least(reference):
-    """A potential energy that is wrong in maneuver 1 does not spoil the zero of maneuver 3."""
+    """A wrong potential energy in maneuver 1 does not affect the zero found from maneuver 3."""
 
     def change(key, values, number):
         error = smooth_error(reference, number, {1: 0.5, 2: 0.1, 3: 1e-9}[number])
@@ -320,7 +323,8 @@ def test_the_zero_is_taken_where_the_motion_disturbs_it_least(reference):
 
 
 def test_a_first_row_without_a_value_says_nothing_of_the_start(reference):
-    """The next row is not the start: by then the speed of a wrong model may be anything."""
+    """The row after the missing one is not the start: there, the speed of a wrong model may have
+    any value."""
     names = [
         "forward_speed_com_norm" if key == "forward_speed" else key for key in BENCHMARK_COLUMNS
     ]
@@ -328,7 +332,7 @@ def test_a_first_row_without_a_value_says_nothing_of_the_start(reference):
     def change(key, values, number):
         if key == "forward_speed":
             values[0] = np.nan
-            # One bad row, next to the one that is missing.
+            # One bad row, after the missing first one.
             values[1] = reference[number]["forward_speed"][1]
         return values
 
@@ -337,7 +341,8 @@ def test_a_first_row_without_a_value_says_nothing_of_the_start(reference):
 
 
 def test_the_known_start_speaks_against_a_definition(reference):
-    """A linear model has constant speeds: nearer to com_norm than the default, but not at 0 s."""
+    """A linear model has a constant speed. It is nearer to com_norm than to the default, but not at
+    0 s."""
 
     def change(key, values, number):
         return np.full_like(values, values[0]) if key == "forward_speed" else values

@@ -20,7 +20,7 @@ from heyoka_bike.system.jobs import ProcessExecutor, ProcessLimits
 from support.degenerate_runs import DOCUMENTED, PRELOAD, on_corpus, on_tables
 
 MOST_MEMORY = 1_000_000_000
-# Limits of a process, which makes many calls: only one that hangs reaches them.
+# Limits of a process that makes many calls. Only a call that hangs reaches them.
 LIMITS = ProcessLimits(600.0, 4 * MOST_MEMORY)
 SMALL = ("diagnose", "--budget", "0.05")
 
@@ -51,7 +51,7 @@ def tables(seed, count, words, folder, each=100):
 def test_2000_degenerate_tables(tmp_path):
     scored = check(tables("scored", 1800, ("score",), tmp_path), 1800)
     diagnosed = check(tables("diagnosed", 200, SMALL, tmp_path), 200)
-    # They are neither all refused nor all fine.
+    # Both good and bad files are among the drawn tables.
     assert min(scored[k] for k in (0, 1, 2)) > 10
     assert min(diagnosed[k] for k in (0, 1, 2, 4)) > 1
 
@@ -66,7 +66,7 @@ def test_every_file_of_the_corpus_is_diagnosed_in_short(tmp_path):
 @pytest.mark.slow
 @pytest.mark.timeout(4 * 3600)
 def test_2000_degenerate_tables_are_diagnosed(tmp_path):
-    """About an hour on one core."""
+    """This test takes about an hour on one core."""
     check(tables("slow", 2000, ("diagnose", "--budget", "1"), tmp_path, 25), 2000)
 
 
@@ -84,14 +84,15 @@ def written(path, columns, form="%.17g"):
 
 
 def motion(reference, number, rows, factor=1.0):
-    """Columns of a maneuver in some rows, the motion multiplied by a factor."""
+    """Columns of a maneuver in the given rows; the motion is multiplied by `factor`."""
     m = reference[number]
     return [m.time[rows], *(factor * m.rows[key][rows] for key in BENCHMARK_COLUMNS)]
 
 
 @pytest.fixture(scope="module")
 def called(reference, tmp_path_factory):
-    """A function of a table of one maneuver: exit codes of `score` and `diagnose`, and the text."""
+    """Return a function that scores and diagnoses a table of one maneuver: the exit codes and the
+    text."""
     folder = tmp_path_factory.mktemp("called")
 
     def call(capsys, columns, number=1, form="%.17g"):
@@ -107,7 +108,7 @@ def called(reference, tmp_path_factory):
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5])
 def test_few_rows(reference, called, capsys, count):
-    """Right, wrong, and standing still."""
+    """A correct motion and a wrong one, and the bicycle standing still."""
     rows = np.linspace(0, 1000, count).astype(int)
     for factor in (1.0, 1.3):
         codes, _ = called(capsys, motion(reference, 1, rows, factor))
@@ -132,7 +133,7 @@ def test_one_time_in_every_row(reference, called, capsys):
     codes, said = called(capsys, columns)
     assert {*codes} <= {0, 4}
     assert "21 rows repeat the time of another row" in said
-    # The one row that is left does not show which column is wrong.
+    # The single remaining row does not show which column is wrong.
     assert "Only " not in said
 
 
@@ -154,7 +155,7 @@ def test_large_numbers_beside_small_ones(reference, called, capsys, large):
 
 
 def test_levels_that_share_no_step_end():
-    """Euclid's algorithm used to loop forever at the last digits of decaying levels."""
+    """Euclid's algorithm used to loop forever on the last digits of decaying levels."""
     pick = random.Random(1)
     least = float(np.finfo(np.float64).eps)
     for _ in range(300):

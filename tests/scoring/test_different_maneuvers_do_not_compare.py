@@ -1,4 +1,5 @@
-"""Programs side by side that hold different maneuvers are said to, where one is called the best."""
+"""If programs that are compared have different maneuvers, the report says so where it names the
+best."""
 
 from dataclasses import replace
 
@@ -15,7 +16,7 @@ def codes(series):
     return [f.code for f in series.findings]
 
 
-def test_it_is_in_the_findings_and_the_verdict(reference):
+def test_different_maneuvers_are_in_the_findings_and_the_verdict(reference):
     whole = made(reference, rough)
     part = replace(whole, maneuvers=whole.maneuvers[:1])
     series = compare({"whole": whole, "part": part}, reference=reference)

@@ -1,4 +1,4 @@
-"""A name that ends in a digit is one of a maneuver only where nothing speaks against it."""
+"""A digit at the end of a name is a maneuver number unless something contradicts it."""
 
 import numpy as np
 import pytest

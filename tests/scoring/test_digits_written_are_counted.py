@@ -1,4 +1,4 @@
-"""How finely each column is written is found from the text or the type of the array."""
+"""The resolution of each column is found from the text or from the type of the array."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def reader(request, monkeypatch):
         ("{:.17g}", Quantum(2, digits=53), 17),
         ("{!r}", Quantum(2, digits=53), 17),
         ("{:.16e}", Quantum(2, digits=53), 17),
-        # These are binary64 numbers, only written out further.
+        # These formats only print binary64 numbers with more digits.
         ("{:.18e}", Quantum(2, digits=53), 17),
         ("{:.24e}", Quantum(2, digits=53), 17),
         ("{:.16g}", Quantum(10, digits=16), 16),
@@ -68,13 +68,13 @@ def test_digits_after_the_point(places, significant, tmp_path):
     (rows,) = results.maneuvers
     for key in KEY:
         assert rows.quantum[key] == Quantum(10, places=places)
-    # Steer angles are below 0.1.
+    # Steer angles are below 0.1, so they have fewer significant digits.
     assert np.abs(VALUES[:, 6]).max() < 0.1
     assert results.significant_digits == significant
 
 
 def test_more_places_than_binary64_has(tmp_path):
-    """With 16 places only the energies, of 100 and more, have all of binary64."""
+    """With 16 decimal places only the energies, which exceed 100, have all digits of binary64."""
     (rows,) = read_results(written(tmp_path, "{:.16f}")).maneuvers
     assert rows.quantum["kinetic_energy"] == Quantum(2, digits=53)
     assert rows.quantum["steer_angle"] == Quantum(10, places=16)
@@ -165,13 +165,13 @@ def test_single_precision_in_double_precision_arrays():
     results = read_results(table)
     quantum = results.maneuvers[0].quantum
     assert quantum["roll_angle"] == Quantum(2, digits=24)
-    # Integers tell nothing.
+    # Integers do not show how many digits were written.
     assert quantum["forward_speed"] == Quantum(2, digits=53)
     assert results.significant_digits == 7
 
 
 def test_all_rows_count_in_a_small_file(tmp_path):
-    """One value of the last rows has the digits that the others lack."""
+    """Only one of the last rows has more than two decimal places."""
     values = np.round(VALUES[:40], 2)
     values[39] = VALUES[39]
     (rows,) = read_results(written(tmp_path, "{!r}", values)).maneuvers
@@ -179,7 +179,7 @@ def test_all_rows_count_in_a_small_file(tmp_path):
 
 
 def test_digits_limit_a_column_only_if_they_do_in_every_maneuver(reference, tmp_path):
-    """A column that is wrong in one maneuver is not wrong by its digits."""
+    """A column that is wrong in one maneuver is not limited by its digits."""
     columns = {"time": reference[1].time}
     for n in reference:
         columns |= {f"m{n}_{key}": reference[n][key].copy() for key in ("roll_angle", "roll_rate")}

@@ -1,11 +1,12 @@
-"""A program's edits of its rows are detected in the numbers, and undone.
+"""Faults in how a program edits its rows are detected in the numbers and undone.
 
-The files are the published columns with one edit. The same object writes an edit and undoes it.
+The files are the published columns with one edit. The same object writes the edit and undoes it.
 """
 
 import numpy as np
 import pytest
 
+from generators.published_columns import side_by_side
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis import visible_faults
@@ -47,13 +48,8 @@ def every_column(reference, change):
     return {n: {key: change(x) for key, x in c.items()} for n, c in columns(reference).items()}
 
 
-def table(by_maneuver, time=TIME):
-    named = {f"m{n}_{key}": x for n, held in by_maneuver.items() for key, x in held.items()}
-    return {"time": time} | named
-
-
 def report_of(by_maneuver, reference, time=TIME):
-    return score(table(by_maneuver, time), reference)
+    return score(side_by_side(by_maneuver, time), reference)
 
 
 @pytest.mark.parametrize("edit", EDITS, ids=lambda e: type(e).__name__)
@@ -69,7 +65,7 @@ def test_an_edit_undoes_what_it_writes(edit, reference):
 
 
 def test_edits_are_made_in_stages_whatever_their_order():
-    """A column is computed before it is written in the place of another."""
+    """A column is computed before it is written in the place of another column."""
     doubled = Rewritten(lambda c, _: {**c, "a": 2.0 * c["a"]}, Stage.FROM_COLUMNS)
     moved = Rewritten(lambda c, _: {**c, "b": c["a"]}, Stage.PLACES)
     one = {"a": np.ones(2), "b": np.zeros(2)}
@@ -85,7 +81,7 @@ def test_rows_from_the_last_to_the_first(numbers, reference):
     undone = reversed_rows(report_of(held, reference))
     assert undone.seen == (RowsReversed(numbers),)
     assert all(np.all(np.diff(part.time) > 0.0) for part in undone.parts)
-    (found,) = diagnose(table(held), reference).diagnosis
+    (found,) = diagnose(side_by_side(held, TIME), reference).diagnosis
     assert found.code == "rows_reversed"
 
 
@@ -104,12 +100,12 @@ def test_single_rows_that_hold_the_row_before(reference):
     assert isinstance(seen, SingleRows)
     assert (seen.key, seen.maneuvers, seen.is_held) == ("steer_angle", (1, 2, 3), True)
     assert 30 <= seen.rows <= 36
-    (found,) = diagnose(table(held), reference).diagnosis
+    (found,) = diagnose(side_by_side(held, TIME), reference).diagnosis
     assert found.code == "single_rows"
 
 
 def test_extrema_of_few_digits_hold_no_rows(reference):
-    """Near an extremum two rounded rows are equal, and the next one is far away."""
+    """Near an extremum two rounded rows are equal although the next one differs by much."""
     held = every_column(reference, lambda x: np.array([float(f"{v:.6g}") for v in x]))
     for n in held:
         held[n]["steer_angle"] = held[n]["steer_angle"] * 1.5
@@ -117,7 +113,8 @@ def test_extrema_of_few_digits_hold_no_rows(reference):
 
 
 def test_rows_between_those_of_large_steps_on_curves(reference):
-    """Every fifth row is the integrator's, and the others are on cubics through these."""
+    """Every fifth row is a step of the integrator. The rows between lie on cubics through the
+    steps."""
     from scipy.interpolate import CubicHermiteSpline
 
     held = columns(reference)
@@ -147,13 +144,13 @@ def test_a_column_of_another_maneuver(reference):
     ],
 )
 def test_numbers_of_few_bits_are_no_grid(kind, seen, code, reference):
-    """The distance of such numbers in each binade identifies them."""
+    """The distance between such numbers within a binade identifies them."""
     held = every_column(reference, lambda x: x.astype(kind).astype(np.float64))
     undone = few_bits(report_of(held, reference))
     assert [type(x) for x in undone.seen] == [seen]
     assert {*LATERAL, "forward_speed"} <= {*undone.seen[0].keys}
     assert all(p.quantum["roll_angle"].base == 2 for p in undone.parts)
-    first = diagnose(table(held), reference).diagnosis[0]
+    first = diagnose(side_by_side(held, TIME), reference).diagnosis[0]
     assert first.code == code
 
 
@@ -166,11 +163,10 @@ def test_an_energy_that_is_one_number_in_half_precision_was_filled_in(reference)
 
 def test_a_motion_in_double_precision_has_all_bits(reference):
     assert few_bits(report_of(columns(reference), reference)) is None
-    assert isinstance(HalfPrecision((), True), HalfPrecision)
 
 
 def test_a_grid_that_hides_nothing_is_not_told(reference):
-    """The speed is rounded to 2^-38, but its error of 1 % has another reason."""
+    """The speed is rounded to 2^-38, but its error of 1 % has another cause."""
     held = columns(reference)
     for n in held:
         held[n]["forward_speed"] = np.rint(2.0**38 * 1.01 * held[n]["forward_speed"]) / 2.0**38
@@ -178,7 +174,8 @@ def test_a_grid_that_hides_nothing_is_not_told(reference):
 
 
 def test_one_clock_of_all_maneuvers(reference):
-    """A shift by a fraction of a row, which was once read as an initial roll and steer."""
+    """The rows are shifted by a fraction of their distance, which was once read as an initial roll
+    and steer."""
     held = columns(reference, np.clip(TIME + 0.013, 0.0, 10.0))
     (seen,) = other_clocks(report_of(held, reference)).seen
     assert (seen.maneuver, seen.scale) == (None, pytest.approx(1.0))

@@ -1,4 +1,5 @@
-"""Eq. (1) is met by an energy that is the file's own or the true one, in digits that show it."""
+"""Eq. (1) needs an energy that is the exact one or consistent with the file's own parts, with
+enough digits."""
 
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ FEW = ["columns >= 1"]
 
 
 def changed(reference, change, keys=None):
-    """A right file with another mechanical energy, and perhaps without some columns."""
+    """Score a correct file with a changed mechanical energy, perhaps without some columns."""
     results = made(reference, lambda k, v, n: change(v) if k == ENERGY else v)
     if keys is None:
         return score(results, reference, LIMIT)
@@ -71,7 +72,7 @@ def test_its_digits_have_to_show_it(reference, tmp_path):
 
 
 def test_a_limit_that_is_reached_is_not_met(reference):
-    """Eq. (1) asks for less."""
+    """Eq. (1) requires a value below the limit, not equal to it."""
 
     def drifting(key, values, number):
         drift = 1e-5 * reference[number][ENERGY][0] * np.linspace(0.0, 1.0, len(values))
@@ -92,12 +93,12 @@ BEST = {"resolution": 0.0, "sum_error": 0.0, "true_error": 0.0, "start": 1.0}
     (0.5, {}, 0.5, None),
     (3.0, {}, 3.0, None),
     (0.5, {"sum_error": 1e-9}, np.inf, DoesNotCount.NOT_ITS_SUM),
-    # Where nothing shows that it is its own, it has to be the true one.
+    # If nothing shows that the energy is the file's own, it must be the exact one.
     (0.5, {"sum_error": None, "true_error": 2.0}, 2.0, DoesNotCount.NOT_TRUE),
     (0.5, {"sum_error": None, "true_error": 1.0}, 1.0, DoesNotCount.NOT_TRUE),
     (0.5, {"sum_error": None, "true_error": 0.9}, 0.5, None),
     (3.0, {"sum_error": None, "true_error": 5.0}, 3.0, None),
-    # Of another start a change is measured in the energy that is given.
+    # With other initial conditions the change is relative to the energy of the file.
     (0.5, {"start": 3.0}, 1.5, DoesNotCount.ANOTHER_START),
     (0.5, {"start": 2.0}, 1.0, DoesNotCount.ANOTHER_START),
     (0.2, {"start": 3.0}, 0.2, None),
@@ -105,7 +106,7 @@ BEST = {"resolution": 0.0, "sum_error": 0.0, "true_error": 0.0, "start": 1.0}
     (0.5, {"resolution": 1.5}, 1.5, DoesNotCount.FEW_DIGITS),
     (0.5, {"resolution": 0.9}, 0.5, None),
 ])  # fmt: skip
-def test_what_counts_of_a_change(change, more, value, reason):
-    """Held against a limit of 1, in percent as all of these."""
+def test_a_change_of_energy_counts_only_if_the_energy_is_trusted(change, more, value, reason):
+    """The limit is 1; all numbers are in percent."""
     claimed = performance(change, 1.0, **BEST | more)
     assert (claimed.value, claimed.reason) == (value, reason)

@@ -1,4 +1,5 @@
-"""Equations that lack a term make the motions of a Newton-Euler program that lacks it."""
+"""Equations that lack a term give the motions of a Newton-Euler program that lacks the same
+term."""
 
 import numpy as np
 import pytest
@@ -20,18 +21,18 @@ MADE = {
     "tensors_do_not_turn": "newton-tensor-in-global-axes",
     "wheels_weightless": "newton-wheels-weightless",
 }
-"""Runs of a program of another hand, by mistake."""
+"""Stored runs of an independent program, by mistake."""
 STARTS = {1: Start(4.0, 0.05), 2: Start(4.6, 0.5), 3: Start(8.0, 0.05)}
 KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed",
         "steer": "steer_angle", "steer_rate": "steer_rate"}  # fmt: skip
 
 
 def farthest(simulator, bicycle, run, missing):
-    """Largest distance from a run of another program, in sizes of its columns."""
+    """Largest distance from a run of another program, relative to the size of each column."""
     runs, found = Runs(), []
     for n, start in STARTS.items():
         block = runs.block(run, n)
-        # Until it falls: then nothing agrees any more.
+        # Compare only until the bicycle falls: after that the difference grows without bound.
         upright = np.cumprod(np.abs(np.nan_to_num(block["roll"], nan=9.0)) < 0.5) == 1
         time = block["time"][upright]
         made = simulator.run(bicycle, initial_state(bicycle, start), time, dict(missing))
@@ -46,7 +47,7 @@ def farthest(simulator, bicycle, run, missing):
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run):
     (mistake,) = (m for m in EQUATION_MISTAKES if m.code == code)
     missing = apply(Program(Motion(bicycle, STARTS)), (mistake,)).motion.amounts
-    # Both integrate to 1e-12 or so; motions that fall multiply that by a thousand and more.
+    # Both integrate to about 1e-12; motions that fall multiply this error by a thousand or more.
     assert farthest(simulator, bicycle, run, missing) < 1e-7
     assert farthest(simulator, bicycle, run, ()) > 1e-3
 

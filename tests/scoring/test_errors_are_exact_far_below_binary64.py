@@ -1,4 +1,4 @@
-"""The error of a value is right to several digits however small it is, at any time."""
+"""The error of a value is correct to several digits however small it is, and at any time."""
 
 from fractions import Fraction
 
@@ -44,8 +44,8 @@ def test_errors_below_binary64_are_seen_in_columns_of_more_digits(reference, siz
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-22, 1e-28])
-def test_of_many_rows_they_are_seen_as_well(reference, size, monkeypatch):
-    """Each error is found by the evaluation that it needs, the fastest that is good enough."""
+def test_small_errors_are_seen_in_many_rows_too(reference, size, monkeypatch):
+    """Each error is found with the fastest evaluation that is accurate enough for it."""
     monkeypatch.setattr(measures, "MAX_EXACT_VALUES", 0)
     m = reference[2]
     time = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 40))
@@ -82,7 +82,8 @@ def test_uneven_times_are_taken_as_they_are(reference):
 
 
 def test_a_decimal_time_is_not_its_binary64(reference):
-    """0.07 s in a text is 7/100 s; the difference from the binary64 shows at 9.97 s."""
+    """0.07 s in a text is exactly 7/100 s. The difference from the nearest binary64 shows at 9.97
+    s."""
     m = reference[1]
     at = Fraction(997, 100)
     as_float = Fraction(float(at))
@@ -97,7 +98,7 @@ def test_a_decimal_time_is_not_its_binary64(reference):
 
 
 def test_many_rows_are_judged_like_few(reference):
-    """Above a number of rows hi + lo is used only where the error is small enough to need it."""
+    """With many rows, hi + lo is used only where the error is small enough to need it."""
     time = np.linspace(0.0, 10.0, MAX_EXACT_VALUES + 1)
     values = reference[2].approximate(time, BENCHMARK_COLUMNS)
     few = slice(None, None, 100)

@@ -1,4 +1,4 @@
-"""With a smaller tolerance or step an error falls, or is rounding, noise, or the model's."""
+"""If an error does not fall with the tolerance or step, it is rounding, noise or a wrong model."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ TOLERANCES = (1e-9, 1e-10)
 
 
 def run(reference, path, size=0.0, noise=0.0, seed=0):
-    """An error of a size, and noise, both of the scale of each column."""
+    """Write a file with a smooth error and noise, both relative to the scale of each column."""
     random = np.random.default_rng(seed)
 
     def change(key, values, number):
@@ -58,7 +58,7 @@ def test_a_real_solver_follows_its_tolerance(reference):
 @pytest.mark.parametrize("sizes", [{"tolerances": TOLERANCES}, {"steps": (0.01, 0.005)}])
 @pytest.mark.parametrize("error", [{"size": 1e-13}, {"noise": 3e-14}])
 def test_near_the_last_digits_it_is_the_arithmetic(reference, error, sizes):
-    """Correct programs stop there, whatever the curve."""
+    """Correct programs reach this limit too, whatever the shape of the error."""
     scored = series(reference, error, error, **sizes)
     (said,) = found(scored, "limited_by_rounding")
     assert "not the model" in said.message
@@ -115,7 +115,7 @@ def test_single_precision_is_told_by_score(reference):
 
 
 def test_noise_of_single_precision_is_told_by_its_size(reference):
-    """Sums of two rounded numbers are none themselves."""
+    """The sum of two single-precision numbers is not itself a single-precision number."""
 
     def change(key, values, number):
         half = (values / 3).astype(np.float32).astype(np.float64)

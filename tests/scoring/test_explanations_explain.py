@@ -1,4 +1,4 @@
-"""A cause is said if the odds are for it, and if nothing in the file speaks against it."""
+"""A cause is reported if the odds favour it and nothing in the file contradicts it."""
 
 from dataclasses import replace
 
@@ -29,7 +29,8 @@ def test_three_maneuvers_tell_as_much_as_one_that_falls_by_the_cube():
 
 
 def test_what_resembles_an_error_by_chance_is_not_said():
-    """Errors of correct programs fall by up to 7 in one maneuver, with the best of 300 mistakes."""
+    """The best of 300 wrong mistakes reduces a correct program's error in one maneuver by a factor
+    of up to 7."""
     one = {k: x for k, x in hypothesis(1e-2 / 7).after.items() if k[0] == 1}
     assert hypothesis(one).log_odds < THRESHOLDS.report_log_odds
     assert hypothesis(1e-2 / 7).log_odds > THRESHOLDS.report_log_odds
@@ -71,7 +72,7 @@ def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion(
     assert replace(h, after=left | {energy: 1e-9}).unexplained is None
 
 
-def test_nothing_is_left_at_the_floor():
+def test_a_cause_that_leaves_only_the_resolution_limit_is_complete():
     h = hypothesis(dict.fromkeys(PLACES, 1e-5))
     assert not h.is_exhaustive
     assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).is_exhaustive
@@ -79,7 +80,7 @@ def test_nothing_is_left_at_the_floor():
 
 @pytest.mark.parametrize(("others", "is_told"), [(1e-9, True), (1e-4, False)])
 def test_a_column_that_alone_stays_wrong_is_told_beside_a_cause(others, is_told):
-    """A rate that is a row late, say; errors of integrators are nearly as large in all columns."""
+    """For example, one rate is a row late. Integrator errors are nearly as large in all columns."""
     place = (2, "roll_rate")
     left = dict.fromkeys(PLACES, others) | {place: 2e-2}
     assert left_over(hypothesis(left, before=10.0), None) == (place if is_told else None)
@@ -87,7 +88,8 @@ def test_a_column_that_alone_stays_wrong_is_told_beside_a_cause(others, is_told)
 
 @pytest.mark.parametrize(("before", "is_told"), [(0.5, True), (20.0, False)])
 def test_a_maneuver_that_a_cause_hardly_explains_is_told_beside_it(before, is_told):
-    """It begins otherwise, say: all of its columns are off by as much as before."""
+    """For example, the maneuver has other initial conditions: all its columns remain as far off as
+    before."""
     third = [p for p in PLACES if p[0] == 3]
     h = hypothesis(dict.fromkeys(PLACES, 1e-9) | dict.fromkeys(third, 0.28), before=1.0)
     h = replace(h, before={**h.before, **dict.fromkeys(third, before)})

@@ -1,4 +1,5 @@
-"""Estimation: the fewest parameters that explain a file, and none where errors are numerical."""
+"""Estimation finds the fewest parameters that explain a file, and none if the errors are
+numerical."""
 
 import json
 import subprocess
@@ -39,7 +40,7 @@ RNG = np.random.default_rng(5)
 
 
 def made(changes, noise, count=80, many=12, unknowns=9):
-    """Blocks of very different sizes, whose error is that of some changes and noise."""
+    """Blocks of very different sizes. Their error is that of the changes, plus noise."""
     errors, jacobians = [], []
     for b in range(many):
         j = RNG.standard_normal((count, unknowns)) * 10.0 ** (b % 4)
@@ -55,14 +56,14 @@ def test_the_right_subset_is_the_best(changes):
     b = made(changes, 1e-4)
     found = best_subsets(b, len(changes), 3)
     assert tuple(found.members[0]) == tuple(changes)
-    # 12 blocks of 80 rows with noise of 1e-4.
+    # The estimate averages 12 blocks of 80 rows with noise of 1e-4.
     assert found.changes[0] == pytest.approx(list(changes.values()), abs=3e-5)
     assert found.gains[0] > 30 * found.gains[1] or len(changes) == 2
 
 
 @pytest.mark.proof
 def test_gains_are_those_of_the_errors_themselves():
-    """The same from the residuals of a weighted least squares, written out."""
+    """Compute the gains again, from the residuals of a weighted least-squares fit."""
     b_rows = [(RNG.standard_normal(50), RNG.standard_normal((50, 4))) for _ in range(5)]
     b = blocks([e for e, _ in b_rows], [j for _, j in b_rows], [1e-9] * 5)
     for members in combinations(range(4), 2):
@@ -71,7 +72,7 @@ def test_gains_are_those_of_the_errors_themselves():
         after = [np.sqrt(np.mean((e - j[:, members] @ changes[0]) ** 2)) for e, j in b_rows]
         expected = np.exp(np.mean(np.log(np.array(before) / after)))
         assert gains[0] == pytest.approx(expected, rel=1e-9)
-        # It is a minimum of the sum of the logarithms.
+        # Any small step away from the fit increases the sum of the logarithms.
         for step in np.vstack([np.eye(2), -np.eye(2)]) * 1e-3:
             worse = [
                 np.sqrt(np.mean((e - j[:, members] @ (changes[0] + step)) ** 2)) for e, j in b_rows
@@ -97,7 +98,8 @@ def test_two_unknowns_that_do_the_same_are_no_trouble():
 
 
 def file_of(reference, parameters=None, starts=None, level=1e-5):
-    """What SciPy makes with changed parameters, by symbol, and starts, by maneuver and name."""
+    """The file that SciPy makes with changed parameters (by symbol) and starts (by maneuver and
+    name)."""
     program = correct(reference)
     values = dict(program.motion.bicycle.values)
     for symbol, change in (parameters or {}).items():
@@ -135,7 +137,7 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
     assert list(values) == [(symbol, None)]
     got = values[symbol, None]
     assert abs(got.value - value) < 3 * got.uncertain
-    # An error of 1e-5 is left of one of some tenths.
+    # The error falls from some tenths to 1e-5.
     assert got.uncertain < 1e-3 * abs(value)
     said = said_of(found, score(file, reference))
     assert said[0].code == "parameters"
@@ -144,7 +146,7 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
 
 
 def partial(results, keys, every):
-    """One maneuver, in some of its columns and rows."""
+    """Maneuver 2 with only some columns and every `every`-th row."""
     m = results.maneuvers[1]
     values = {key: m.values[key][::every] for key in keys}
     time, lo = m.time[::every], m.time_lo[::every]
@@ -182,7 +184,7 @@ def test_values_are_found_where_the_equations_do_not_show_them(
 def test_whole_runs_tell_forces_apart_that_to_first_order_do_the_same(
     bicycle, reference, simulator
 ):
-    """Whatever slows the bicycle down does so, in a speed and an energy."""
+    """Wheel friction and air drag both reduce the speed and an energy, alike to first order."""
     keys = ("forward_speed", "mechanical_energy")
     program = right_program(bicycle, reference)
     made = simulated(simulator, program, keys, wheel_friction=0.005)
@@ -198,7 +200,7 @@ def test_whole_runs_tell_forces_apart_that_to_first_order_do_the_same(
 def test_a_value_that_is_nearly_a_mistake_of_the_library_is_told_by_whole_runs(
     bicycle, reference, simulator
 ):
-    """An axial inertia as small as the diametral one: no gyroscopic moment of a tumbling wheel."""
+    """The axial inertia equals the diametral one, so a falling wheel has no gyroscopic moment."""
     program = right_program(bicycle, reference)
     value = Bicycle(bicycle.name, {**bicycle.values, "IFyy": bicycle["IFxx"]})
     made = simulated(simulator, program.moving(bicycle=value), ("roll_angle", "steer_angle"))
@@ -210,7 +212,7 @@ def test_a_value_that_is_nearly_a_mistake_of_the_library_is_told_by_whole_runs(
 
 @pytest.mark.proof
 def test_errors_of_a_correct_program_seen_in_two_columns_are_no_parameter(reference, simulator):
-    """They resemble another inertia of the rear wheel by a factor of 47."""
+    """Another inertia of the rear wheel reduces these errors by a factor of 47, by chance."""
     file = read_results(data_folder() / "results" / "maximal-best.txt.gz")
     one = replace(file, maneuvers=file.maneuvers[:1] * 2)
     _, values = fitted(reference, simulator, partial(one, ("roll_angle", "steer_angle"), 5))
@@ -229,7 +231,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
 
 @pytest.mark.proof
 def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
-    """The other integrator is told the pitch that puts both wheels on the floor."""
+    """The pitch that puts both wheels on the floor is passed to the other integrator."""
     k = constants(correct(reference).motion.bicycle, Multiprecision(25)).convert(float)
     pitch = brentq(
         lambda x: front_contact_height(k, Arrays(), 0.0, x, 0.02), -0.01, 0.01, xtol=1e-15
@@ -264,7 +266,7 @@ def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     assert found.causes.fitted == ()
     said = said_of(found, score(file, reference))
     (nothing,) = (f for f in said if f.code == "no_mistake_found")
-    # What the integrator leaves of the equations may hide one.
+    # The integrator's residual may hide a wrong term, so the equations are not called satisfied.
     assert ARE_MET not in nothing.message
 
 
@@ -297,7 +299,7 @@ sys.exit(main(["diagnose", sys.argv[1], "--format", "json"]))
 
 
 def without_heyoka(parts, tmp_path, rows=None):
-    """Findings on a file of the first rows, by their codes; every row takes as long."""
+    """Findings on a file of the first `rows` rows, by code, in a process without heyoka."""
     table = [parts[0].time, *(p.values[key] for p in parts for key in BENCHMARK_COLUMNS)]
     np.savetxt(tmp_path / "file.txt", np.array(table).T[:rows], "%.17g")
     command = [sys.executable, "-c", NO_HEYOKA, str(tmp_path / "file.txt")]
@@ -318,7 +320,7 @@ def test_without_heyoka_parameters_are_found(reference, tmp_path):
 @pytest.mark.proof
 def test_without_heyoka_mistakes_of_the_model_are_found(reference, tmp_path):
     made = {m.code: m for m in MISTAKES}["trail_normal"]
-    # Each maneuver takes as long.
+    # Each further maneuver takes as much time as this one.
     found = without_heyoka(results_of(reference, [made], 1e-6).maneuvers[1:2], tmp_path, 201)
     assert found["mistake"]["evidence"]["mistakes"] == ["trail_normal"]
 

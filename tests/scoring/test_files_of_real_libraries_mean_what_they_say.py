@@ -1,7 +1,8 @@
-"""A file of a real library is judged as the plain text that it means, or refused by name.
+"""A file of a real library is judged like the plain text with the same content, or refused by name.
 
 `games/library_game.py` draws motions, names, paths, units, times and layouts, and real libraries
-write them. It kept a file of each of its writers in `drawn`, beside the plain text that it means.
+write them. For each of its writers it saved one file in `drawn`, and the plain text with the same
+content.
 """
 
 import json
@@ -94,7 +95,7 @@ def test_a_refusal_has_the_command_that_writes_it_readably(name, content, fragme
 
 
 def test_an_orc_file_is_named_whatever_its_first_column_is(tmp_path):
-    """A letter behind the mark, as of a length of 97, was taken for a text."""
+    """The byte after the mark, here a length of 97, was once read as the letter of a text file."""
     (tmp_path / "r.orc").write_bytes(b"ORCa\x0a\x06\x08\x97\x02\x80" + bytes(range(256)))
     with pytest.raises(InputError, match=r"found an ORC file, .*; in pandas: "):
         read_results(tmp_path / "r.orc")
@@ -133,7 +134,7 @@ def test_a_measurement_file_is_named_with_a_way_to_convert_it(begins, found, tmp
 
 
 def test_columns_of_paths_in_json_by_the_index_of_their_rows(tmp_path):
-    """As pandas writes them by default."""
+    """pandas writes this layout by default."""
     columns = {"field.time [s]": [0, 1], "field.roll_angle": [0, 0.1], "field.steer_angle": [0, 2]}
     by_row = {name: dict(enumerate(values)) for name, values in columns.items()}
     (tmp_path / "r.json").write_text(json.dumps(by_row))
@@ -144,7 +145,7 @@ def test_columns_of_paths_in_json_by_the_index_of_their_rows(tmp_path):
 
 
 def test_a_sheet_with_words_and_empty_cells_is_a_table(tmp_path):
-    """Cells that are true, a row of units and empty rows ended in "a damaged file"."""
+    """Cells that are true, a row of units and empty rows once gave "a damaged file"."""
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for row in (
@@ -188,7 +189,7 @@ def test_a_path_with_bars_is_no_separator(tmp_path):
     ]
 
 
-# What the game found, in its plainest form.
+# Small examples of what the game found.
 
 
 @pytest.mark.parametrize(
@@ -196,13 +197,13 @@ def test_a_path_with_bars_is_no_separator(tmp_path):
     [
         # The time of a long table keeps its unit.
         ("t_ms,variable,value\n0,roll_angle,1\n0,v,4\n500,roll_angle,2\n500,v,4\n", [1, 2]),
-        # A heading with units beside an index is not one name longer.
+        # A heading with units above an index column is not one name longer.
         ("   time [ms]  roll_angle\n0  0  1\n1  500  2\n", [1, 2]),
-        # Levels of names beside words.
+        # Two levels of names and a column of words.
         (",bike,bike,\ntime,roll_angle,forward_speed,phase\n0,1,4,a\n0.5,2,4,b\n", [1, 2]),
-        # Nanoseconds of a stamp, whose path has other signs.
+        # Nanoseconds of a time stamp whose path has other separators.
         ("stamp::sec,stamp::nanosec,phi,word\n7,0,1,a\n7,500000000,2,a\n", [1, 2]),
-        # A unit as R writes it.
+        # A unit as R writes it
         ("time..ms.,roll..rad.\n0,1\n500,2\n", [1, 2]),
     ],
 )
@@ -228,7 +229,7 @@ def test_columns_may_be_split_over_groups(reference):
     report = score(given, reference, maneuver=2)
     assert {c.key for c in report[2].columns} == {*state, *energy}
     assert {*report.grades} == {Grade.RIGHT}
-    # One name alone may be that of a part: it is named, and the file is not right without it.
+    # A name alone may belong to a part: it is named, and without it the file is not called correct.
     one = {"time": m.time, "state": state, "energy": {"potential_energy": m["potential_energy"]}}
     report = score(one, reference, maneuver=2)
     assert not report.is_right

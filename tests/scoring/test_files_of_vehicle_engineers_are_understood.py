@@ -1,4 +1,5 @@
-"""Files as vehicle engineers write them, with MATLAB and others: named, labelled and packed so."""
+"""Files are read as vehicle engineers write them: with MATLAB's names, labels and layouts, and
+others."""
 
 import json
 from io import StringIO
@@ -15,13 +16,13 @@ from heyoka_bike.scoring.score import score
 
 TIME = np.arange(101) / 10
 STATES = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
-# The coarsest columns of what is written in binary64.
+# Correct digits of the coarsest columns, if everything is written in binary64.
 RIGHT = 12
 
 
 @pytest.fixture(scope="module")
 def columns(reference):
-    """Values by number and key."""
+    """Values by maneuver number and key."""
     whole, found = reference.with_motion(), {}
     for n in (1, 2, 3):
         values = whole[n].evaluate(TIME, [*KEYS, "pitch", "forward_speed_wheel_spin"])
@@ -67,7 +68,8 @@ def test_names_mean_what_their_values_are(names, keys, columns, reference, tmp_p
 
 
 def test_a_name_that_is_near_to_nothing_is_left_out(columns, reference, tmp_path):
-    """The angle of a wheel, which some call theta, and a lateral speed beside u."""
+    """Some programs call a wheel angle theta, and use v for a lateral speed if u is the forward
+    one."""
     wheel = np.cumsum(columns[1]["forward_speed"])
     arrays = [columns[1]["roll_angle"], columns[1]["forward_speed"], 0.01 * wheel, wheel]
     report = score(csv(tmp_path, ["t", "phi", "u", "v", "theta"], arrays), reference)
@@ -150,7 +152,7 @@ def test_a_value_of_a_long_table_that_is_there_twice_is_named(columns):
 
 
 def below(columns, label):
-    """Rows of three maneuvers below each other, and what stands before each of them."""
+    """Rows of three maneuvers below each other, with a label before each maneuver."""
     text = StringIO()
     for n in (1, 2, 3):
         text.write(label(n) if label else "")
@@ -283,7 +285,7 @@ def test_cells_of_matlab_are_read(form, by, columns, reference, tmp_path):
 
 
 def write_cells(path, saved):
-    """As MATLAB writes cell arrays in version 7.3: references, by columns, to what is in #refs#."""
+    """Write cell arrays like MATLAB 7.3: references, column by column, to datasets in #refs#."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, x in saved.items():
             places = [file.create_dataset(f"#refs#/{name}{i}", data=y.T) for i, y in enumerate(x)]

@@ -1,4 +1,5 @@
-"""The file against itself: energies that do not add up, rates that belong to no angle."""
+"""Contradictions within a file are found: energies that do not add up, rates that are not
+slopes."""
 
 import numpy as np
 import pytest
@@ -62,9 +63,11 @@ def test_an_error_shared_by_angle_and_rate_is_no_contradiction(reference, size):
     report = score(made(reference, change), reference)
     assert "rate_is_not_the_derivative" not in codes(report)
     for m in report.maneuvers:
-        # The trapezoidal rule leaves size w^3 h^2 / 12, rounding a last digit over a step.
+        # The error of the trapezoidal rule is size w^3 h^2 / 12; rounding adds one last digit per
+        # step.
         assert m.consistency.steer_rate < size * 8e-4 / 12 + 2 * np.spacing(0.2) / 0.01
-        # A larger error leaves open which roll angle and rate these are, no contradiction.
+        # With a larger error the definitions of roll angle and rate are undecided, which is no
+        # contradiction.
         assert (m.consistency.roll_rate is None) == (size == 1e-3)
 
 
@@ -107,7 +110,7 @@ def test_single_precision_written_long_is_told_by_its_digits(reference, folder, 
 
 
 def test_an_integrators_error_is_no_contradiction(reference):
-    """Rows of a method of low order at its own, wide steps: angle and rate are wrong alike."""
+    """The steps of a method of low order are wide, and its angles and rates are wrong alike."""
     series = [read_results(data_folder() / "peers" / f"exudyn-h{h}.txt") for h in (0.01, 0.001)]
     for results in series:
         assert "rate_is_not_the_derivative" not in codes(score(results, reference))
@@ -117,7 +120,8 @@ def test_an_integrators_error_is_no_contradiction(reference):
 def test_a_rate_is_to_blame_where_the_error_of_its_angle_is_not_the_reason(
     reference, part, is_told
 ):
-    """The rate of an angle that is wrong, and so much of that beside it."""
+    """The angle is wrong, and the rate has an error beyond that of the angle, `part` times as
+    large."""
 
     def change(key, values, number):
         t, size = reference[number].time, 1e-3 * np.max(np.abs(reference[number]["steer_rate"]))
@@ -134,11 +138,12 @@ def test_a_rate_is_to_blame_where_the_error_of_its_angle_is_not_the_reason(
 
 @pytest.mark.parametrize(("times", "is_told"), [(0.1, False), (1.0, True), (30.0, False)])
 def test_noise_of_rounding_to_24_bits_on_the_way_is_told_by_its_size(reference, times, is_told):
-    """Half a last bit either way, in each value; not a tenth of that, nor far more."""
+    """Noise of half a bit of single precision is recognised; a tenth or many times as much is
+    not."""
     random = np.random.default_rng(24)
 
     def change(key, values, number):
-        # What a value that is rounded to 24 bits is off by, in parts of itself, at most.
+        # Largest relative rounding error of a value with 24 bits.
         noise = random.uniform(-1.0, 1.0, len(values)) * 2.0**-24
         return values + times * noise * np.sqrt(np.mean(values**2))
 
@@ -149,7 +154,7 @@ def test_noise_of_rounding_to_24_bits_on_the_way_is_told_by_its_size(reference, 
 
 @pytest.mark.parametrize(("times", "is_told"), [(1.6, False), (6.0, True)])
 def test_a_rate_that_may_be_of_another_definition_is_not_blamed(reference, times, is_told):
-    """What it is off by, in what the definitions are apart that it may have."""
+    """The error of the rate is `times` the difference between its possible definitions."""
 
     def change(key, values, number):
         if key != "roll_rate":

@@ -1,4 +1,4 @@
-"""Dampers, springs, drag, friction, slopes, missing terms: as in a program of another hand."""
+"""Dampers, springs, drag, friction, slopes and missing terms act as in an independent program."""
 
 import numpy as np
 import pytest
@@ -30,11 +30,12 @@ AMOUNTS = {
     "gyroscopic_R": 0.3, "gyroscopic_F": 0.3, "wheels_gyroscopic": 0.3, "frames_gyroscopic": 1.0,
     "weight_R": 0.1, "weight_F": 0.1, "weight_B": 3e-3, "weight_H": 0.1, "wheels_weight": 0.1,
 }  # fmt: skip
-"""Those that the other program can be given from outside."""
+"""Amounts of the forces that can be applied to the other program as external forces."""
 WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
 FRAME = {R: B, F: H, B: B, H: H}
 GRAVITY = 9.81
-# What a force changes in that time, of what the columns are; what may be wrong, of what it changes.
+# Smallest change that a force must cause within 0.6 s, relative to the column; and largest error of
+# this change, relative to the change.
 SEEN, RIGHT = 1e-5, 1e-3
 
 
@@ -69,7 +70,8 @@ def on_axles(wheels, torque):
 
 
 def on_bodies(program, each):
-    """Forces and torques by body: from its mass, tensor in global axes, and what it does."""
+    """Forces and torques by body. `each` gets the mass, the global inertia tensor and the motion of
+    a body."""
 
     def force(found, attitudes, velocities, spins):
         inertia = zip(program._masses(), program._tensors(), attitudes, strict=True)
@@ -94,7 +96,7 @@ def gyroscopic(bodies, by_frame):
 
 
 def applied(name, amount, program):
-    """The force on each body, as one writes it for bodies in global axes."""
+    """The force on each body, written for rigid bodies in global axes."""
     kind, _, one = name.rpartition("_")
     wheels = WHEELS.get(one, (R, F))
     body = dict(zip("BHRF", range(4), strict=True)).get(one)
@@ -118,7 +120,7 @@ def applied(name, amount, program):
         "velocity_damping": lambda i, m, t, a, v, w, h: (-m * v, -t @ w[i]),
         "linear_damping": lambda i, m, t, a, v, w, h: (-m * v, 0.0),
         "angular_damping": lambda i, m, t, a, v, w, h: (0.0, -t @ w[i]),
-        # Forward rolling is a turn about minus y.
+        # Rolling forward is a rotation about -y.
         "rolling_resistance": lambda i, m, t, a, v, w, h: (0.0, (i in wheels) * (a @ AXLE)),
         "scrub": lambda i, m, t, a, v, w, h: (0.0, -(i == FRAME[wheels[0]]) * w[i][2] * DOWN),
         "weight": lambda i, m, t, a, v, w, h: (-(i == body) * m * GRAVITY * DOWN, 0.0),
@@ -140,13 +142,13 @@ def applied(name, amount, program):
 
 
 def run(name, amount, steps=60, h=0.01):
-    """Columns of 0.6 s with a force."""
+    """Columns over 0.6 s with a force."""
     right = Program(method=None)
     return made(Program(method=None, applied=applied(name, amount, right)), steps, h)
 
 
 def made(program, steps=60, h=0.01):
-    """Columns of a program, by Runge and Kutta."""
+    """Columns of a program that is integrated with the Runge-Kutta method."""
     state = program.start(SPEED, ROLL_RATE)
     states = [state]
     for _ in range(steps):
@@ -166,7 +168,7 @@ def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, 
     here, there = simulator.run(bicycle, start, time, {name: AMOUNTS[name]}), columns
     right = simulator.run(bicycle, start, time)
     for word, key in KEYS.items():
-        # The error of the steps is nearly the same with and without the force.
+        # The step error is nearly the same with and without the force, so it cancels.
         moved, expected = here[key] - right[key], there[word] - without[word]
         assert np.max(np.abs(expected)) > SEEN * np.max(np.abs(right[key])), key
         assert np.max(np.abs(moved - expected)) < RIGHT * np.max(np.abs(expected)), key
@@ -199,7 +201,7 @@ def test_inertia_in_other_axes_moves_as_in_a_program_of_another_hand(
 
 @pytest.mark.proof
 def test_a_diagnosis_names_them(reference):
-    """Damping of all velocities, as engines have it by default."""
+    """Engines often apply this damping to all velocities by default."""
     time, columns = run("velocity_damping", 0.04, steps=1000, h=0.005)
     keys = {**KEYS, "potential": "potential_energy"}
     values = {key: columns[name] for name, key in keys.items()}
@@ -209,7 +211,7 @@ def test_a_diagnosis_names_them(reference):
     first = next(f for f in found.diagnosis if f.code == "parameters")
     (change,) = first.evidence["changes"][0]
     assert (change["unknown"], change["unit"]) == ("velocity_damping", "s-1")
-    # Steps twice as long are 3e-5 off: Runge and Kutta's own damping of the castering mode.
+    # Steps twice as long give an error of 3e-5: Runge-Kutta itself damps the castering mode.
     assert change["value"] == pytest.approx(0.04, rel=1e-5)
 
 
@@ -222,8 +224,11 @@ def test_every_force_says_what_it_is():
 
 @pytest.mark.parametrize(("body", "aside"), [("B", 0.05), ("H", 0.2)])
 def test_a_mass_to_the_side_keeps_its_own_energy(bicycle, body, aside):
-    """That of the displaced centre: without terms of its square, or of the accelerations that it
-    changes, a thousandth of what the energy exchanges would be lost."""
+    """The energy is that of the displaced centre of mass.
+
+    Without the terms of second order in the displacement, or without the changed accelerations, a
+    thousandth of the exchanged energy would be missing.
+    """
     equations = Equations.binary64(bicycle)
     mass, d = float(bicycle[f"m{body}"].rational), (0.0, aside, 0.0)
 
@@ -254,13 +259,13 @@ def test_a_mass_to_the_side_keeps_its_own_energy(bicycle, body, aside):
 
 
 def _turn(axis, angle):
-    """Rodrigues' rotation about a unit vector."""
+    """Rotation matrix about a unit vector, by Rodrigues' formula."""
     k = np.cross(axis, np.eye(3)).T
     return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k
 
 
 def potential_on_tyres(bicycle, roll, steer, section):
-    """Potential energy at rest on two tyres of a round section."""
+    """Potential energy of the bicycle at rest on two tyres with a circular cross-section."""
     p = {name: float(x) for name, x in bicycle.values.items()}
     x, y, z = np.eye(3)
     axis = _turn(y, p["lam"]) @ z
@@ -309,5 +314,5 @@ def test_a_round_section_of_tyres_is_the_slope_of_its_potential(bicycle, roll, s
         return (ahead - behind) / (2 * step)
 
     right = [-slope(along) for along in np.eye(2)]
-    # To first order in the lean, of which the square is 1e-3.
+    # The expected value is of first order in the lean, whose square is 1e-3.
     assert found == pytest.approx(right, rel=3e-3, abs=1e-3 * max(map(abs, right)))

@@ -1,4 +1,4 @@
-"""What reads a file and what is said of the formats follow from one table of them."""
+"""The readers of files and the messages on formats both follow from one table of formats."""
 
 import re
 
@@ -51,7 +51,8 @@ def test_help_page_and_message_name_all(capsys, tmp_path):
 
 @pytest.fixture
 def with_another(monkeypatch):
-    """A format more: after its first bytes a text; its package as it is told."""
+    """Add a format that is recognised by its first bytes, followed by text; its package is
+    `package`."""
 
     class Other:
         package = None
@@ -79,7 +80,7 @@ def test_one_more_is_read(with_another, tmp_path):
     results = read_results(path)
     assert results.format == "mbsim"
     assert list(results.maneuvers[0].values) == ["roll_angle", "steer_angle"]
-    # A reader that returns None leaves the file to the others; there is none.
+    # A reader that returns None leaves the file to other readers. No other reader accepts it.
     path.write_bytes(MAGIC)
     with pytest.raises(InputError, match=re.escape(listed())):
         read_results(path)

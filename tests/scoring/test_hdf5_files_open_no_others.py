@@ -1,4 +1,4 @@
-"""A file of a stranger names other files in every way that HDF5 has; none of them is opened."""
+"""An HDF5 file may refer to other files in several ways; none of the other files is opened."""
 
 import h5py
 import numpy as np
@@ -23,7 +23,7 @@ def link_by_way_of_another(f, other, text):
 
 def name_that_is_a_place(f, other, text):
     f["away"] = h5py.ExternalLink(other, "/")
-    # Its bytes are changed below.
+    # A placeholder of the right length. Its bytes are replaced below.
     f["away|rows"] = h5py.ExternalLink(other, "/rows")
 
 

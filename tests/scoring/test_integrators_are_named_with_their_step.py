@@ -1,4 +1,4 @@
-"""A method of integration leaves its own term in the equations, and the coefficient is its step."""
+"""Each integration method has a residual of its own in the equations, proportional to its step."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def equations(reference):
 
 @pytest.fixture(scope="module")
 def program(reference):
-    """In the coordinates roll, pitch, steer and two angular velocities."""
+    """A program in the coordinates roll, pitch, steer and two angular velocities."""
     return Discretised(reference)
 
 
@@ -59,7 +59,7 @@ def test_the_method_and_its_step_are_found(reference, equations, program, method
 
 
 def test_new_speeds_first_is_told_from_both_euler_methods(reference, equations):
-    """In the coordinates of the regular form: in others it drifts off the floor."""
+    """The program uses the coordinates of the regular form: in others it drifts off the floor."""
     program = Discretised(reference, is_regular=True)
     run = program.run(program.symplectic_euler, 0.005)
     assert named(run, reference, equations) == {"semi-implicit Euler": 0.005}
@@ -76,7 +76,7 @@ def test_steps_of_varying_size_are_no_method(reference, equations, program, solv
 
 
 def test_a_force_is_no_method(reference, equations):
-    """It leaves nothing in the rates of the angles."""
+    """A force causes no residual in the rates of the angles."""
     (motion, *_) = motions_of(made(reference), reference, equations)
     state = state_vector(equations, motion.state.__getitem__)
     altered = np.array(rates_altered(equations, state, {"steer_damping": 0.3})[3:6])
@@ -89,7 +89,7 @@ def test_a_force_is_no_method(reference, equations):
 def test_a_diagnosis_begins_with_it(reference, program):
     first, *_ = diagnose(program.run(METHODS["Heun"](program), 0.005), reference).diagnosis
     assert first.code == "integrator"
-    # In other coordinates than those that are run here.
+    # The program uses other coordinates than the methods that are compared.
     begins = "The nearest of the methods known here is Heun's method with a step of 0.005 s. Run"
     assert first.message.startswith(begins)
     assert first.evidence["methods"] == [{"method": "Heun's method", "step": 0.005}]

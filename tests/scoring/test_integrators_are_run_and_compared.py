@@ -1,4 +1,4 @@
-"""An error that is that of a usual method with a fixed step is named by running the method."""
+"""The error of a common method with a fixed step is recognised by running this method."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from heyoka_bike.scoring.diagnosis.programs.integrators import METHODS, Carried
 
 @pytest.fixture(scope="module")
 def reduced(reference):
-    """In roll, pitch, steer, their rates and the rolling rate."""
+    """A program in roll, pitch, steer, their rates and the rolling rate."""
     return Discretised(reference, is_regular=True)
 
 
@@ -60,7 +60,7 @@ def test_angles_alone_show_it(reference, reduced):
 @pytest.mark.proof
 @pytest.mark.parametrize(("method", "step"), [("rk4", 0.05), ("heun", 0.04)])
 def test_rows_far_apart_show_steps_as_long(reference, reduced, method, step):
-    """Rows are too far apart for errors to be carried from one to the next at once."""
+    """The rows are too far apart to carry an error from one row to the next in a single step."""
     explicit, states = reduced.explicit(method), [reduced.start]
     for _ in range(round(10.0 / step)):
         states.append(explicit(states[-1], step, None))
@@ -75,7 +75,8 @@ def test_rows_far_apart_show_steps_as_long(reference, reduced, method, step):
 
 @pytest.mark.proof
 def test_a_large_error_is_followed_by_steps_from_the_start(reference, reduced):
-    """Explicit Euler is off by a hundredth: to first order a hundredth of that would be left."""
+    """Explicit Euler has an error of 0.01. An approximation to first order would be wrong by
+    1e-4."""
     results = reduced.run(reduced.explicit("euler"), 0.001)
     few = tuple(replace(m, values={"roll_rate": m.values["roll_rate"]}) for m in results.maneuvers)
     (found,) = integrator(replace(results, maneuvers=few), reference)
@@ -85,7 +86,7 @@ def test_a_large_error_is_followed_by_steps_from_the_start(reference, reduced):
 
 @pytest.mark.proof
 def test_other_weights_are_another_method(reference, reduced):
-    """RK4 with the weights 1, 2, 1, 2 is of order 1, and none of those that are run."""
+    """RK4 with the weights 1, 2, 1, 2 has order 1, and is not one of the methods in the list."""
     results = reduced.run(reduced.explicit("rk4_other_weights"), 0.01)
     for found in integrator(results, reference):
         assert not found.message.startswith("The error is that of")
@@ -93,7 +94,7 @@ def test_other_weights_are_another_method(reference, reduced):
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.says)
 def test_a_method_has_its_order(reference, method):
-    """Half the step leaves an error 2^p times smaller, along a motion that rolls and steers."""
+    """With half the step, the error of a motion that rolls and steers is 2^p times smaller."""
     equations = Equations.binary64(Bicycle.parse(reference.bicycle, reference.parameters))
     start = np.array([[0.1], [0.0], [0.05], [0.2], [-0.3], [15.0], [0.0]])
 
@@ -112,7 +113,7 @@ def test_a_method_has_its_order(reference, method):
 
 
 def test_errors_are_carried_as_the_method_makes_them(reference, reduced):
-    """A second implementation, compiled by heyoka, makes every step."""
+    """A second implementation, compiled by heyoka, takes every step."""
     rk4 = next(m for m in METHODS if m.says.endswith("(RK4)"))
     equations = Equations.binary64(Bicycle.parse(reference.bicycle, reference.parameters))
     exact = [reduced.start]

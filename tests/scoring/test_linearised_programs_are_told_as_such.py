@@ -1,4 +1,4 @@
-"""Programs of the linearised equations are no mistaken ones: by SciPy, with published matrices."""
+"""Programs of the linearised equations are recognised. SciPy runs them with published matrices."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def test_linear_motions_agree_with_scipy(reference, bicycle, number):
     start = (0.0, 0.0, 0.0, y[2, 0], 0.0, speed)
     found = linear_columns(bicycle, start, reference[number].time)
     for key, values in zip(LATERAL, y, strict=True):
-        # The other integrator's tolerance, over ten seconds in which maneuver 1 grows.
+        # SciPy's tolerance, amplified over ten seconds by the unstable maneuver 1.
         assert np.max(np.abs(found[key] - values)) < 1e-9 * np.max(np.abs(values))
 
 
@@ -50,14 +50,14 @@ def test_one_maneuver_of_default_tolerance_is_enough(reference, simulator, numbe
     one = replace(whole, maneuvers=(whole.maneuvers[number - 1],))
     (only,) = said(one, reference, simulator)
     assert only.code == "linearised"
-    # A tolerance of 1e-3 is seen.
+    # The linear program was run with a tolerance of 1e-3, which shows as a further error.
     assert f"of maneuver {number} and less in roll and steer elsewhere" in only.message
     assert "Nothing else" not in only.message
 
 
 @pytest.mark.proof
 def test_units_are_those_beside_the_linear_motion(reference, simulator):
-    """Maneuver 1 leaves the nonlinear motion so far that radians fit no worse than degrees."""
+    """Maneuver 1 is so far from the nonlinear motion that radians fit it no worse than degrees."""
     whole = linear_run(reference, energies="none")
     (rows,) = (m for m in whole.maneuvers if m.maneuver == 1)
     lateral = {key: np.rad2deg(rows.values[key]) for key in ("roll_angle", "steer_angle")}

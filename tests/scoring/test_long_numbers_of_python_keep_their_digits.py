@@ -1,4 +1,5 @@
-"""Numbers of Python's libraries with more digits than binary64 are compared with all of these."""
+"""Numbers from Python libraries with more digits than binary64 are compared with all their
+digits."""
 
 from decimal import Decimal
 from fractions import Fraction
@@ -17,7 +18,7 @@ BITS = 166  # 50 decimal digits
 
 @pytest.fixture(scope="module")
 def rows(reference):
-    """Rows of maneuver 2 as fractions: the published pairs of binary64, and i/10."""
+    """Rows of maneuver 2 as fractions: the published hi + lo values at the times i/10."""
     held = reference[2].rows
     pairs = [zip(held[k][::10], held.lo[k][::10], strict=True) for k in KEYS]
     columns = [[Fraction(float(hi)) + Fraction(float(lo)) for hi, lo in x] for x in pairs]
@@ -71,7 +72,7 @@ WAYS = {
 @pytest.mark.parametrize("way", WAYS)
 def test_digits_beyond_binary64_are_compared(way, rows, reference):
     report = score(WAYS[way](rows), reference, maneuver=2)
-    # A published pair holds 32 digits.
+    # A published hi + lo value has 32 digits.
     assert min(c.scd for c in report[2].columns) > 31
     assert report.file.significant_digits >= 31
 

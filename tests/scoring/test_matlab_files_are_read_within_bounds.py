@@ -1,4 +1,4 @@
-"""MATLAB's files are read as written, and unpack to no more than allowed."""
+"""MATLAB files are read as written, and no file is unpacked to more than the limit."""
 
 import io
 import struct
@@ -17,7 +17,7 @@ from support.without_packages import python
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])
-# Values as written, and as read.
+# Each kind: the values as written, and as read.
 KINDS = {
     "matrix": (np.arange(12.0).reshape(3, 4) / 7,) * 2,
     "long": (np.arange(30000.0), np.arange(30000.0)[None]),
@@ -109,7 +109,7 @@ def test_files_of_the_other_byte_order():
 
 @pytest.mark.parametrize("version", [4, 5])
 def test_a_variable_twice_is_damage_in_each_version(version):
-    """No one of them is meant more than the other."""
+    """Neither of the two variables has precedence."""
     if version == 4:
         both = [struct.pack("<5i2sd", 0, 1, 1, 0, 2, b"a\0", x) for x in (1.5, 2.5)]
         once, twice = both[0], b"".join(both)
@@ -126,7 +126,7 @@ NINE = element("<", 9, struct.pack("<9d", *range(9)))
 
 
 def nested(depth):
-    """Cells in cells."""
+    """Cell arrays nested `depth` levels deep."""
     inside = matrix("<", b"", 6, (1, 1), element("<", 9, bytes(8)))
     for _ in range(depth):
         inside = matrix("<", b"c", 1, (1, 1), inside)
@@ -185,11 +185,11 @@ def zeros(kind, count):
 @pytest.mark.parametrize(
     "bomb",
     [
-        zeros(9, MOST),  # one that is too large
-        zeros(9, MOST // 4) * 4,  # four that are
-        zeros(6, MOST // 4),  # bytes that become double precision
+        zeros(9, MOST),  # one array above the limit
+        zeros(9, MOST // 4) * 4,  # four arrays, above the limit together
+        zeros(6, MOST // 4),  # bytes, which become double precision
         zeros(4, MOST // 4),  # characters
-        # Cells that are nothing each.
+        # Many empty cells
         element("<", 15, zlib.compress(
             matrix("<", b"x", 1, (1, MOST // 16), struct.pack("<II", 14, 0) * (MOST // 16)), 9)
         ),
@@ -206,7 +206,8 @@ def test_a_small_file_that_unpacks_to_a_large_one(bomb):
 
 
 def object_of(name, kind):
-    """An object of a class as MATLAB saves it: where its content is, which stands elsewhere."""
+    """An object of a class as MATLAB saves it: a reference to its content, which is stored
+    elsewhere."""
     where = matrix("<", b"", 13, (6, 1), element("<", 6, struct.pack("<6I", 0xDD000000, *[1] * 5)))
     parts = [element("<", 6, struct.pack("<II", 17, 0))]
     parts += [element("<", 1, word) for word in (name, b"MCOS", kind)]
@@ -237,7 +238,7 @@ def test_an_object_beside_columns_is_left_out(tmp_path):
 
 
 def test_what_is_left_out():
-    """A sparse matrix and a function of MATLAB beside a matrix."""
+    """A file with a sparse matrix, a MATLAB function and an ordinary matrix."""
     parts = [
         element("<", 6, struct.pack("<II", 5, 1)),
         element("<", 5, struct.pack("<2i", 2, 1)),

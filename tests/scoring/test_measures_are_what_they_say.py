@@ -1,4 +1,4 @@
-"""Each measure on columns whose errors are known: perfect, perturbed, and not to be measured."""
+"""Each measure is checked on columns with known errors: exact, perturbed, and not measurable."""
 
 from math import inf
 

@@ -1,4 +1,4 @@
-"""Files of programs with known mistakes, made by another integrator, are explained by them."""
+"""Files with known mistakes, made by another integrator, are explained by these mistakes."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -28,9 +28,9 @@ from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
 from support.said import said_of
 
 BY_CODE = {m.code: m for m in MISTAKES}
-# One of each kind; all by -m slow. That rows are late is told in `test_score_diagnoses`.
+# One mistake of each kind; `-m slow` tries all. Late rows are covered in `test_score_diagnoses`.
 SOME = ("inertia_B_from_hub", "roll_without_wheels", "maneuver_2_as_1_1_as_2")
-# Errors of crude methods that come closest to a mistake, and the maneuvers that show them.
+# The errors of crude methods that most resemble a mistake, and the maneuvers that show them.
 CLOSEST = (
     pytest.param("semi-implicit Euler", 0.01, (1, 2, 3), marks=pytest.mark.proof),
     pytest.param("implicit Euler", 0.01, (1,), marks=pytest.mark.proof),
@@ -50,7 +50,7 @@ def first(diagnosis):
 
 
 def named(diagnosis):
-    """Sets of codes in the first three classes."""
+    """The set of codes of each hypothesis in the first three classes."""
     return [set(h.codes) for c in diagnosis.classes[:3] for h in c]
 
 
@@ -70,7 +70,8 @@ def test_the_simulator_agrees_with_the_reference(reference, bicycle, simulator, 
     speed, rate = (float(Fraction(m.inputs[key])) for key in ("speed", "roll_rate"))
     found = simulator.run(bicycle, (0.0, 0.0, 0.0, rate, 0.0, speed), m.time)
     for name in m.columns:
-        # 50 to 150 steps of 1e-14 each; columns that nearly vanish have the error of the state.
+        # The run takes 50 to 150 steps with errors of 1e-14; nearly zero columns have the state's
+        # error.
         scale = max(np.max(np.abs(m.rows[name])), 1e-2)
         assert np.max(np.abs(found[name] - m.rows[name])) < 1e-12 * scale
 
@@ -82,7 +83,7 @@ def test_the_parts_of_the_energies_agree_with_euler_angles(bicycle, simulator):
     found, expected = simulator.run(bicycle, start, time), motion(bicycle, start, time)
     of_bodies = [f"{kind}_energy_of_{b}" for kind in ("kinetic", "potential") for b in "RBHF"]
     for name in ("spin_energy", "rotation_energy", *of_bodies):
-        # The tolerance of the other integrator.
+        # The tolerance allows for the other integrator.
         assert found[name] == pytest.approx(expected[name], rel=1e-9)
     wheels = sum(float(bicycle[f"I{w}yy"].rational) * (4.6 / r) ** 2 for w, r in
                  (("R", 0.3), ("F", 0.35)))  # fmt: skip
@@ -103,7 +104,7 @@ def test_a_bicycle_without_mass_has_no_motion(bicycle, simulator):
 
 @pytest.mark.proof
 def test_a_motion_that_ends_is_followed_to_its_end(reference, simulator):
-    """Without the front wheel's spin inertia maneuver 2 meets a singularity."""
+    """Without the front wheel's spin inertia, maneuver 2 reaches a singularity."""
     made = results_of(reference, [BY_CODE["exchanged_F"]])
     ended = tuple(rows for rows in made.maneuvers if len(rows.time) < 1001)
     assert 2 in [rows.maneuver for rows in ended]
@@ -132,7 +133,7 @@ def test_a_time_scale_is_named_first_with_its_factor(reference, simulator):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert (mistake.code,) in first(found)
     told = found.classes[0][0].mistakes[0].says
-    # 1 / 1.01, to what an error of 1e-6 leaves of it.
+    # 1 / 1.01, to the digits that remain with an error of 1e-6.
     assert "0.990099" in told
 
 
@@ -195,7 +196,7 @@ def test_a_correct_program_is_not_accused(reference, simulator, level):
     assert found.classes == ()
     assert found.causes.fitted == ()
     said = [f.code for f in said_of(found, score(results, reference))]
-    # What such columns, which are no motion's, leave of the equations is told, and no cause.
+    # No motion has these columns, so their residual is reported, but no cause.
     assert "no_mistake_found" in said
 
 
@@ -218,7 +219,7 @@ def test_the_reference_needs_no_explanation(reference):
 
 @pytest.mark.slow
 def test_the_table_of_the_page_is_what_comes_out(reference):
-    """Takes half an hour."""
+    """The run takes half an hour."""
     said, _, _ = table(reference)
     assert {c: {k: is_right(x) for k, x in s.items()} for c, s in said.items()} == {
         c: {k: is_right(x) for k, x in s.items()} for c, s in committed().items()
@@ -241,7 +242,7 @@ def test_random_pairs_are_found(reference, simulator):
 
 
 def of_the_benchmark(results):
-    """Without the columns that a diagnosis leaves out."""
+    """Remove the columns that a diagnosis does not use."""
     kept = [{k: v for k, v in rows.values.items() if k in BENCHMARK_COLUMNS}
             for rows in results.maneuvers]  # fmt: skip
     parts = zip(results.maneuvers, kept, strict=True)
@@ -263,7 +264,7 @@ def correct_runs(equations):
 
 
 def accused(name, run, reference, simulator, allowed):
-    """The mistakes or parameters that are named, with all maneuvers and with each alone."""
+    """The mistakes or parameters that are named, in all maneuvers together and in each alone."""
     for file in (run, *(replace(run, maneuvers=(rows,)) for rows in run.maneuvers)):
         found = explain(align(file, reference).parts, reference, simulator=simulator)
         said = {f.code for f in said_of(found, score(file, reference))}

@@ -1,11 +1,12 @@
-"""Mistakes in a model are seen before it moves, at the level where they enter."""
+"""A mistake in a model is found from single states, without a simulation, at the level it
+enters."""
 
 import re
 
 import pytest
 
-import checked_mistakes as made  # docs/_site
-from marked_parts import split  # docs/_site
+import checked_mistakes as made  # in docs/_site
+from marked_parts import split  # in docs/_site
 
 SOME = ("sign_IBxz", "trail_normal", "centre_B_from_hub", "no_gyroscopic", "linearised_no_c1")
 BY_CODE = {m.code: m for m in made.IN_MODEL}

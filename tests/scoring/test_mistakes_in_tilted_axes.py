@@ -1,4 +1,4 @@
-"""Mistakes of inertia and lengths in axes along the steer axis are rotations of the bodies."""
+"""Inertias and lengths that are wrongly taken along the steer axis are rotations of the bodies."""
 
 import numpy as np
 import pytest
@@ -25,14 +25,15 @@ def tensor(p, body):
 
 
 def axes(tilt):
-    """Columns: the tilted axes in the global ones; z is along the steer axis."""
+    """Rotation matrix whose columns are the tilted axes in global coordinates; z is the steer
+    axis."""
     made = Rotation.from_rotvec([0.0, tilt, 0.0]).as_matrix()
     assert made[:, 2] == pytest.approx([np.sin(tilt), 0.0, np.cos(tilt)])
     return made
 
 
 def test_table_1_in_steer_axes_is_this_global_tensor(reference):
-    """Known numbers: what SymBRiM computes with if Table 1 is not converted."""
+    """These are the numbers with which SymBRiM computes if Table 1 is not converted."""
     p = parameters(reference, "inertia_H_rotated")
     found = p["IHxx"], p["IHxz"], p["IHzz"]
     assert found == pytest.approx((0.049526, -0.021352, 0.016474), abs=5e-7)
@@ -42,7 +43,7 @@ def test_table_1_in_steer_axes_is_this_global_tensor(reference):
 @pytest.mark.parametrize(
     ("code", "given"),
     [
-        # What the program is given as the tensor in its tilted axes.
+        # The tensor that the program uses, as a function of the correct one and the rotation.
         ("inertia_{}_rotated", lambda i, r: i),
         ("inertia_{}_rotated_wrong_way", lambda i, r: r @ i @ r.T),
         ("sign_I{}xz_along_steer", lambda i, r: np.array([[1, 1, -1]] * 2 + [[-1, 1, 1]])
@@ -56,7 +57,7 @@ def test_inertia_is_what_was_given_in_tilted_axes(reference, bodies, code, given
         expected = tensor(known, body)
         if body in bodies:
             expected = r @ given(expected, r) @ r.T
-        # Below the rounding of 10 kg m^2.
+        # The tolerance is the rounding error of 10 kg m^2.
         assert tensor(p, body) == pytest.approx(expected, abs=1e-14)
 
 
@@ -74,7 +75,8 @@ def test_inertia_turned_by_the_head_angle(reference):
 
 
 def places(p):
-    """Hubs, centres of mass and a point of the steer axis, from the rear contact point; x, z."""
+    """Positions (x, z) of hubs, centres of mass and a point of the steer axis, from the rear
+    contact."""
     return {
         "R": np.array([0.0, -p["rR"]]),
         "F": np.array([p["w"], -p["rF"]]),
@@ -104,7 +106,7 @@ def test_offsets_are_those_of_the_other_radius(reference, code, rear, front):
     assert across(known, "R") == pytest.approx(c * (known["w"] + known["c"]) - s * known["rR"])
     assert across(p, "R") == pytest.approx(c * (known["w"] + known["c"]) - s * rear(known))
     assert across(p, "F") == pytest.approx(c * known["c"] - s * front(known))
-    # The rear frame is the same, but pitched; so is the fork, with the front hub.
+    # Both the rear frame and the fork with the front hub keep their shape and are only pitched.
     pitch = p["lam"] - known["lam"]
     turn = axes(pitch)[np.ix_([0, 2], [0, 2])]
     for body, hub in (("B", "R"), ("H", "F")):

@@ -1,4 +1,4 @@
-"""Motions that are simulated together are those that each is alone, also beside one that ends."""
+"""Motions that are simulated together equal the motions simulated alone, even if one ends early."""
 
 from dataclasses import replace
 
@@ -9,9 +9,9 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.simulator import MotionRequest
 
 TIME = np.linspace(0.0, 10.0, 101)
-# Over at once, after which nothing is reached.
+# A motion that ends at once.
 ENDING = (1.5, 0.0, 0.0, 5.0, 0.0, 4.0)
-# Over after some tenths of a second.
+# A motion that ends after some tenths of a second.
 FALLING = (0.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 STARTS = [(0.0, 0.0, 0.0, rate, 0.0, speed) for rate, speed in
           ((0.05, 4.0), (0.5, 4.6), (0.05, 8.0), (0.05, 5.0), (0.02, 6.0))]  # fmt: skip
@@ -24,18 +24,18 @@ def check(simulator, motions):
         for name, x in alone.items():
             good = np.isfinite(x)
             assert np.array_equal(good, np.isfinite(made[name])), name
-            # Newton's iterations end for all together.
+            # Newton's iterations stop for all motions together, which causes small differences.
             size = np.max(np.abs(x[good]), initial=1e-3)
             assert np.max(np.abs(made[name] - x)[good], initial=0.0) <= 1e-12 * size, name
     return together
 
 
-def test_of_several_grids_and_more_than_there_are_lanes(simulator, bicycle):
+def test_motions_on_several_grids_and_in_more_than_one_vector(simulator, bicycle):
     times = [TIME, TIME[:11], 0.9 * TIME]
     check(simulator, [MotionRequest(bicycle, start, time) for time in times for start in STARTS])
 
 
-def test_beside_one_that_ends(simulator, bicycle):
+def test_motions_beside_one_that_ends_are_unchanged(simulator, bicycle):
     motions = [MotionRequest(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
     found = check(simulator, motions)
     assert [int(np.isfinite(x["roll_angle"]).sum()) == len(TIME) for x in found] == [
@@ -59,7 +59,7 @@ def test_with_forces_and_without_terms(simulator, bicycle):
 
 @pytest.mark.parametrize("amounts", [{}, {"air_drag": 0.1}])
 def test_motions_near_one_are_those_alone_to_first_order(simulator, bicycle, amounts):
-    """A parameter, a force and a start differ by next to nothing."""
+    """A parameter, a force and an initial value each differ by very little."""
     heavier = replace(bicycle, values={**bicycle.values, "mB": Exact.parse("85.0001")})
     start = list(STARTS[0])
     start[2] = 1e-6

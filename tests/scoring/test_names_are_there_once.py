@@ -1,7 +1,7 @@
-"""A name that is there twice is refused: neither column is meant more than the other.
+"""A name that occurs twice is refused: neither column has precedence.
 
-Of a JSON object with a wrong column and then a right one of the same name the last was taken, and
-the file was right.
+If a JSON object had a wrong column and then a correct one of the same name, the last one was used,
+and the file was called correct.
 """
 
 import json
@@ -84,7 +84,7 @@ def test_a_name_twice_is_refused_by_its_name(write, tmp_path, reference):
 
 
 class Table:
-    """As pyarrow has a table."""
+    """A table with the methods of pyarrow's."""
 
     def __init__(self, found):
         self.column_names = [name for name, _ in found]

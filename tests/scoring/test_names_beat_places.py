@@ -1,7 +1,7 @@
-"""Names that are paths are understood, and decide where a column is, whatever its place.
+"""Names that are paths are understood, and determine the columns whatever their order.
 
-Eight exact names with the prefix ``bike.``, in an order of their own, were read by their places,
-and a right file was wrong by 5,900 times its scale.
+Eight exact names with the prefix ``bike.``, in an unusual order, were once read by position. A
+correct file then had an error of 5,900 times its scale.
 """
 
 import json
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from generators.made_results import is_right_in_part
+from generators.published_columns import published_table
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
@@ -41,7 +42,7 @@ def test_a_path_is_its_last_step(form, keys, reference, tmp_path):
     report = score(path, reference, maneuver=2)
     assert is_right_in_part(report)
     assert {c.key for c in report[2].columns} == {*keys}
-    # The same columns in memory.
+    # The same columns as arrays in memory
     arrays = {form.format(k): m[k] for k in keys}
     assert is_right_in_part(score({"time": m.time, **arrays}, reference, maneuver=2))
 
@@ -60,13 +61,13 @@ def test_a_wrong_column_under_a_path_is_wrong(form, reference, tmp_path):
 @pytest.mark.parametrize(
     ("names", "found"),
     [
-        # One name alone may be that of a part.
+        # A single name may be that of a part.
         (["time", "roll_angle", "wheel.forward_speed"], None),
-        # Words and letters of parts are their own.
+        # Words and letters of a part are not those of the bicycle.
         (["time", "roll_angle", "wheel.speed", "wheel.phi"], None),
-        # A set point has the name of what it is for.
+        # A set point is named after the quantity that it sets.
         (["time", "roll_angle", "steer_angle", "ref.roll_angle", "ref.steer_angle"], None),
-        # Of two bicycles neither is meant.
+        # If there are two bicycles, neither has precedence.
         (["time", "a.roll_angle", "a.roll_rate", "b.roll_angle", "b.roll_rate"], None),
         (["t", "a.roll_angle", "a.roll_rate"], ["t", "roll_angle", "roll_rate"]),
         (["a.time", "a.roll_angle [deg/s]", "a.v [m/s]"],
@@ -77,7 +78,7 @@ def test_a_wrong_column_under_a_path_is_wrong(form, reference, tmp_path):
          ["time", "m1.roll_angle", "m2.roll_angle"]),
     ],
 )  # fmt: skip
-def test_what_is_taken_and_what_is_left(names, found):
+def test_names_that_are_recognised_and_names_that_are_left_out(names, found):
     assert without_paths(names) == (names if found is None else found)
 
 
@@ -113,7 +114,8 @@ def test_degree_signs_of_any_keyboard_and_encoding(degree, reference, tmp_path):
 
 
 def test_columns_that_pandas_indexes_are_read(tmp_path):
-    """In the layout ``table`` with ``data_columns``, beside the block of the others."""
+    """The layout ``table`` with ``data_columns``, which are stored apart from the block of the
+    others."""
     kinds = [("index", "i8"), ("values_block_0", "f8", (2,)), ("time", "f8"), ("vx", "f8")]
     rows = np.zeros(5, kinds)
     rows["index"], rows["time"], rows["vx"] = np.arange(5), np.arange(5) / 10, 4.0
@@ -146,7 +148,7 @@ def test_derivatives_of_dymola(reference):
 
 
 def test_an_index_without_a_name_is_none(reference, tmp_path):
-    """As R's write.table and pandas' to_string write it."""
+    """R's write.table and pandas' to_string write an index without a name."""
     m = reference[2]
     keys = BENCHMARK_COLUMNS
     rows = [f"{i}  " + "  ".join(repr(float(x)) for x in row)
@@ -154,7 +156,7 @@ def test_an_index_without_a_name_is_none(reference, tmp_path):
     path = tmp_path / "r.txt"
     path.write_text("\n".join(["   ".join(["time", *keys]), *rows]) + "\n")
     assert score(path, reference, maneuver=2).is_right
-    # A first column that does not count is no index.
+    # A first column that does not count the rows is not an index.
     path.write_text(path.read_text().replace("\n7  ", "\n77  "))
     with pytest.raises(InputError, match="found 10 columns"):
         read_results(path)
@@ -174,8 +176,7 @@ def test_a_heading_behind_a_comment_sign_beside_words(mark, reference, tmp_path)
 
 @pytest.mark.parametrize("filled", [500, 999])
 def test_an_array_that_was_filled_in_part_is_refused_where_it_ends(filled, reference):
-    m = reference[2]
-    table = np.column_stack([m.time, *(m[k] for k in BENCHMARK_COLUMNS)])
+    table = published_table(reference, (2,))
     table[filled:] = 0
     with pytest.raises(InputError, match=f"row {filled + 1}: found {1001 - filled} rows of zeros"):
         read_results(table)
@@ -203,7 +204,8 @@ def test_the_times_may_stand_above_the_columns(reference, tmp_path):
 
 @pytest.mark.parametrize("attribute", ["units", "unit"])
 def test_attributes_tell_the_unit(attribute, reference, tmp_path):
-    """A motion that is wrong by half in degrees is wrong by half, not by 85 times."""
+    """Roll, in degrees, is 50 % too large. Read as radians, its error would be 85 times its
+    scale."""
     m = reference[2]
     path = tmp_path / "r.h5"
     with h5py.File(path, "w") as f:

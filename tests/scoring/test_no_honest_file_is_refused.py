@@ -1,6 +1,6 @@
-"""The game of honest variations: none is refused, loses a digit, or fails what it fulfils.
+"""Correct files in many variations: none is refused, loses digits, or fails a met requirement.
 
-All 5,000 by ``python tests/games/play.py honest``, or by ``-m slow``.
+``python tests/games/play.py honest`` or ``-m slow`` plays all 5,000.
 """
 
 import numpy as np
@@ -13,7 +13,8 @@ from heyoka_bike.scoring import definitions, score
 
 
 def test_the_games_are_played_with_the_published_values():
-    """The games' reference remembers: of the first time and of any later one it gives the same."""
+    """The games' reference caches its values; the first and all later calls give the published
+    ones."""
     for whole, published in zip(references(), (load_reference(), load_motion()), strict=True):
         for number, m in published.items():
             names = sorted(m.at_any_time)[::6]
@@ -28,28 +29,29 @@ def test_the_games_are_played_with_the_published_values():
 
 
 @pytest.mark.proof
-def test_none_loses_a_digit(honest_outcomes):
+def test_no_honest_file_loses_a_digit(honest_outcomes):
     assert [(o.number, o.lost) for o in honest_outcomes if o.lost] == []
 
 
-# Another definition leaves three to seven times less than the default: likelier by more than it was
-# less likely before, though not by the odds that leave nothing open.
+# In these files another definition reduces the error by a factor of 3 to 7. It is the likeliest
+# one, but others remain open.
 @pytest.mark.parametrize("number", [916, 1244, 1997, 2040, 2351, 2724, 4044])
 def test_the_likeliest_definition_counts_where_several_are_open(number):
     assert not play.play_honest(number).lost
 
 
 @pytest.mark.slow
-def test_none_of_5000_loses_a_digit():
+def test_no_honest_file_of_5000_loses_a_digit():
     found = play.play("honest", range(play.COUNTS["honest"]))
     assert [(o.number, o.lost) for o in found if o.lost] == []
 
 
-# A game that no scorer loses says nothing: each of these breaks the one that is played against.
+# The game must be able to fail: each of the following tests breaks the scorer that is played
+# against.
 
 
 def lost(count):
-    """True if one of the first files is lost; the others are not played then."""
+    """True if a file of the first `count` is lost. The test stops at the first one."""
     return any(play.play_honest(number).lost for number in range(count))
 
 

@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 
+from generators.published_columns import published_table
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.errors import InputError
@@ -17,8 +18,7 @@ from heyoka_bike.scoring.evidence.as_read import LinesNotRead
 @pytest.fixture
 def table(reference):
     """Every fifth row of maneuver 2: the time and the eight columns."""
-    columns = [reference[2].time, *(reference[2].rows[key] for key in KEYS)]
-    return np.column_stack(columns)[::5]
+    return published_table(reference, (2,), every=5)
 
 
 def lines_of(table, separator=" ", form="%.15g"):
@@ -81,7 +81,7 @@ def test_the_common_factor_of_matlab_is_applied(results, table, form, power, dig
     lines = ["m2 =", "", f"   1.0e+{power:02d} *", "", *lines_of(table / 10**power, "   ", form)]
     found = results(lines)
     assert np.abs(values(found) - table).max() <= digits
-    # The digits are those that are written: the last place, times the factor.
+    # The resolution is the last decimal place times the factor.
     (rows,) = found.maneuvers
     quantum = rows.quantum["roll_angle"].at(rows.values["roll_angle"])
     assert quantum == pytest.approx(10.0 ** (power - len(form % 0) + 2))
@@ -98,7 +98,7 @@ def test_times_with_a_factor_are_exact_decimals(results, table):
 
 
 def displayed(table, width, ends=("through", "Columns %d %s %d", "Column %d")):
-    """Return the lines of a matrix in blocks of this many columns."""
+    """Return the lines of a matrix that is printed in blocks of `width` columns."""
     word, several, one = ends
     lines = []
     for first in range(0, table.shape[1], width):
@@ -187,7 +187,7 @@ def test_headings_and_comments_are_reported_to_nobody(results, table, what):
 
 
 def test_the_numbers_of_maneuvers_above_names_are_read(table, tmp_path):
-    """Names in several lines, as pandas writes those of levels."""
+    """Names in several lines, as pandas writes column levels."""
     path = tmp_path / "mine.txt"
     wide = np.column_stack([table, table[:, 1:], table[:, 1:]])
     above = ["".join(["maneuver", *(f",{n}" * 8 for n in (1, 2, 3))])]

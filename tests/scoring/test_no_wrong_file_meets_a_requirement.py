@@ -1,6 +1,6 @@
-"""The game of wrong files: none meets a requirement that it does not fulfil; a small share of it.
+"""Wrong files in many variations: none passes a requirement that it does not meet.
 
-All 20,000 by ``python tests/games/play.py wrong``, or by ``-m slow``.
+A small share is played here; ``python tests/games/play.py wrong`` or ``-m slow`` plays all 20,000.
 """
 
 from dataclasses import replace
@@ -14,23 +14,23 @@ from heyoka_bike.scoring.judge import signs as judge_signs
 from heyoka_bike.scoring.report import Report
 
 ROUNDS = range(3)
-"""Of every kind once."""
+"""In each round one file of every kind is played."""
 
 
 def outcomes(kinds, count=4):
-    """The first files of these kinds, each played when it is asked for."""
+    """Lazily play the first `count` files of each of these kinds."""
     numbers = [list(KINDS).index(kind) + i * len(KINDS) for kind in kinds for i in range(count)]
     return map(play.play_wrong, numbers)
 
 
 def is_lost(kinds, count=4):
-    """True if one of the first files of these kinds is lost; the others are not played then."""
+    """True if a file of the first ones of these kinds is lost. The test stops at the first one."""
     return any(o.lost for o in outcomes(kinds, count))
 
 
 @pytest.mark.proof
 @pytest.mark.parametrize("turn", ROUNDS)
-def test_none_passes(turn):
+def test_no_wrong_file_passes(turn):
     numbers = range(turn * len(KINDS), (turn + 1) * len(KINDS))
     found = play.play("wrong", numbers, processes=1)
     assert [(o.number, o.lost) for o in found if o.lost] == []
@@ -38,12 +38,13 @@ def test_none_passes(turn):
 
 
 @pytest.mark.slow
-def test_none_of_20000_passes():
+def test_no_wrong_file_of_20000_passes():
     found = play.play("wrong", range(play.COUNTS["wrong"]))
     assert [(o.number, o.lost) for o in found if o.lost] == []
 
 
-# A game that no scorer loses says nothing: each of these breaks the one that is played against.
+# The game must be able to fail: each of the following tests breaks the scorer that is played
+# against.
 
 
 def test_the_game_sees_values_that_are_not_compared(monkeypatch):

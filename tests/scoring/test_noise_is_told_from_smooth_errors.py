@@ -1,4 +1,5 @@
-"""The part of an error that jumps from row to row, its size and whether it is white."""
+"""The part of an error that jumps from row to row is separated, with its size and whether it is
+white."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A report states no more about definitions and energies than the file shows."""
+"""A report claims no more about definitions and energies than the file shows."""
 
 import numpy as np
 import pytest

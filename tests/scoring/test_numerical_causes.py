@@ -1,4 +1,4 @@
-"""Numerical causes are told apart: steps, damping, noise, interpolation."""
+"""Numerical causes are distinguished: wide steps, numerical damping, noise, interpolation."""
 
 from dataclasses import replace
 
@@ -33,7 +33,8 @@ def told(results, reference):
     return finding_text.findings(causes(score(results, reference)))
 
 
-# What is said of the motion, whatever its errors look like; these are no motion's.
+# Findings on the motion, whatever its errors look like. The errors here are those of no motion, so
+# these findings are ignored.
 OF_MOTION = {"begins_as", "energy_varies", "energy_kept"}
 
 
@@ -42,7 +43,7 @@ def names(found):
 
 
 def with_errors(reference, level, more):
-    """The reference with a smooth error, and more of another kind."""
+    """Return the reference with a smooth error, relative to `level`, and the error `more`."""
 
     def change(key, values, number):
         scale = np.max(np.abs(reference[number].rows[key]))
@@ -52,7 +53,7 @@ def with_errors(reference, level, more):
 
 
 def test_a_lean_that_is_many_times_too_large_is_no_motion_that_blows_up(reference):
-    """Maneuver 3 leans by 0.013 rad: 0.2 rad is wrong, and nothing that a bicycle cannot do."""
+    """Maneuver 3 leans by 0.013 rad. A lean of 0.2 rad is wrong, but a bicycle can do it."""
 
     def change(key, values, number):
         return 16 * values if (key, number) == ("roll_angle", 3) else values
@@ -83,7 +84,7 @@ def test_a_smooth_error_of_no_method_is_called_smooth(reference, level):
 def test_energy_that_falls_or_grows_in_every_maneuver_is_told(reference, rate, sign, code):
     def changed(key, values, number):
         lost = {"kinetic_energy": rate, "mechanical_energy": rate}.get(key, 0.0)
-        # As with a method, whose loss follows the motion: a force would do work at once.
+        # As with a numerical method, the loss increases slowly; a force would do work at once.
         return sign * lost * reference[number].time ** 2 / 10.0 * values
 
     assert names(told(with_errors(reference, 0.0, changed), reference)) == [code]
@@ -115,7 +116,7 @@ def test_noise_of_one_column_beside_a_smooth_error_is_named(reference):
 
     found = told(with_errors(reference, 1e-2, noise), reference)[-1]
     assert found.code == "rough_error"
-    # Where it makes a thousandth of the column.
+    # The columns in which the noise exceeds a thousandth of the largest value.
     assert {*found.evidence["columns"]} == {
         f"{n}.steer_angle"
         for n in reference
@@ -126,7 +127,8 @@ def test_noise_of_one_column_beside_a_smooth_error_is_named(reference):
 
 @pytest.mark.parametrize("level", [1e-6, 1e-4])
 def test_noise_of_velocities_is_that_of_iterations(reference, level):
-    """Angles have its integral, a hundredth of it from row to row."""
+    """The noise of an angle is the integral of that of its rate, a hundredth as large from row to
+    row."""
     random = np.random.default_rng(2)
     noise = {(n, kind): random.standard_normal(1001) for n in reference for kind in ANGLES}
 
@@ -152,7 +154,7 @@ def test_velocities_that_alternate_ring(reference, level):
 
 
 def test_the_ringing_of_the_shipped_coarse_run_is_seen(reference):
-    """Its steer rate alternates visibly in maneuver 3: see the last rows of the file."""
+    """In the last rows of maneuver 3, the error of the steer rate alternates visibly."""
     rate = np.loadtxt(PEERS / "exudyn-h0.01.txt")[-200:, 24]
     error = rate - reference[3].rows["steer_rate"][-200:]
     differences = np.diff(error, 4)

@@ -1,7 +1,7 @@
-"""The odds by which a definition is claimed hold for errors that other programs made.
+"""The odds of a claimed definition are correct for the errors that other programs make.
 
-Each error curve is scaled and added to the exact column of one definition, and the file is asked
-for the others: where it gives odds of x to 1 against the truth, it must do so in at most one of x.
+Each error curve is scaled and added to the exact column of one definition. The file is then scored
+against another definition. Odds of x to 1 against the truth may occur in at most one of x cases.
 """
 
 from itertools import permutations
@@ -32,14 +32,14 @@ EXUDYN = {
     "forward_speed": "forward_speed_hub_body_x",
 }
 OPEN = tuple(EXUDYN)
-# Of the difference of two definitions: any size is as likely as its tenfold.
+# Sizes of the error, relative to the difference between two definitions: evenly spaced logarithms.
 SIZES = np.outer((1, -1), 10.0 ** np.arange(-1.5, 1.6)).ravel()
-ROWS = (50, 1001)  # of the first half second, and of all
+ROWS = (50, 1001)  # the first half second, and the whole run
 
 
 @pytest.fixture(scope="module")
 def errors(reference):
-    """Of each column that has several definitions, by program and maneuver."""
+    """Error curves of each column that has several definitions: key, maneuver, error."""
     runs = [(read_results(PEERS / name), EXUDYN) for name in (
         "exudyn-h0.01.txt", "exudyn-h0.001.txt", "exudyn-loose-newton.txt")]  # fmt: skip
     runs += [(read_results(PEERS / f"scipy-rtol1e-{n}.txt"), {}) for n in (4, 7)]
@@ -65,7 +65,7 @@ def odds_against_the_truth(reference, errors, rows):
         unit = error[:rows] / np.max(abs(error[:rows]))
         for true, other in permutations(DEFINITIONS[key], 2):
             apart = np.max(abs(m[true.name] - m[other.name])[:rows])
-            # The first row tells exactly where the two start differently.
+            # If the definitions differ in the first row, the first row alone decides.
             if apart == 0 or m[true.name][0] != m[other.name][0]:
                 continue
             for size in SIZES:
@@ -87,7 +87,7 @@ def test_wrong_claims_are_as_rare_as_their_odds(reference, errors, rows):
 
 
 def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files(honest_outcomes):
-    """Some of its columns are of a definition that is not known; 125 files have some 270 claims."""
+    """Some columns have an unknown definition. The 125 files contain about 270 claims."""
     wrong = [(o.number, x) for o in honest_outcomes for x in o.claims if x[0] > 2 and x[1]]
     claims = sum(x[0] > 2 for o in honest_outcomes for x in o.claims)
     assert claims > 240
@@ -95,7 +95,7 @@ def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files(honest_outc
 
 
 def test_a_claim_against_the_truth_is_seen(monkeypatch):
-    """Odds that do not know of other definitions claim those of the game that are of none."""
+    """With odds that ignore unknown definitions, the game finds wrong claims."""
     monkeypatch.setattr(definitions, "_LOG_ODDS_OF_KNOWN", 100.0)
     claims = (x for number in range(100) for x in play.play_honest(number).claims)
     assert any(log10 > 2 and is_wrong for log10, is_wrong in claims)

@@ -1,4 +1,4 @@
-"""Runs at several step sizes: order, extrapolation, and what they say about definitions."""
+"""Runs at several step sizes show the order, the extrapolated error, and the definitions."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from heyoka_bike.scoring.series import score_files, score_series
 
 
 def run_of_order(reference, step, order, *, higher=0.0, keep=slice(None), numbers=None):
-    """Rows with an error c1 h^p + c2 h^(p+1), c1 and c2 smooth in time."""
+    """Rows with the error c1 h^p + c2 h^(p+1), where c1 and c2 are smooth functions of time."""
     parts = []
     for number in numbers or reference:
         m = reference[number]
@@ -32,7 +32,7 @@ def test_the_order_is_that_of_the_error(reference, order):
     assert len(series.convergence) == 24
     for c in series.convergence:
         assert c.orders == pytest.approx((order, order), abs=1e-6)
-        # The whole error is one power of h, so nothing but rounding is left.
+        # The whole error is proportional to one power of h, so only rounding remains.
         assert c.richardson_error < 20 * c.floor
     (finding,) = series.findings
     assert finding.code == "order"
@@ -45,7 +45,7 @@ def test_extrapolation_leaves_the_next_power(reference):
     series = score_series(runs, reference, steps=steps)
     c = next(c for c in series.convergence if (c.maneuver, c.key) == (1, "roll_angle"))
     m = reference[1]
-    # f2 + (f2 - f1) / 3 keeps (h2^3 - (h1^3 - h2^3) / 3) of the cubic term.
+    # The extrapolation f2 + (f2 - f1) / 3 keeps h2^3 - (h1^3 - h2^3) / 3 of the cubic term.
     left = 40.0 * (steps[1] ** 3 - (steps[0] ** 3 - steps[1] ** 3) / 3)
     expected = np.max(np.abs(left * np.sin(m.time) * m.rows["roll_angle"]))
     assert c.richardson_error == pytest.approx(expected, rel=1e-6)
@@ -83,7 +83,7 @@ def test_an_order_that_changes_is_said(reference):
 
 
 def test_extrapolation_tells_definitions_that_the_error_hides(reference):
-    """The distance of hub_body_x is 2e-5 m/s; each run is wrong by more."""
+    """hub_body_x differs from hub_heading by 2e-5 m/s; the error of each run is larger."""
     runs = []
     for step in (1e-2, 5e-3):
         parts = []

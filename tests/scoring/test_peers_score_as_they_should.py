@@ -1,8 +1,9 @@
-"""The shipped runs of Exudyn and SciPy: definitions, errors and orders that were found otherwise.
+"""The shipped runs of Exudyn and SciPy have definitions, errors and orders that are known
+independently.
 
-Nothing here is what `score` said once: the definitions are those that the programs' output
-variables have by their documentation, the order is that of the integrator, and the errors are
-plain differences from the published rows.
+No expected value was computed by `score`: the definitions are from the documentation of the
+programs' output variables, the order is the integrator's, and the errors are plain differences from
+the published rows.
 """
 
 import numpy as np
@@ -51,7 +52,8 @@ def test_errors_are_plain_differences_from_the_published_rows(reference, fine):
 
 
 def test_the_definitions_of_exudyn_are_found(exudyn):
-    """Rotation is Tait-Bryan xyz, AngularVelocityLocal is along the body's own axis."""
+    """Exudyn's Rotation is Tait-Bryan xyz, and AngularVelocityLocal is about the body's own
+    axis."""
     for run in exudyn.runs[1:]:
         for m in run.report.maneuvers:
             found = {c.key: c.as_understood.definition for c in m.columns}
@@ -61,13 +63,13 @@ def test_the_definitions_of_exudyn_are_found(exudyn):
 
 
 def test_one_run_alone_does_not_tell_the_speed(fine):
-    """hub_body_x and hub_heading are 2e-5 m/s apart, no more than the run's own error."""
+    """hub_body_x and hub_heading differ by 2e-5 m/s, which is no more than the run's own error."""
     speed = column(fine, 1, "forward_speed")
     assert {speed.definition, *speed.indistinguishable} == {"hub_heading", "hub_body_x"}
 
 
 def test_a_definition_is_found_although_one_maneuver_says_the_contrary(reference):
-    """In maneuver 3 the error of the iteration is half the difference of the definitions."""
+    """In maneuver 3 the iteration error is half the difference between the definitions."""
     found = score(read_results(PEERS / "exudyn-loose-newton.txt"), reference)
     for m, limit in zip(found.maneuvers, (3e-4, 5e-5, 5e-5), strict=True):
         roll, rate = m.columns[:2]
@@ -78,7 +80,7 @@ def test_a_definition_is_found_although_one_maneuver_says_the_contrary(reference
 
 @pytest.mark.parametrize(
     ("name", "definition"),
-    # By their scripts: the velocity of the body along its own axis, and the heading's.
+    # The scripts write the body's angular velocity about its own axis, or about the heading.
     [("ode-best", "body_x"), ("mujoco-best", "body_x"), ("simbody-default", "lean_rate")],
 )
 def test_the_roll_rate_of_coarse_runs_is_the_likeliest(reference, name, definition):
@@ -90,7 +92,7 @@ def test_the_roll_rate_of_coarse_runs_is_the_likeliest(reference, name, definiti
 def test_the_trapezoidal_rule_is_of_second_order(exudyn):
     for c in exudyn.convergence:
         assert c.orders == pytest.approx((2.0,), abs=0.05)
-        # Extrapolation gains at least a digit on the finer run.
+        # Extrapolation gains at least one digit over the finer run.
         assert c.richardson_error < c.errors[1] / 10
     assert [f.code for f in exudyn.findings] == ["order"]
 
@@ -122,17 +124,17 @@ def test_scipy_gains_digits_with_its_tolerance(reference):
                 assert c.as_understood.definition == DEFINITIONS[c.key][0].definition
 
 
-# Exudyn's axes have y to the left and z up. The lateral force of its sensor is positive to the
-# left, the axes of its axles are as they come.
+# Exudyn's axes have y to the left and z up. The sensor's lateral force is positive to the left. The
+# forces on the axles have the axes of the frames.
 TURNED = {
     "rear_contact_y", "front_contact_y", "com_y", "com_z", "rear_frame_omega_y",
     "rear_frame_omega_z", "rear_lateral_force", "front_lateral_force", "rear_axle_force_x",
     "front_axle_force_x",
 }  # fmt: skip
-# Of the largest value: the error of a method of second order with steps of 0.001 s, (h 20/s)^2,
-# where the fastest mode of the motion decays with 20 /s. Measured are 8e-5 and less.
+# Largest error, relative to the largest value, of a second-order method with steps of 0.001 s: (h
+# 20/s)^2, where the fastest mode decays at a rate of 20/s. The largest measured error is 8e-5.
 SECOND_ORDER = 4e-4
-FORGOTTEN = 0.1  # [s] what a start is given: a hundred steps
+FORGOTTEN = 0.1  # [s] time after which an error of the start has decayed: 100 steps
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +172,7 @@ def test_the_trapezoidal_rule_never_forgets_its_first_forces(forces):
     for c in m.columns:
         relative = c.as_understood.measures.max_rel_error
         if c.key.endswith("normal_force"):
-            # Ten steps to a row: the sign of the error is the same in each.
+            # There are ten steps per row, so the sign of the error is the same in every row.
             error = c.trace.error
             assert error[0] > 0.005 * np.max(c.trace.reference)
             assert np.all(np.abs(error - error[0]) < 0.15 * error[0])

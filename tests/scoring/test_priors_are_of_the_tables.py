@@ -1,4 +1,4 @@
-"""What the odds hold against a cause before a file is looked at is counted in the tables."""
+"""The prior odds against a cause follow from the number of entries in the tables."""
 
 from math import log
 
@@ -12,17 +12,17 @@ from heyoka_bike.scoring.diagnosis.residual.residual import UNKNOWNS
 from heyoka_bike.scoring.diagnosis.search import OF_MODEL
 
 
-def test_one_of_the_library():
+def test_the_prior_of_a_mistake_of_the_library():
     codes = {m.code for m in (*MISTAKES, *OF_MODEL)}
     assert pytest.approx(log(len(codes))) == KNOWN
     assert log_odds_before(MISTAKES[:1]) == -KNOWN
 
 
-def test_one_value():
+def test_the_prior_of_a_parameter():
     assert pytest.approx(log(len({*UNKNOWNS, *OF_THE_STATE}))) == UNKNOWN
     assert {*PARAMETERS} < {*UNKNOWNS}
 
 
-def test_one_value_of_a_start():
+def test_the_prior_of_an_initial_value():
     _, maneuvers = benchmark()
     assert pytest.approx(log(len(START) * len(maneuvers))) == OF_START

@@ -1,4 +1,4 @@
-"""Result files of programs that share nothing with the judge: right ones accused of nothing."""
+"""Result files of independent programs are judged fairly: correct files are accused of nothing."""
 
 import pytest
 
@@ -9,18 +9,18 @@ from heyoka_bike.commands.result_files import read
 from heyoka_bike.scoring.score import score
 
 LEAST = 0.95
-"""Of the visible mistakes, named rightly and first."""
+"""Smallest share of the visible mistakes that must be named correctly and first."""
 
 SOME = (
     "symbrim-left-degrees-km-h", "symbrim-roll-and-steer-2", "exudyn-only-3", "linear-only-1",
     "symbrim-fork-not-rotated-only-1", "symbrim-start-by-front-radius-only-3",
     "exudyn-gravity-9.8",
 )  # fmt: skip
-"""Of each kind, for continuous integration."""
+"""One file of each kind, for continuous integration."""
 
 
 def check(found):
-    """No honest file accused; of the visible mistakes enough named first."""
+    """Check that no honest file is accused, and that enough visible mistakes are named first."""
     honest = [j for j in found if "visible" not in j.entry]
     mistakes = [j for j in found if j.entry.get("visible")]
     right = [j for j in mistakes if j.outcome == "right"]
@@ -37,7 +37,7 @@ def check(found):
 
 
 def fewest_digits(file, runs, folder, reference):
-    """Correct digits of the worst column, as understood, but for those said to be unknown."""
+    """Correct digits of the worst interpreted column, apart from columns of unknown definition."""
     path = folder / "file.txt"
     path.write_text(text(file, runs))
     report = score(read(str(path), None, reference), reference)
@@ -57,15 +57,15 @@ def test_definitions_signs_units_and_zeros_cost_no_digits(reference, tmp_path):
         run: fewest_digits(File("", run), runs, tmp_path, reference)
         for run in ("symbrim-dop853-1e-12", "exudyn-trapezoidal-0.001", "newton-dop853-1e-12")
     }
-    # A column in its own definition has an error of its own, nearly that of the default.
+    # A column in another definition has an error of its own, close to the one in the default.
     lost = {
         f.name: (digits, plain[f.run])
         for f in files(runs.index)
         if f.expected == "convention" and f.run in plain
         if (digits := fewest_digits(f, runs, tmp_path, reference)) < plain[f.run] - 0.5
     }
-    # Of two no definition is known, and the nearest is not told from one: the speed of the rider's
-    # own centre of mass, and a rate about an axis of the ground.
+    # Two columns have no known definition, and their nearest known one is not rejected: the speed
+    # of the rider's own centre of mass, and a rate about a ground axis.
     assert lost.keys() <= {"exudyn-rider", "exudyn-global-rate"}, lost
 
 

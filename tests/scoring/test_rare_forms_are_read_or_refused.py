@@ -1,4 +1,4 @@
-"""Forms that containers take now and then: each is read as its plain twin, or refused by name."""
+"""Rare layouts of containers are read like the plain layout, or refused by name."""
 
 import json
 import pickle
@@ -60,7 +60,7 @@ def test_json_without_a_table(document, tmp_path):
 
 
 def test_times_of_each_maneuver_beside_arrays_of_all(tmp_path):
-    """Arrays of maneuvers times rows, the times too."""
+    """Arrays of maneuvers by rows, including the times."""
     each = [columns(n) for n in (1, 2, 3)]
     path = tmp_path / "a.npz"
     np.savez(path, **{key: np.stack([c[key] for c in each]) for key in each[0]})
@@ -89,7 +89,7 @@ def test_columns_in_groups_without_any_time(tmp_path):
 
 
 class TestPandasInHdf5:
-    """What `to_hdf` writes, by hand: a table with blocks, whose names are in a pickle."""
+    """`to_hdf` files written by hand: a table with blocks whose names are in a pickle."""
 
     @staticmethod
     def written(path, names, index="f8"):
@@ -133,7 +133,7 @@ def test_a_format_that_needs_a_package_says_which(monkeypatch, tmp_path):
 
 
 def test_two_columns_of_a_quantity_with_other_gaps(tmp_path):
-    """The same values, but for one that only one of them has."""
+    """The two columns have equal values, but one value is missing in one of them."""
     known = columns(2)
     other = np.degrees(known["roll_angle"])
     other[7] = np.nan
@@ -145,7 +145,7 @@ def test_two_columns_of_a_quantity_with_other_gaps(tmp_path):
 
 
 class TestMatlab:
-    """Variables that have the names of a trajectory of Modelica or of a log of Simulink."""
+    """Variables with the names of a Modelica trajectory or a Simulink log."""
 
     @staticmethod
     def read(path, variables):

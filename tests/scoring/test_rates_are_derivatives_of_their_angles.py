@@ -1,7 +1,6 @@
-"""Every rate of the table of derivatives is the derivative of the angle beside it.
+"""Every rate in the table of derivatives is the derivative of its angle.
 
-The slopes are those of the reference's Chebyshev series of the angle, by central differences of
-its values.
+The slopes are central differences of the reference's Chebyshev series of the angle.
 """
 
 import numpy as np
@@ -11,9 +10,9 @@ from heyoka_bike.bicycle.columns import ANGLE_OF, COMPARED, DERIVATIVES, RATE_OF
 
 STEP = 1e-4  # [s]
 TIMES = np.linspace(0.1, 9.9, 99)
-# Central differences of second order leave STEP**2 / 6 of the third derivative. The fastest mode
-# takes about 1/20 s, so that is below 20**2 * STEP**2 / 6 = 7e-7 of the rate. The rounding of the
-# angle leaves 1e-16 / STEP = 1e-12 of it.
+# The error of central differences is STEP**2 / 6 times the third derivative. The fastest mode has a
+# time constant of about 1/20 s, so this is below 20**2 * STEP**2 / 6 = 7e-7 of the rate. Rounding
+# of the angle adds 1e-16 / STEP = 1e-12.
 OFF = 1e-6
 
 

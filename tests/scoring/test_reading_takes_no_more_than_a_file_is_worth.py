@@ -1,4 +1,4 @@
-"""Small files that claim to be large are refused at once; long ones are in memory once."""
+"""Small files that claim to be large are refused at once; a long file is in memory only once."""
 
 import io
 import json
@@ -14,8 +14,8 @@ from openpyxl import Workbook
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.source import read_results
 
-# Bytes for a row of three numbers: the values, what the time has beyond binary64, the number of
-# the line, and one column more while they are put together. It was 128.
+# [bytes] memory for a row of three numbers: the values, the low part of the time, the line number,
+# and one more column while they are combined. It used to be 128.
 MOST_OF_A_ROW = 100
 MEASURED = """
 import resource, sys
@@ -30,7 +30,7 @@ print((most() - few) / rows)
 
 
 def sheet_with(row):
-    """A good sheet, with one more row as XML."""
+    """A good sheet with one more row, given as XML."""
     book, made = Workbook(), io.BytesIO()
     for values in (["time", "roll"], [0, 1.5], [1, 2.5]):
         book.active.append(values)
@@ -101,7 +101,7 @@ def test_names_beyond_number_are_refused(document, tmp_path):
 
 @pytest.mark.proof
 def test_a_long_text_is_in_memory_once(tmp_path):
-    """Measured where a second file is read: what imports and a first file need is left out."""
+    """The second file is measured, so the memory for imports and the first file is not counted."""
     path, few = tmp_path / "r.txt", tmp_path / "few.txt"
     i = np.arange(2_000_000)
     lines = [f"{a / 1e6:.6f} {b / 1e5:.5f} {c / 1e6:.6f}\n"
@@ -168,7 +168,7 @@ def test_a_heading_is_found_below_a_long_preface(tmp_path):
 
 @pytest.mark.timeout(60)
 def test_blanks_within_a_heading_are_passed_once(tmp_path):
-    """A search that starts again at every blank would take minutes."""
+    """A search that restarts at every blank would take minutes."""
     path = tmp_path / "r.txt"
     path.write_text(f"time{' ' * 300_000}roll\n0 1.5\n1 2.5\n")
     assert read_results(path).maneuvers[0].time.tolist() == [0, 1]

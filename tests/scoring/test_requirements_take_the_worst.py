@@ -1,4 +1,5 @@
-"""``--require``: the worst over what is not named, and nothing that was not compared passes."""
+"""``--require`` takes the worst value over all that is not named; what is not compared cannot
+pass."""
 
 from dataclasses import fields, replace
 
@@ -139,7 +140,8 @@ def test_others_are_refused_in_one_line(text, says):
 
 @pytest.mark.parametrize("pair", [("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")])
 def test_signs_that_no_choice_of_axes_gives_fail(reference, pair):
-    """Axes to the left turn round an angle and its rate; one of them alone is a mistake."""
+    """Axes to the left flip both an angle and its rate. If only one of them is flipped, it is a
+    mistake."""
     for turned, met in ((pair, True), (pair[:1], False), (pair[1:], False)):
 
         def change(key, values, number, turned=turned):
@@ -192,7 +194,7 @@ def test_rows_that_are_farther_apart_cover_nothing(reference, step):
 
 @pytest.mark.parametrize(("number", "key"), [(2, "forward_speed"), (3, "roll_rate")])
 def test_rows_at_which_a_wrong_motion_is_right_do_not_cover_the_run(reference, number, key):
-    """The rows are at the zeros of the quickest error that lasts.
+    """The rows are at the zeros of the fastest error that does not decay.
 
     They are 0.4 s apart in maneuver 2, where the speed oscillates twice as fast as the roll, and
     0.37 s apart in maneuver 3.
@@ -214,7 +216,7 @@ def chosen(rows, pick):
 
 @pytest.mark.timeout(20)
 def test_what_is_no_requirement_is_refused_at_once():
-    # The time must not grow with the square of the digits: a server reads them from strangers.
+    # Parsing must not take time quadratic in the number of digits: a server parses untrusted text.
     with pytest.raises(InputError, match="require: found 'scd>=1111"):
         parse("scd>=" + "1" * 200_000 + "x")
 

@@ -1,4 +1,4 @@
-"""Arrays in files and in memory give their numbers, whatever the format, type and orientation."""
+"""Arrays in files and in memory are read exactly, whatever the format, type and orientation."""
 
 import gzip
 import io
@@ -61,7 +61,7 @@ def maneuvers(table):
 
 
 def assert_same(results, table, numbers=(1, 2, 3)):
-    """The results are these columns."""
+    """Check that the results equal the columns of the table."""
     assert [rows.maneuver for rows in results.maneuvers] == list(numbers)
     for m, rows in enumerate(results.maneuvers):
         assert np.array_equal(rows.time, table[:, 0])
@@ -118,7 +118,7 @@ def test_files(kind, packed, tmp_path, monkeypatch):
 
 
 class Frame:
-    """Behaves as a data frame does."""
+    """An object with the interface of a data frame."""
 
     columns = ("time", *KEYS)
 
@@ -208,7 +208,7 @@ def test_types_of_numbers(dtype):
         exact = table[:, 1 + k].astype("g")
         assert np.array_equal(rows.values[key], exact.astype("f8"))
         if dtype == "g" and np.finfo("g").nmant > 52:
-            # Binary64 numbers in a longer type have no rest.
+            # Binary64 numbers in a longer type have no low part.
             rest = rows.lo.get(key, 0.0)
             assert np.array_equal(rows.values[key].astype("g") + rest, exact)
             assert (key in rows.lo) == (exact != exact.astype("f8")).any()
@@ -220,7 +220,7 @@ def test_second_parts_are_added_exactly():
     hi, lo = np.array([1.0, 2.0, 3.0]), np.array([1e-17, -2e-16, 0.25])
     results = read_results({"time": hi, "roll": hi, "roll_lo": lo})
     (rows,) = results.maneuvers
-    # A second part that is no rest goes to the first one.
+    # A second part that is larger than a rounding error is added to the first one.
     assert rows.values["roll_angle"].tolist() == [1.0, 2.0 - 2e-16, 3.25]
     assert (rows.values["roll_angle"] + rows.lo["roll_angle"]).tolist() == (hi + lo).tolist()
     assert rows.lo["roll_angle"][0] == 1e-17
@@ -254,7 +254,7 @@ def test_long_double_that_is_not_finite():
 
 def test_other_datasets_are_left_out(tmp_path):
     path = tmp_path / "x"
-    # Those that the files of the reference have are not worth a word.
+    # Additional columns that the files of the dataset also contain are not reported.
     own = dict.fromkeys(("roll_angle_bound", "roll_angle_zyx", "roll_angle_zyx_lo"), NINE[:, 1])
     path.write_bytes(hdf5(**named(NINE), **own))
     assert read_results(path).findings == ()
@@ -288,7 +288,8 @@ def test_a_filter_that_is_not_here_is_named(tmp_path):
     with h5py.File(path, "w") as f:
         made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         made.set_chunk(NUMBERS.shape)
-        # Registered with the HDF Group for LZO; optional, so that the file can be made without it.
+        # Number 305 is registered with the HDF Group for LZO. It is optional here, so the file can
+        # be written without the filter.
         made.set_filter(305, h5py.h5z.FLAG_OPTIONAL)
         space = h5py.h5s.create_simple(NUMBERS.shape)
         array = h5py.h5d.create(f.id, b"results", h5py.h5t.NATIVE_DOUBLE, space, made)

@@ -1,4 +1,5 @@
-"""Column names decide if all are known; else the place of a column does, or the known names."""
+"""Column names determine the columns if all are known. Otherwise their order does, or the known
+names."""
 
 import pytest
 
@@ -11,7 +12,7 @@ KEYS = BENCHMARK_COLUMNS
 
 
 def written(tmp_path, names, separator=",", count=4):
-    """Column j, from 0, of row i is 100 i + j + 0.5, under these names."""
+    """Write a file with these column names; column j (from 0) of row i is 100 i + j + 0.5."""
     path = tmp_path / "results.csv"
     width = len(names) if isinstance(names, list) else names
     lines = [] if width is names else [separator.join(names)]
@@ -21,7 +22,7 @@ def written(tmp_path, names, separator=",", count=4):
 
 
 def found(results):
-    """Which column, from 0, is what."""
+    """Index of the file's column, from 0, by maneuver and key."""
     columns = {"time": int(results.maneuvers[0].time[0])}
     for rows in results.maneuvers:
         columns |= {(rows.maneuver, key): int(values[0]) for key, values in rows.values.items()}
@@ -77,7 +78,7 @@ def test_names_are_recognised(name, key, number):
         # OpenSim
         ("/jointset/fork/steer_angle/value", "steer_angle"),
         ("/jointset/ground_frame/roll/speed", "roll_rate"),
-        # Of other parts, and accelerations.
+        # Other parts, and accelerations
         ("rider.phi", None), ("rearWheel.w", None), ("rearWheel.speed", None), ("der(v)", None),
         ("rider.kineticEnergy", None), ("der(bike.steer.w)", None), ("der(der(steer.phi))", None),
         ("phi.roll", "roll_angle"), ("angle.phi", None),
@@ -90,7 +91,7 @@ def test_names_of_joints(name, key):
 def test_joints_of_maneuvers_and_their_units(tmp_path):
     assert parse_heading("maneuver2.roll.phi").meaning == ("roll_angle", 2)
     assert parse_heading("field.bike.Steer_Joint.Rz.q_3").meaning == ("steer_angle", 3)
-    # A coordinate of its own.
+    # The third coordinate of a joint
     assert parse_heading("Steer_Joint.Rz.q3").meaning is None
     names = ["time", "bike.roll.phi [deg]", "der(bike.steer.phi)"]
     assert found(read_results(written(tmp_path, names))) == {
@@ -241,7 +242,7 @@ def test_nine_columns_of_which_not_all_names_are_known(tmp_path):
     results = read_results(written(tmp_path, names))
     assert results.findings == ()
     assert found(results)[None, "steer_rate"] == 8
-    # Names in an order of their own decide, and it is said which of them are not known.
+    # Known names in an unusual order decide, and the unknown names are reported.
     names = ["time", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"]
     results = read_results(written(tmp_path, names))
     assert found(results) == {
@@ -257,13 +258,13 @@ def test_nine_names_of_which_the_time_is_not_known():
     def read(names):
         return read_results({name: [j + 0.5, 100.5 + j] for j, name in enumerate(names)})
 
-    # The place decides, and it is said that a letter contradicts.
+    # The order decides, and a contradicting letter is reported.
     results = read(["i", "roll", "p", "x1", "x2", "x3", "u", "steer", "v"])
     assert found(results)[None, "roll_angle"] == 1
     (finding,) = results.findings
     assert (finding.code, finding.severity) == ("names_not_used", "warning")
     assert finding.evidence["columns"] == [7, 9]
-    # Against words it does not.
+    # The order does not override words.
     with pytest.raises(InputError, match="column names 'i', 'x1', 'x2', 'x3', 'r' not understood"):
         read(["i", "steer", "p", "vx", "x1", "x2", "x3", "roll", "r"])
 

@@ -1,4 +1,4 @@
-"""Every way in which programs write the same rows gives the same numbers."""
+"""Every way of writing the same rows gives the same numbers."""
 
 import codecs
 import gzip
@@ -21,7 +21,7 @@ NAMES = ("time", *(f"m{m}_{key}" for m in (1, 2, 3) for key in BENCHMARK_COLUMNS
 
 @pytest.fixture(scope="module")
 def rows(folder):
-    """Rows of the published text, as text, with both signs, zeros and exponents."""
+    """Rows of the published text, with both signs, zeros and exponents."""
     lines = (folder / "uncontrolled-bicycle.txt").read_text().splitlines()
     return [line.split() for line in (*lines[:5], *lines[95:100], lines[1000])]
 
@@ -35,20 +35,20 @@ def changed(rows, change):
 
 
 def parts(number):
-    """Mantissa and exponent; the times have few digits."""
+    """Mantissa and exponent of a number; times have few digits."""
     digits = 16 if len(number) > 5 else 9
     mantissa, _, power = f"{float(number):.{digits}e}".partition("e")
     return mantissa, int(power)
 
 
 def fortran(number):
-    """As Fortran writes double precision: 0.1D+01."""
+    """A number as Fortran writes double precision: 0.1D+01."""
     mantissa, power = parts(number)
     return f"{mantissa}D{power:+03d}"
 
 
 def long_exponent(number):
-    """With an exponent of three digits and no letter, as Fortran writes what is very small."""
+    """A number with a three-digit exponent and no letter, as Fortran writes very small values."""
     mantissa, power = parts(number)
     return f"{mantissa}{power:+04d}"
 
@@ -128,7 +128,7 @@ WAYS = {
 
 
 def assert_same(results, rows):
-    """The results are exactly the numbers of the rows."""
+    """Check that the results are exactly the numbers of the rows."""
     assert [r.maneuver for r in results.maneuvers] == [1, 2, 3]
     for m, r in enumerate(results.maneuvers):
         exact = [Fraction(row[0]) for row in rows]
@@ -152,7 +152,7 @@ def test_the_same_rows(way, reader, rows, tmp_path, monkeypatch):
     assert_same(results, rows)
     assert results.path == str(path)
     assert results.format == "text"
-    # Two numbers that are alone in a line may be a row that was cut.
+    # Two numbers alone in a line may be an interrupted row.
     said = ["lines_not_read"] if way == "a few numbers above" else []
     assert [f.code for f in results.findings] == said
     assert results.significant_digits == 17
@@ -170,7 +170,7 @@ def test_blocks_may_end_anywhere(way, size, rows, tmp_path, monkeypatch):
 
 QUICK = set(WAYS) - {
     "exponents without a letter", "quotes and decimal commas", "lines of separators at the end",
-    "comments", "comments after rows", "many blanks",  # which end in lines without numbers
+    "comments", "comments after rows", "many blanks",  # these files end in lines without numbers
     "quotes", "single quotes", "some quotes", "minus sign", "no-break spaces",
 }  # fmt: skip
 
@@ -223,7 +223,7 @@ def test_the_published_digits_beyond_binary64(name, folder, reference):
     for m, rows in enumerate(results.maneuvers, start=1):
         assert np.array_equal(rows.time, reference[m].time)
         assert np.array_equal(rows.time_lo, reference[m].time_lo)
-        # The others of uncontrolled-bicycle.h5 are alternates of these.
+        # Other columns of uncontrolled-bicycle.h5 are the same quantities in other definitions.
         keys = {c.key for c in COLUMNS} if name.endswith("h5") else set(BENCHMARK_COLUMNS)
         assert set(rows.values) == set(rows.lo) == keys
         for key in keys:
@@ -274,7 +274,7 @@ def test_a_last_row_that_is_cut(end, rows, tmp_path):
 
 
 def test_rows_after_blocks_of_another_kind(rows, tmp_path, monkeypatch):
-    """One odd block does not change what the others give, nor the numbers of the lines."""
+    """One odd block changes neither the values of the other blocks nor the line numbers."""
     monkeypatch.setattr(result_file, "_BYTES_AT_ONCE", 1000)
     many = [[f"{i}", *rows[i % 11][1:]] for i in range(200)]
     many[150][7] = "nan"

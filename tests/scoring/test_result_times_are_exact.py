@@ -1,4 +1,4 @@
-"""Times of a result file are the decimals that it says or means; exact fractions are the judge."""
+"""Times of a result file are the decimals that it writes or means, checked with exact fractions."""
 
 from fractions import Fraction
 
@@ -24,7 +24,7 @@ def written(tmp_path, times, header=""):
 
 
 def assert_exact(rows, exact):
-    """hi is the nearest binary64, lo the nearest to what is left."""
+    """Check that hi is the nearest binary64, and lo the nearest to the remainder."""
     assert rows.time.tolist() == [float(t) for t in exact]
     assert rows.time_lo.tolist() == [float(t - Fraction(float(t))) for t in exact]
 
@@ -135,7 +135,7 @@ def test_binary_times_that_are_no_multiples_mean_what_they_are():
 
 
 def test_large_times_could_be_multiples_by_chance():
-    """Above 4500 every binary64 is the nearest to some picosecond."""
+    """Above 4500 s every binary64 is the nearest one to some whole number of picoseconds."""
     times = 8000 + np.sort(np.random.default_rng(3).random(100))
     assert as_multiples(times) is None
     assert as_multiples(np.round(times, 3)) is not None
@@ -150,7 +150,7 @@ def test_stored_times_of_two_parts_are_taken_as_they_are():
     lo = np.array([float(t - Fraction(float(t))) for t in exact])
     results = read_results({"time": hi, "time_lo": lo, "roll": hi})
     assert_exact(results.maneuvers[0], exact)
-    # Nothing is guessed: 0.01 here is the binary64.
+    # With a given low part no time is guessed: 0.01 is the binary64 number here.
     hundredths = np.arange(100) / 100
     results = read_results({"t": hundredths, "t_lo": np.zeros(100), "roll": hundredths})
     assert not results.maneuvers[0].time_lo.any()
@@ -176,7 +176,7 @@ def test_multiples_are_exact_for_any_step(k, d):
     exact = [Fraction(i, 10**d) for i in k]
     found = as_multiples(np.array([float(t) for t in exact]))
     if found is None:
-        # Too large to tell from chance, or all zero.
+        # The multiples are too large to exclude chance, or too few of them differ from zero.
         assert max(k) - min(k) > 10**12 or len(set(k) - {0}) < 3
         return
     places, hi, lo = found

@@ -1,4 +1,5 @@
-"""`is_right` follows the verdict, whatever is required, and a start alone is no right result."""
+"""`is_right` follows the verdict, not the requirements; initial conditions alone are not a correct
+result."""
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ def test_a_right_file_is_right_and_a_wrong_one_is_not(reference):
     assert (right.is_right, right.to_dict()["is_right"]) == (True, True)
     assert ": right, " in right.verdict
     wrong = score(made(reference, lambda k, v, n: 1.01 * v if k == "steer_rate" else v), reference)
-    # Nothing is required, and everything of that is met.
+    # Without a requirement, every file passes.
     assert (wrong.passed, wrong.is_right, wrong.to_dict()["is_right"]) == (True, False, False)
     assert ": wrong, " in wrong.verdict
 
@@ -48,7 +49,7 @@ def test_six_digits_are_right_and_five_are_close(reference):
 
 
 def test_few_digits_cannot_be_right_and_are_not_called_wrong(reference, tmp_path):
-    """Four decimals of the right motion: what they cannot show is not said."""
+    """With four decimals the report does not comment on what they cannot show."""
     rows = reference[2].rows
     table = np.column_stack([reference[2].time, rows["roll_angle"], rows["steer_angle"]])
     np.savetxt(tmp_path / "a.csv", table, "%.4f", ",", header="t,phi,delta", comments="")
@@ -90,12 +91,12 @@ def test_half_a_run_is_right_as_far_as_it_goes(reference, tmp_path):
 
 @pytest.mark.parametrize("count", [1, 20])
 def test_the_start_alone_is_called_so_first(reference, tmp_path, count):
-    """One row at t = 0, or a clock that was never moved."""
+    """The file has one row at t = 0, or a clock that does not advance."""
     (tmp_path / "start.csv").write_text("\n".join(["t phi p v", *["0 0 0.5 4.6"] * count, ""]))
     columns = "time,roll_angle,roll_rate,forward_speed"
     report = score(tmp_path / "start.csv", reference, maneuver=2, columns=columns.split(","))
     said = report.verdict.partition(": ")[2]
-    # Written as 0.5 and 4.6.
+    # They are written as 0.5 and 4.6.
     start = "only the start is there, which the benchmark gives: cannot be told"
     assert said.startswith(start)
     assert not report.is_right
@@ -112,7 +113,7 @@ def test_a_wrong_start_is_wrong(reference, tmp_path):
     "rows_at_whole_numbers", "another_column_beside", "signs_against_each_other",
 ])  # fmt: skip
 def test_nothing_says_that_a_wrong_file_is_right(reference, tmp_path, kind, count):
-    """Neither verdict, summary, requirement, JSON, JUnit nor table."""
+    """No verdict, summary, requirement, JSON, JUnit or table calls a wrong file correct."""
     wrong = wrong_file(1, list(KINDS).index(kind) + count * len(KINDS))
     file = tmp_path / "file.csv"
     file.write_text(wrong.text or "")
@@ -135,7 +136,8 @@ def test_nothing_says_that_a_wrong_file_is_right(reference, tmp_path, kind, coun
 
 
 def test_a_time_shows_nothing_but_its_decimal(reference, tmp_path):
-    """Times of one decimal at uneven steps and a wrong motion, as right as rounded times allow."""
+    """The times have one decimal and uneven steps. The motion is wrong, but right within rounded
+    times."""
     wrong = wrong_file(1, list(KINDS).index("times_of_one_decimal"))
     (tmp_path / "file.csv").write_text(wrong.text)
     report = score(tmp_path / "file.csv", reference)

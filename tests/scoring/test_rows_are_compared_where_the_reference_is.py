@@ -1,4 +1,5 @@
-"""Which rows count: nothing is extrapolated, what is left out is said, maneuvers are recognised."""
+"""Only rows within the reference count, rows left out are reported, and maneuvers are
+recognised."""
 
 import numpy as np
 import pytest
@@ -131,7 +132,7 @@ def test_values_that_are_no_numbers_are_counted_not_compared(reference):
 
 @pytest.mark.parametrize("step", [0.01, 0.005, 0.0025, 0.1 / 3])
 def test_summed_times_cover_the_whole_run(reference, step):
-    """t += h ends a little before or after 10 s."""
+    """Repeated t += h ends a little before or after 10 s."""
     m = reference[2]
     time = np.cumsum(np.full(round(10 / step), step))
     time = np.insert(time, 0, 0.0)
@@ -197,7 +198,7 @@ def test_the_same_results_twice_or_none_are_refused(reference):
 
 
 def test_exact_decimal_times_leave_the_floor_alone(reference):
-    """Rows at 0.005, 0.015, ... and a last one at the end are as exact as any."""
+    """Rows at 0.005, 0.015, ... and at the end are as exact as rows at the published times."""
     m = reference[2]
     time = np.append(np.arange(1000) / 100 + 0.005, 10.0)
     values = dict(m.evaluate(time, [*exact_columns(m)]).hi)

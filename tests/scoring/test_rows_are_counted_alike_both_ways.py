@@ -1,4 +1,5 @@
-"""A row of numbers is counted at once where it is plain, and number by number otherwise, alike."""
+"""The numbers of a row are counted at once if the row is plain, else one by one, with equal
+results."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Whatever the bytes of a result file, it is scored or refused in one line; none hangs."""
+"""Whatever its bytes, a result file is scored or refused in one line; no file causes a hang."""
 
 import gzip
 import io
@@ -21,7 +21,7 @@ from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import json as as_json
 from heyoka_bike.showing.formats.output import render
 
-# A hang is what this is to find, not a slow machine.
+# The limit is generous: it must find a hang, not a slow machine.
 pytestmark = pytest.mark.timeout(300)
 
 REFERENCE = load_reference()
@@ -42,7 +42,7 @@ PIECES = [
 
 
 def excerpt(keep):
-    """A few rows of all maneuvers, (n, 25)."""
+    """A few rows of all maneuvers, as an array of shape (n, 25)."""
     columns = [REFERENCE[1].time[keep]]
     for number in REFERENCE:
         columns += [REFERENCE[number].rows[key][keep] for key in BENCHMARK_COLUMNS]
@@ -79,7 +79,7 @@ def mat(array):
 
 
 def json_files(table):
-    """Columns by name in an object, and rows in objects in lines."""
+    """JSON with columns by name in one object, and with one object of a row per line."""
     names = ["time", *BENCHMARK_COLUMNS]
     columns = dict(zip(names, table.T.tolist(), strict=True))
     records = [json.dumps(dict(zip(names, row, strict=True))) for row in table.tolist()]
@@ -143,7 +143,7 @@ GOOD = good_files()
 
 
 def damage(raw, pick):
-    """Some stretches replaced, inserted, deleted, repeated, cut off; some bits flipped."""
+    """Replace, insert, delete, repeat or cut off some stretches of bytes, and flip some bits."""
     for _ in range(pick.choice((1, 1, 1, 2, 4))):
         start = pick.randint(0, len(raw))
         end = min(len(raw), start + pick.randint(0, 30))
@@ -165,7 +165,7 @@ def damage(raw, pick):
 
 
 def check(raw, path, renderers=(as_json.render,)):
-    """Score a file; returns its exit code."""
+    """Score a file and return its exit code."""
     path.write_bytes(raw)
     try:
         scored = score_files([read_results(path)], REFERENCE, require=_ENOUGH)
@@ -193,7 +193,7 @@ def test_the_undamaged_files_are_scored(tmp_path):
 
 
 def loop(seed, count, folder):
-    """Exit codes of damaged files, each made from its own seed so that it can be made again."""
+    """Exit codes of damaged files. Each file has its own seed, so it can be made again."""
     path = folder / f"results-{os.getpid()}"
     codes = []
     for i in range(count):
@@ -210,7 +210,7 @@ def loop(seed, count, folder):
 @pytest.mark.proof
 def test_damaged_files_end_with_a_documented_code(tmp_path):
     codes = loop("short", 400, tmp_path)
-    # The damage must neither always kill the file nor never hurt it.
+    # The damage must neither always make the file unreadable nor never change the result.
     assert {Exit.OK, Exit.INPUT, Exit.CHECK_FAILED} <= set(codes)
 
 
@@ -229,7 +229,7 @@ NUMBERS = st.one_of(
 
 @settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.lists(st.lists(NUMBERS, min_size=9, max_size=9), min_size=1, max_size=5))
-# Their mean is beyond binary64.
+# The sum of these two times overflows binary64.
 @example([[t, *[0.0] * 8] for t in (8.988465674311579e307, 8.98846567431158e307)])
 def test_rows_of_any_numbers_end_with_a_documented_code(tmp_path, rows):
     check(as_text(np.array(rows)), tmp_path / "results", (everything,))
@@ -238,7 +238,7 @@ def test_rows_of_any_numbers_end_with_a_documented_code(tmp_path, rows):
 @pytest.mark.slow
 @pytest.mark.timeout(4 * 3600)
 def test_100_000_damaged_files_end_with_a_documented_code(tmp_path):
-    """About half an hour on 2 cores."""
+    """This test takes about half an hour on 2 cores."""
     jobs = [(f"long-{i}", MANY // 100, tmp_path) for i in range(100)]
     workers = os.cpu_count() or 1
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:

@@ -1,4 +1,4 @@
-"""The right motion at times that are off by a constant is told as that, and nothing else is."""
+"""The correct motion with times shifted by a constant is recognised, and no other motion is."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,8 @@ def test_the_constant_is_found(reference, name, shift):
     (found,) = [f for f in report.findings if f.code == "time_shifted"]
     assert found.evidence["shift"] == pytest.approx(shift, abs=1e-3)
     assert ("too late" if shift > 0 else "too early") in found.message
-    # Rows before the start are left out, so that the first row is another one.
+    # If the rows move to before the start, they are left out, and the first compared row is another
+    # one.
     assert ("initial state" in found.message) == (shift > 0)
 
 
@@ -69,7 +70,8 @@ def test_a_motion_that_is_wrong_in_another_way_is_not_shifted(reference):
 
 
 def test_one_column_that_resembles_a_later_one_is_not_shifted(simulator, bicycle, reference):
-    """Another lean at the start is, to a few hundredths, the right one of nearly a second later."""
+    """The lean after other initial conditions resembles, to a few hundredths, the correct one a
+    second later."""
     start = initial_state(bicycle, Start(4.0, 0.05))
     time = reference[1].time
     lean = simulator.run(bicycle, (start[0] + 0.01, *start[1:]), time)["roll_angle"]

@@ -1,4 +1,4 @@
-"""Any axes and senses of a program give signs that agree; one column turned round does not."""
+"""Any axes and senses of a program give signs that agree; a single flipped column does not."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from heyoka_bike.showing.formats.summary import diagnosis
 
 BEYOND = ("pitch", "yaw", "yaw_rate")
 KEYS = ["roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate", *BEYOND, *MOTION]
-# Turned round by a choice of their own.
+# Columns whose sign does not depend on that of any other column
 FREE = ("forward_speed", "pitch", "steer_joint_force_z")
 UNSIGNED = ("rear_friction", "front_friction")
 
@@ -24,7 +24,7 @@ UNSIGNED = ("rear_friction", "front_friction")
 @pytest.mark.parametrize("number", range(40))
 def test_axes_turned_as_vectors_and_turns_are_agree(number):
     random = np.random.default_rng(number)
-    # With quaternions in it, or with axes of the frames other than the ground's.
+    # Odd cases contain quaternions; even ones contain axes of the frames without quaternions.
     keys = KEYS if number % 2 else [k for k in KEYS if "_frame_q" not in k]
     assert contradictions(signs(random, keys)) == []
 
@@ -32,7 +32,8 @@ def test_axes_turned_as_vectors_and_turns_are_agree(number):
 def test_a_column_turned_round_alone_contradicts_the_others():
     agreeing = dict.fromkeys(KEYS, 1)
     told = {key: contradictions({**agreeing, key: -1}) for key in KEYS}
-    # The sign of all of a quaternion is free, so q0 alone is seen by its parity.
+    # The common sign of a quaternion is free; q0 is tied to the others by the number of flipped
+    # signs.
     assert [key for key, found in told.items() if not found] == [k for k in KEYS if k in FREE]
     assert all(any(key in c for c in found) for key, found in told.items() if found)
 
@@ -47,7 +48,8 @@ def test_only_those_that_are_tied_are_named():
 
 @pytest.mark.parametrize("turned", [(1,), (2,), (3,), (1, 2, 3)])
 def test_a_reflection_is_no_rotation(turned):
-    """An odd number of columns of a matrix turned round; two of them are axes of the frame."""
+    """Flip an odd number of columns of the matrix. If two are flipped, it is a choice of the
+    frame's axes."""
     matrix = [f"rear_frame_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)]
     reflected = {key: -1 if int(key[-1]) in turned else 1 for key in matrix}
     assert contradictions(reflected) == [tuple(matrix)]
@@ -63,7 +65,7 @@ def test_every_column_with_a_sign_is_known():
 @pytest.mark.parametrize("forward", [1, -1])
 @pytest.mark.parametrize("down", [1, -1])
 def test_roll_alone_turned_round_needs_axes_backward_and_down(forward, down):
-    """Senses of lean and steer as right-handed turns about such axes give them."""
+    """Lean and steer are right-handed rotations about axes with these directions."""
     told = {"roll_angle": forward, "roll_rate": forward, "steer_angle": down, "steer_rate": down}
     assert bool(opposed(told)) == ((forward, down) == (-1, 1))
 

@@ -1,4 +1,4 @@
-"""The projection of a start: its mass matrix is the published one, and it is a projection."""
+"""The projection of initial velocities has the published mass matrix and is idempotent."""
 
 import json
 from dataclasses import replace
@@ -38,10 +38,10 @@ def published_mass_matrix():
 
 
 def test_the_kinetic_energy_is_the_published_mass_matrix(upright):
-    """M of Meijaard et al. (2007), over roll rate and steer rate."""
+    """The mass matrix M of Meijaard et al. (2007) belongs to roll rate and steer rate."""
     mass = np.array(upright.mass, dtype=float)
     assert mass[:2, :2] == pytest.approx(published_mass_matrix(), rel=1e-12)
-    # Symmetry keeps forward motion apart from roll and steer.
+    # By symmetry, forward motion is not coupled to roll and steer.
     assert np.max(np.abs(mass[:2, 2])) < 1e-12
 
 
@@ -70,7 +70,8 @@ def height_of_centre(p):
 def test_what_is_left_is_orthogonal_to_all_admissible_velocities(
     bicycle, parameters, upright, start
 ):
-    """The mistaken velocities minus the projected ones have no momentum along any of them."""
+    """The given velocities minus the projected ones are orthogonal, in kinetic energy, to all
+    admissible ones."""
     *_, roll_rate, steer_rate, speed = initial_state(bicycle, start)
     u = roll_rate, steer_rate, speed / float(upright.equations.k.length)
     given = {}

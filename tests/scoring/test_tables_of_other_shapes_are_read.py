@@ -5,6 +5,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
+from generators.published_columns import published_columns
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.scoring.grades import Grade
 from heyoka_bike.scoring.reading.source import read_results
@@ -16,13 +17,12 @@ COUNT = 101
 
 @pytest.fixture
 def table(reference):
-    """By name: every tenth row of maneuver 2."""
-    held = {"time": reference[2].time} | {k: reference[2].rows[k] for k in KEYS}
-    return {name: x[::10] for name, x in held.items()}
+    """Every tenth row of maneuver 2, by column name."""
+    return published_columns(reference, every=10)
 
 
 def clock(start, form):
-    """The times of the rows, from a start on, as a program writes them."""
+    """Times of the rows, as times of day from `start` on, formatted with `form`."""
     return [form(start + timedelta(milliseconds=100 * i)) for i in range(COUNT)]
 
 

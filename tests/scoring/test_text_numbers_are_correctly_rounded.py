@@ -1,4 +1,4 @@
-"""Numbers read all at once are those that Python's `float` and exact fractions give."""
+"""Numbers that are parsed together equal those of Python's `float` and of exact fractions."""
 
 from fractions import Fraction
 
@@ -84,7 +84,7 @@ def test_many_numbers(form):
 
 @pytest.mark.parametrize("places", range(5))
 def test_numbers_halfway_between_two(places):
-    """Those that are hardest to round."""
+    """Numbers halfway between two binary64 numbers are the hardest to round."""
     rng = np.random.default_rng(places)
     least, most = 2 ** (53 - places), min(2 ** (54 - places), 9 * 10 ** (18 - places))
     tokens = []

@@ -1,4 +1,4 @@
-"""The mechanical energy of a file alone tells whether what is wrong does work."""
+"""The mechanical energy of a file alone shows whether its error does work."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def energy(table, reference):
 @pytest.mark.parametrize("code", ["sign_IHxz", "no_gyroscopic_R", "trail_normal"])
 @pytest.mark.parametrize("keys", [KEYS, KEYS[1:3]])
 def test_what_does_no_work_keeps_it(simulator, right, reference, code, keys):
-    """Of a wrong bicycle, and of a term that is missing at right angles to its velocity."""
+    """A wrong bicycle, and a missing term that is orthogonal to the velocity, do no work."""
     program = apply(right, [m for m in (*MISTAKES, *EQUATION_MISTAKES) if m.code == code])
     found = energy(simulated(simulator, program, keys), reference)
     assert isinstance(found, EnergyKept)
@@ -58,7 +58,7 @@ def test_it_is_said_where_the_time_is_spent(simulator, right, reference):
 
 
 def test_an_energy_that_changes_at_first_only_falls_not_steadily(reference):
-    """An example is gravity that is ramped up: nothing does work afterwards."""
+    """For example, gravity that is increased gradually at the start does no work afterwards."""
     lost = 5.0 * np.minimum(TIME / 0.3, 1.0)
     table = {"time": TIME} | {
         f"mechanical_energy_{n}": reference[n].approximate(TIME, ["mechanical_energy"])[

@@ -1,4 +1,4 @@
-"""What is said of files of the field's programs, where something else was said once."""
+"""Files of the compared programs get fair diagnoses; each of these once got a wrong one."""
 
 from pathlib import Path
 
@@ -21,13 +21,14 @@ def results(name):
 
 
 def test_errors_of_roll_and_steer_alone_are_of_the_motion(reference):
-    """Of a straight ride the speed and the energies have a thousand times less of the error."""
+    """In nearly straight riding the errors of speed and energies are a thousand times smaller."""
     read = read_results(JUDGED / "exudyn-trapezoidal.txt.gz")
     assert columns_apart(score(read, reference)) is None
 
 
 def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
-    """Dopri5 of diffrax with rtol = atol = 1e-5, in binary32: 1.4e-3; in binary64: 2.3e-3."""
+    """Diffrax's Dopri5 with rtol = atol = 1e-5 has an error of 1.4e-3 in binary32 and 2.3e-3 in
+    binary64."""
     read = read_results(JUDGED / "diffrax-default.txt.gz")
     *others, single = finding_text.findings(numerical.causes(score(read, reference)))
     assert (single.code, single.severity) == ("single_precision", Severity.INFO)
@@ -37,7 +38,8 @@ def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
 
 @pytest.mark.proof
 def test_a_start_that_the_first_row_contradicts_is_no_input(reference):
-    """Equations by LU from 1e-12 in place of zero: the energy jumps between the first two rows."""
+    """The program solves its equations by LU with pivots down to 1e-12, so the energy jumps after
+    the first row."""
     found, *_ = diagnose(results("pydy-default"), reference).diagnosis
     assert found.code == "parameters"
     assert "But the first row has forward_speed of maneuver 1 as given" in found.message

@@ -1,4 +1,5 @@
-"""The first row is the given start: it tells unit, sign, order and maneuver of a wrong motion."""
+"""The first row contains the given initial conditions: it shows the unit, sign, order and maneuver
+even of a wrong motion."""
 
 from math import pi
 
@@ -15,7 +16,7 @@ RATES = ("roll_rate", "steer_rate")
 
 
 def wrong(reference, number=2):
-    """A motion that begins as it should and is nothing of the right one later."""
+    """A motion with correct initial conditions that is entirely wrong afterwards."""
     m = reference[number]
     turned = np.cos(1.5 * m.time)
     held = {key: turned * m.rows[key] for key in (*ANGLES, *RATES)}
@@ -51,7 +52,7 @@ def test_a_wrong_motion_in_degrees_is_as_wrong_as_in_radians(units, in_radians, 
     assert {*taken(report).values()} == {("degree", 1), ("degree s-1", 1)}
     assert errors(report) == pytest.approx(in_radians, rel=1e-9)
     assert min(in_radians) > 0.5
-    # Each column is told that its heading contradicts its values.
+    # The contradiction between heading and values is reported for each column.
     told = {x.key for x in report.seen if isinstance(x, UnitContradicted)}
     assert told == ({*names} if "rad" in units[0] else set())
 
@@ -120,7 +121,7 @@ def test_the_maneuver(reference):
     columns = wrong(reference)
     given = {"time": columns["time"], **lateral(columns, DEGREES)}
     assert [*score(given, reference)] == [2]
-    # Two maneuvers begin with the same roll rate: only the speed excludes the other one.
+    # Two maneuvers start with the same roll rate; only the speed excludes one of them.
     columns = wrong(reference, 3)
     given = {"time": columns["time"], **lateral(columns)}
     guessed = score(given, reference)
@@ -135,7 +136,7 @@ def test_the_maneuver(reference):
 @pytest.mark.parametrize(("said", "unit"), [("yes", "degree"), ("no", "rad"), ("Yes", "degree")])
 def test_angles_of_opensim_are_in_the_unit_that_the_file_says(said, unit, reference, tmp_path):
     columns = wrong(reference)
-    # Without the first row nothing else tells the unit.
+    # Without the first row nothing else shows the unit.
     some = lateral(columns, DEGREES)
     steer = {key: some[key][1:] for key in ("steer_angle", "steer_rate")}
     path = tmp_path / "states.sto"

@@ -1,4 +1,4 @@
-"""How an error begins tells of work, and of what is not symmetric, in files of a single column."""
+"""The beginning of an error shows work and asymmetry, even in files of a single column."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_what_is_not_symmetric_is_told_by_two_roll_rates(simulator, right, refer
     found, *_ = beginnings(score(table, reference))
     assert isinstance(found, Unsymmetric)
     assert (found.key, found.small, found.large) == ("roll_angle", 1, 2)
-    # One maneuver cannot show it.
+    # A single maneuver cannot show the asymmetry.
     alone = {"time": TIME, "roll_angle": table["roll_angle_2"]}
     found = beginnings(score(alone, reference, maneuver=2))
     assert all(isinstance(x, BeginsAs) for x in found)
@@ -62,13 +62,13 @@ def test_mistakes_of_a_symmetric_model_are_neither(simulator, right, reference, 
 
 
 def orders(simulator, program, reference, **amounts):
-    """With which power of the time the angles' errors begin, where it is seen."""
+    """Powers of the time with which the errors of the angles begin, if visible."""
     table = simulated(simulator, program, ("roll_angle", "steer_angle"), **amounts)
     return {x.order for x in beginnings(score(table, reference)) if isinstance(x, BeginsAs)}
 
 
 def test_mistakes_of_the_model_do_not_begin_with_the_time(simulator, right, reference):
-    """Whatever mistake of the library it is."""
+    """This holds for every mistake of the library."""
     found = {
         m.code: orders(simulator, apply(right, [m]), reference)
         for m in (*MISTAKES, *EQUATION_MISTAKES)
@@ -96,6 +96,6 @@ def test_it_is_said_where_nothing_explains_the_file(simulator, right, reference)
     table = made(simulator, right, "roll_angle", side_wind=0.5)
     found, _ = causes(score(table, reference))
     assert isinstance(found, Unsymmetric)
-    # And where the time was spent: it rests on no search.
+    # The finding needs no search, so it also remains when the budget is spent.
     said = [f.code for f in diagnose(table, reference, budget=1e-3).diagnosis]
     assert said == ["unsymmetric", "begins_as", "stopped_early"]

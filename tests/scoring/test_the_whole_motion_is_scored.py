@@ -1,4 +1,5 @@
-"""`score` takes configuration and forces by the names of their columns, as it takes the eight."""
+"""`score` compares configuration and forces by column name, like the eight columns of the
+benchmark."""
 
 import json
 import shutil
@@ -33,7 +34,7 @@ def motion():
 
 @pytest.fixture(scope="module")
 def exact(reference, motion):
-    """Every column at the rows, by number of the maneuver."""
+    """Every column at the published rows, by maneuver number."""
     return {
         n: {key: motion[n][key] if key in motion[n].columns else reference[n].rows[key]
             for key in COMPARED}
@@ -109,7 +110,7 @@ def test_the_other_sign_is_recognised(reference, exact):
     )
     assert report.findings[0].code == "conventions"
     assert signs == SIGNED
-    # -q is the same turn as q, and -R is none.
+    # -q is the same rotation as q, but -R is not a rotation.
     assert other == [None, None]
     assert codes(report).count("signs_disagree") == 2
     assert all(c.is_at_floor() for m in report.maneuvers for c in m.columns)
@@ -134,7 +135,7 @@ def test_other_units_are_recognised(reference, exact, key, unit, times):
     assert codes(report) == ["conventions", "unit"]
     for m in report.maneuvers:
         assert m.columns[0].as_understood.unit == unit
-        # Written and multiplied: two roundings.
+        # The value is rounded twice: when it is written and when it is multiplied.
         assert m.columns[0].is_at_floor(3)
 
 
@@ -148,7 +149,7 @@ def test_the_maneuver_is_recognised_by_forces(reference, exact):
 
 
 def test_dense_columns_are_compared_at_any_time(reference, motion):
-    # Pieces of motion.h5 end elsewhere than those of the eight columns.
+    # The segments of motion.h5 have other ends than those of the eight columns.
     assert set(motion[1].breaks) != set(reference[1].breaks)
     t = np.sort(np.random.default_rng(7).uniform(0, 10, 500))
     keys = ("roll_angle", "rear_normal_force", "com_y", "front_frame_q2")
@@ -159,7 +160,7 @@ def test_dense_columns_are_compared_at_any_time(reference, motion):
         rows = Rows(n, t, np.zeros_like(t), values)
         (m,) = score(Results("x", "text", (rows,)), reference).maneuvers
         assert all(c.as_understood.measures.scd > 15.5 for c in m.columns)
-        # In a long file other routines take the place of the exact ones.
+        # Long files use faster routines instead of the exact ones.
         many = whole[n].evaluate_many((t, np.zeros_like(t)), keys)
         near = whole[n].approximate(t, keys)
         for k in keys:
@@ -185,8 +186,8 @@ def test_other_columns_are_compared_at_any_time(reference, motion):
 
 @pytest.mark.parametrize("late", ["summed", 9e-10])
 def test_times_near_a_row_mean_it(reference, motion, late):
-    # What a rotation matrix is to be follows from the quaternion, when 100000 steps are summed in
-    # binary64.
+    # The rotation matrix follows from the quaternion at the same times. The times are sums of
+    # 100,000 steps in binary64.
     t = np.concatenate([[0.0], np.cumsum(np.full(100_000, 1e-4))[99::100]])
     if late != "summed":
         t = motion[2].time + np.where(motion[2].time < 10, late, 0.0)
@@ -200,7 +201,7 @@ def test_times_near_a_row_mean_it(reference, motion, late):
     }
     (m,) = score(Results("x", "text", (Rows(2, t, np.zeros_like(t), values),)), reference).maneuvers
     for c in m.columns:
-        # The column is made of few operations in binary64.
+        # The column is the result of a few operations in binary64.
         assert c.values == len(t)
         assert c.as_understood.measures.max_abs_error < 4 * np.finfo(float).eps
 
@@ -217,7 +218,7 @@ def test_requirements_name_these_columns(reference, exact):
 
 @pytest.fixture
 def older(folder, tmp_path):
-    """The set as it would be without motion.h5."""
+    """A copy of the dataset without motion.h5."""
     out = tmp_path / "older"
     shutil.copytree(folder, out)
     files = json.loads((out / MANIFEST).read_text())["files"]
@@ -246,7 +247,7 @@ def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
 
 @pytest.mark.proof
 def test_mistakes_are_simulated_for_the_eight_only(reference, exact):
-    # Exact, but for a force.
+    # All columns are exact except one force.
     keys = (*BENCHMARK_COLUMNS, "rear_normal_force")
 
     def change(key, values):
@@ -269,7 +270,7 @@ def test_without_the_eight_nothing_is_diagnosed(exact, tmp_path, capsys, value):
     path.write_text("\n".join([head, *rows]))
     assert main(["diagnose", str(path), "--maneuver", "2"]) == 2
     assert "none of them has a value" in capsys.readouterr().err
-    # The score is there all the same.
+    # The score is printed nevertheless.
     assert main(["score", str(path), "--maneuver", "2", "--diagnose"]) == 0
     shown = capsys.readouterr().out
     assert "the diagnosis looks at the benchmark's columns" in shown
@@ -325,7 +326,7 @@ def test_a_name_beyond_the_eight_tells_that_names_count(tmp_path, exact):
 @pytest.mark.parametrize("key", ["rear_axle_force_z", "front_friction"])
 @pytest.mark.parametrize("wrong", [-99.0, 1e6])
 def test_a_wrong_value_between_the_rows_is_seen(reference, motion, key, wrong):
-    """Right at all rows of the reference but one, whose time is moved away from it."""
+    """All rows are exact except one wrong value, whose time lies between the published rows."""
     t, values = motion[2].time.copy(), motion[2][key].copy()
     t[999], values[999] = 9.995, wrong
     rows = Rows(2, t, np.zeros_like(t), {key: values})
@@ -354,7 +355,7 @@ def test_maneuvers_are_told_apart_by_what_hardly_varies(reference, exact):
     for n in reference:
         assert scored(None, n).maneuvers[0].maneuver == n
     for n in (1, 2):
-        # Maneuver 3 is nearly at rest: 1 percent of the force is much there.
+        # Maneuver 3 is nearly at rest, where a change of 1 % of the force is large.
         (said,) = [f for f in scored(3, n).findings if f.code == "another_maneuver"]
         assert said.evidence["nearest"] == n
 
@@ -389,7 +390,7 @@ def test_files_without_a_common_column_are_no_series(reference, exact):
 @pytest.mark.parametrize("q0", [1, -1])
 @pytest.mark.parametrize("d", [(1, 1, 1), (1, -1, -1), (-1, -1, 1), (1, -1, 1), (-1, -1, -1)])
 def test_an_attitude_in_other_axes_is_one(reference, exact, d, q0):
-    # The vector part of a quaternion is a pseudovector, and -q the same turn as q.
+    # The vector part of a quaternion is a pseudovector, and -q is the same rotation as q.
     signs = {f"rear_frame_q{i}": q0 * int(np.prod(d)) * d[i - 1] for i in (1, 2, 3)}
     signs |= {f"rear_frame_r{i}{j}": d[i - 1] * d[j - 1] for i in (1, 2, 3) for j in (1, 2, 3)}
     signs |= {"rear_frame_q0": q0}

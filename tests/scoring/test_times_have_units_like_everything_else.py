@@ -1,4 +1,4 @@
-"""Times in minutes, milliseconds or nanoseconds, and those of a clock, mean what they say."""
+"""Times in minutes, milliseconds or nanoseconds, and times of a clock, are read with their unit."""
 
 import subprocess
 import sys
@@ -59,7 +59,7 @@ def test_times_of_a_clock_count_from_the_first(first, reference):
     report = score(table(reference, "time", times), reference)
     (found,) = [x for x in report.seen if isinstance(x, TimesFromFirst)]
     assert found.first == times[0]
-    # Seconds since 1970 have seven digits left behind the point.
+    # Seconds since 1970 in binary64 have seven digits after the decimal point.
     assert report.worst.scd > 4
     assert [m.maneuver for m in report.maneuvers] == [2]
 
@@ -147,7 +147,8 @@ def larger_units(report):
 def test_larger_units_are_asked_about_where_angles_are_too_fast(
     unit, seconds, every, factor, reference
 ):
-    """Right or wrong, with many rows or few, angles change far more than their rates allow."""
+    """Read in seconds, angles change much faster than their rates, whether the motion is right or
+    wrong."""
     few = slice(None, None, every)
     for number in reference:
         m = reference[number]
@@ -161,7 +162,7 @@ def test_larger_units_are_asked_about_where_angles_are_too_fast(
 @pytest.mark.parametrize("end", [0.02, 0.1, 0.17])
 @pytest.mark.parametrize("degrees", [(), ("angle",), ("rate",), ("angle", "rate")])
 def test_a_short_run_is_in_seconds(end, degrees, reference):
-    """Angles change as their rates allow; only degrees make them look faster."""
+    """Angles change as their rates require; only the unit degrees makes them look faster."""
     m = reference[2]
     times = np.linspace(0.0, end, 30)
     columns = {k: np.asarray(m.evaluate(times, [k])[k]) for k in KEYS}
@@ -177,7 +178,7 @@ def test_what_remains_of_a_run_in_minutes_is_diagnosed(reference):
     report = diagnose(table, reference, maneuver=2)
     first, *others = [f.code for f in report.diagnosis]
     assert first == "time_in_larger_unit"
-    # In seconds the rows are right to the rounding of the times.
+    # In seconds the rows are correct up to the rounding of the times.
     assert {*others} <= {"no_mistake_found", "limited_by_rounding"}
 
 

@@ -1,4 +1,4 @@
-"""Units that a heading names are tried; what is not known or contradicts the values is said."""
+"""Units in headings are tried. Unknown units and units that contradict the values are reported."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,8 @@ DEGREES = 180 / np.pi
 
 
 def report_of(reference, tmp_path, heading, factors):
-    """Maneuver 2 as a file: time, roll, speed and kinetic energy, each times its factor."""
+    """Score maneuver 2 as a file: time, roll, speed and kinetic energy, each multiplied by its
+    factor."""
     m = reference[2]
     keys = ("roll_angle", "forward_speed", "kinetic_energy")
     columns = [x * m.rows[key] for x, key in zip(factors[1:], keys, strict=True)]
@@ -49,7 +50,7 @@ def test_units_that_are_named_are_tried(heading, factors, units, reference, tmp_
     report = report_of(reference, tmp_path, heading, factors)
     (m,) = report.maneuvers
     assert tuple(c.as_understood.unit for c in m.columns) == units
-    # 12 digits of the pound's energy are written above.
+    # The energy in pound units was written with 12 digits.
     assert all(c.as_understood.measures.scd > 11 for c in m.columns)
     assert not findings(report, "unit_unknown", "unit_contradicted")
 
@@ -88,7 +89,7 @@ def test_units_that_are_not_named_are_not_tried(reference, tmp_path):
         ("t,Roll [mrad],speed [m/s],KE [kJ]", (1, DEGREES, 1, 1),
          [("roll_angle", "mrad", "degree"), ("kinetic_energy", "kJ", "J")]),
         ("t,Roll (deg),speed [m/s],KE [J]", (1, DEGREES, 1, 1), []),
-        # The motion is another one. What its columns are taken as is told all the same.
+        # The motion is wrong, but the interpretation of its columns is reported nevertheless.
         ("t,Roll (deg),speed [m/s],KE [J]", (1, 1.3, 1.3, 1.3), [("roll_angle", "degree", "rad")]),
     ],
 )  # fmt: skip
@@ -101,7 +102,7 @@ def test_units_that_contradict_the_values_are_told(heading, factors, said, refer
 
 @pytest.mark.parametrize("written", [DEGREES, 1])
 def test_a_heading_is_believed_of_a_motion_that_tells_nothing(written, reference, tmp_path):
-    # As of the linearised equations at 4 m/s: a few times what it should be, and out of phase.
+    # Like the linearised equations at 4 m/s: the roll is a few times too large and out of phase.
     m = reference[1]
     roll = -3 * written * np.roll(m.rows["roll_angle"], 60)
     heading = "t,m1_roll_deg" if written == DEGREES else "t,m1_roll_rad"

@@ -1,4 +1,4 @@
-"""A unit in a heading, or in a line below it, decides what a name alone leaves open."""
+"""A unit in a heading, or in the line below it, decides what a name alone leaves open."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ from heyoka_bike.scoring.reading.source import read_results
         ("time_s", "time"),
         ("kinetic energy [N m]", "kinetic_energy"),
         ("yaw [deg/s]", "yaw_rate"),
-        # Signs that MATLAB, Octave and R make underscores or points of.
+        # MATLAB, Octave and R turn some characters into underscores or points.
         ("E_pot__N_m", "potential_energy"),
         ("dphi__rad_s_1", "roll_rate"),
         ("velocity_m_s__1", "forward_speed"),

@@ -1,4 +1,4 @@
-"""Rates in revolutions per minute and speeds in miles per hour are known without a heading."""
+"""Rates in revolutions per minute and speeds in miles per hour are recognised without a heading."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,8 @@ def test_a_speed_that_is_off_is_no_unit(reference, off):
 
 
 def test_the_grid_of_a_text_is_not_finer_than_binary64(reference):
-    """A table of fifteen places: energies of 794 J are still 1e-13 J apart."""
+    """In a table with 15 decimal places, adjacent binary64 numbers near 794 J are still 1e-13 J
+    apart."""
     quantum = {k: Quantum(10, places=15) for k in ("potential_energy", "kinetic_energy")}
     quantum |= {"mechanical_energy": Quantum(10, places=15)}
     names = tuple(quantum)

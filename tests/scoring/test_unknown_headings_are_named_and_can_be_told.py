@@ -1,4 +1,5 @@
-"""Headings that are not understood are named, with what they are like; `--columns` overrides."""
+"""Headings that are not understood are named, with similar known names; `--columns` overrides
+them."""
 
 import io
 

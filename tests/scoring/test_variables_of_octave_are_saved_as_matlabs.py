@@ -1,4 +1,5 @@
-"""What Octave writes with ``save -text``: one matrix is rows of numbers; variables are refused."""
+"""Files of Octave's ``save -text``: a single matrix is read as rows; several variables are
+refused."""
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ END = "\n\n\n"
 
 
 def matrix(name, values):
-    """As Octave writes a matrix; a vector is a column."""
+    """A matrix as Octave writes it; a vector becomes a column."""
     table = np.atleast_2d(np.asarray(values).T).T
     rows = "".join(f" {' '.join(f'{x:.17g}' for x in row)}\n" for row in table)
     shape = f"# rows: {table.shape[0]}\n# columns: {table.shape[1]}\n"

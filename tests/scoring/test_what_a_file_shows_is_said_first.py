@@ -1,4 +1,4 @@
-"""What a file shows without a simulation, on files that are right but for that."""
+"""Faults that a file shows without a simulation are found in files that are otherwise correct."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ from heyoka_bike.system.resources import data_folder
 
 
 def shown(report):
-    """What is said of what is seen at once."""
+    """The findings on faults that are visible at once."""
     return finding_text.findings(visible_faults.shown(report))
 
 
@@ -51,7 +51,7 @@ def test_signs_that_contradict_each_other_are_not_called_right(reference):
 
 @pytest.mark.proof
 def test_a_bicycle_that_falls_over_is_told_so(reference):
-    """A run of a physics engine as it comes: wheels of 32 corners."""
+    """A physics engine's default run, whose wheels have 32 corners."""
     file = data_folder() / "results" / "pybullet-default.txt.gz"
     results = read_results(file)
     report = score(results, reference)
@@ -94,7 +94,8 @@ def test_some_columns_that_repeat_are_named_alone(reference):
 
 
 DEPARTURES = {
-    # From row 500 on each row is the next one; one row is the one before; two blocks are exchanged.
+    # From row 500 on, each row is the next one; or one row repeats the row before; or two blocks
+    # are exchanged.
     "a row is left out": (np.r_[:500, 501:1001, 1000], 0.01),
     "a row is written again": (np.r_[:500, 499:1000], -0.01),
     "one row is not its own": (np.r_[:500, 499, 501:1001], None),
@@ -128,7 +129,7 @@ def test_many_rows_that_are_left_out_are_told_by_their_time(reference):
 
 
 def test_a_departure_within_the_first_rows(reference):
-    """A bound is met after 0.08 s, say: no smooth error grows by so much there."""
+    """For example, a limit is reached after 0.08 s: no smooth error grows as fast."""
 
     def altered(key, values, m):
         time = np.linspace(0.0, 10.0, len(values))
@@ -150,7 +151,7 @@ def test_nothing_is_simulated_where_all_that_is_wrong_departs(reference, caplog)
 
 
 def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
-    """From 5 s on it is another one, that grows or dies as motions do."""
+    """From 5 s on the error behaves like a motion that grows or decays."""
 
     def altered(key, values, m):
         time = np.linspace(0.0, 10.0, len(values))
@@ -166,7 +167,7 @@ def test_a_motion_that_goes_on_from_rounded_numbers_is_told_so(reference):
     ("ahead", "least", "most"),
     [
         (lambda row: 0.003 + 0.0 * row, 0.003, 0.003),
-        # Times of rows that are cut to fewer digits.
+        # Times of rows are rounded to fewer digits.
         pytest.param(lambda row: 0.004 * (row % 3), 0.0, 0.008, marks=pytest.mark.proof),
     ],
 )
@@ -179,7 +180,7 @@ def test_rows_at_other_times_are_told_so(reference, ahead, least, most):
     report = report_of(reference, altered)
     (found,) = diagnosed(report, reference).diagnosis
     if least == most:
-        # One shift is a clock of all maneuvers.
+        # A common shift is a clock of all maneuvers.
         assert (found.code, found.evidence["maneuver"]) == ("other_clock", None)
         assert found.evidence["shift"] == pytest.approx(least, rel=1e-3)
         return
@@ -190,13 +191,14 @@ def test_rows_at_other_times_are_told_so(reference, ahead, least, most):
 
 @pytest.mark.parametrize(("method", "step"), [("Heun", 0.01), ("explicit Euler", 0.001)])
 def test_errors_of_phase_are_no_other_times(reference, method, step):
-    """Integrators are late, too, but each mode by another time."""
+    """An integrator's rows are late, too, but each mode by another time."""
     run = fixed_step(Discretised(reference, is_regular=True), method, step)
     assert other_times(score(run, reference)) is None
 
 
 def test_energies_alone_tell_no_other_times(reference):
-    """Where their sum is constant, two of them are one column, and one tells no time."""
+    """If the sum of two energies is constant, they are one column, which cannot determine the
+    times."""
 
     def altered(key, values, m):
         time = np.linspace(0.0, 10.0, len(values))
@@ -212,7 +214,7 @@ def test_energies_alone_tell_no_other_times(reference):
 
 
 def test_two_rows_at_one_time_are_diagnosed(reference):
-    """Solvers write an event twice, before and after it."""
+    """Solvers write an event twice: before and after it."""
     results = made(reference, lambda key, values, m: 1.01 * values)
     twice = np.r_[:500, 499:1001]
     rows = [m.at(twice) for m in results.maneuvers]
@@ -236,7 +238,8 @@ def test_a_departure_is_seen_beside_a_column_of_unknown_definition(reference):
 
 
 def test_one_column_that_moves_tells_no_other_times(reference):
-    """At any error there are times at which it is right: the energy beside it has to be, too."""
+    """A single wrong column is always right at some other times. The energy must fit these times,
+    too."""
 
     def wrong(key, values, m):
         time = reference[m].time
@@ -256,7 +259,7 @@ def test_one_column_that_is_held_is_named_alone(reference):
 
 
 def test_a_speed_that_settles_in_single_precision_is_not_held(reference, tmp_path):
-    """It stands still for more and more rows, and at last for all that are left."""
+    """The speed is constant over more and more rows, and in the end over all remaining rows."""
     time = np.linspace(0.0, 10.0, 10001)
     values = reference[3].approximate(time, list(BENCHMARK_COLUMNS))
     lines = (" ".join([f"{t:.3f}", *map(str, np.array(row, np.float32))])
@@ -269,7 +272,8 @@ def test_a_speed_that_settles_in_single_precision_is_not_held(reference, tmp_pat
 
 @pytest.mark.parametrize("digits", [6, 9, 12])
 def test_an_error_that_begins_later_and_grows_is_a_departure(reference, digits):
-    """As of a force that sets in: with the square of the time since then."""
+    """A force that starts at 5 s causes an error that grows with the square of the time since
+    then."""
 
     def pushed(key, values, m):
         off = 0.3 * np.max(np.abs(values)) * np.maximum(reference[m].time - 5.0, 0.0) ** 2
@@ -283,7 +287,7 @@ def test_an_error_that_begins_later_and_grows_is_a_departure(reference, digits):
 
 
 def test_an_error_that_begins_small_is_no_departure(reference):
-    """It grows with a high power of the time, from the first row on."""
+    """The error grows with a high power of the time, from the first row on."""
 
     def altered(key, values, m):
         return values + 1e-3 * np.max(np.abs(values)) * np.linspace(0.0, 1.0, len(values)) ** 8
@@ -303,7 +307,7 @@ def test_columns_of_another_maneuver_are_named(reference):
 
 
 def test_the_start_of_another_definition_is_no_other_start(reference):
-    """Beside a wrong motion the definition is not known."""
+    """If the motion is wrong, the definition is undecided."""
 
     def other(key, values, m):
         if key != "forward_speed":
@@ -337,12 +341,13 @@ def test_a_unit_is_told_by_the_start_of_one_maneuver(reference):
 @pytest.mark.parametrize("rest", [0.0, 1e-7])
 @pytest.mark.parametrize("key", [k for k in BENCHMARK_COLUMNS if k != "mechanical_energy"])
 def test_a_column_that_is_wrong_alone_is_named_alone(reference, key, rest):
-    """A hundredth of its own size, be that thousands of joules or a thousandth of a radian."""
+    """The error is a hundredth of the column's own size, be it thousands of joules or a thousandth
+    of a radian."""
 
     def bend(found, values, m):
         size, own = (np.max(np.abs(reference[m][k])) for k in (key, found))
         wave = np.sin(np.linspace(0.0, 7.0, len(values)))
-        # Of an energy the sum follows.
+        # The error of an energy also enters the sum.
         is_sum = found == "mechanical_energy" and key in ("potential_energy", "kinetic_energy")
         return values + wave * (0.01 * size if found == key or is_sum else rest * own)
 
@@ -364,7 +369,8 @@ def test_a_right_potential_energy_shows_that_the_angles_are_written_wrongly(refe
 
 
 def test_two_right_columns_are_enough(reference):
-    """The potential energy of the frame's mass alone, and the sum; lean and kinetic are right."""
+    """The potential energy lacks all masses but the frame's, and so does the sum; lean and kinetic
+    energy are right."""
 
     def lighter(key, values, m):
         lost = 0.1 * reference[m]["potential_energy"]
@@ -377,7 +383,7 @@ def test_two_right_columns_are_enough(reference):
 
 
 def test_where_the_motion_is_wrong_no_column_is_blamed(reference):
-    """All columns are off, some of them much less: that is what integrators leave."""
+    """All columns have errors, some much smaller ones: such errors come from an integrator."""
     sizes = dict(
         zip(BENCHMARK_COLUMNS, (1e-3, 1e-3, 1e-5, 1e-5, 1e-5, 1e-6, 1e-3, 1e-2), strict=True)
     )
@@ -391,7 +397,8 @@ def test_where_the_motion_is_wrong_no_column_is_blamed(reference):
 
 @pytest.mark.parametrize(("order", "digits"), [(0, 17), (0, 7), (1, 17), (1, 12)])
 def test_rows_between_those_of_an_integrator_are_named(reference, order, digits):
-    """Held, or on straight lines, in all angles and rates of one maneuver."""
+    """All angles and rates of one maneuver are held, or interpolated linearly, between some
+    rows."""
 
     def between(key, values, m):
         if m != 2:

@@ -1,12 +1,14 @@
-"""Clocks that are summed end late: a row just beyond the end is compared, one farther on is not.
+"""Clocks that add up steps end late: a row just beyond the end is compared, a row far beyond is
+not.
 
-A wrong last row at 10.0000001 s was left out, and the file was right.
+A wrong last row at 10.0000001 s was once left out, and the file was called correct.
 """
 
 import numpy as np
 import pytest
 
 from generators.made_results import made
+from generators.published_columns import published_table
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
@@ -14,16 +16,16 @@ from heyoka_bike.scoring.evidence.as_compared import RowsOutside
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 DIGITS = 24
-"""That the continued pieces have, of those 31 that they have within."""
+"""Correct digits of a segment just beyond its end, compared with 31 within it."""
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_a_piece_tells_the_motion_a_hundredth_beyond_its_end(reference, number):
-    """What the next piece proves there is what the piece before it continues to."""
+    """Just beyond its end, a segment agrees with the proved next segment."""
     m = reference[number]
     breaks = m.breaks
     lengths = np.diff(breaks)
-    # Of pieces as long as the next, whose proof covers the point.
+    # Segments no longer than the next one, whose proof then covers the point.
     at = np.flatnonzero(lengths[:-1] <= lengths[1:])
     t = breaks[at + 1] + lengths[at] / 100
     exact, zero = (t, np.zeros_like(t)), np.zeros_like(t)
@@ -38,7 +40,7 @@ def test_a_piece_tells_the_motion_a_hundredth_beyond_its_end(reference, number):
 
 
 def late(reference, by):
-    """The whole run, its last row late by so much [s]."""
+    """The whole run; its last row is late by `by` [s]."""
     parts = []
     for rows in made(reference).maneuvers:
         time = rows.time.copy()
@@ -59,7 +61,7 @@ def test_a_wrong_last_row_is_wrong(reference, by):
 
 
 def test_a_right_last_row_is_right(reference):
-    """That of the motion at the time that is written, to first order in what it is late."""
+    """The last row is that of the motion at the written time, to first order in the delay."""
     by = 1e-6
     results = late(reference, by)
     for rows in results.maneuvers:
@@ -81,8 +83,7 @@ def test_what_is_farther_on_is_left_out_and_told(reference):
 
 def test_the_digits_that_differ_are_said(reference, tmp_path):
     path = tmp_path / "r.txt"
-    m = reference[2]
-    table = np.column_stack([m.time, *(m[k] for k in BENCHMARK_COLUMNS)])
+    table = published_table(reference, (2,))
     table[-1, 0] = 10.0051
     np.savetxt(path, table, "%.17g")
     (said,) = [f.message for f in score(path, maneuver=2).findings if f.code == "time_outside"]

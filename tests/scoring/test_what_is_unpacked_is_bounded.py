@@ -1,4 +1,4 @@
-"""A small file that unpacks to a large one is refused, at once if it says how large it is."""
+"""A small file that unpacks to a large one is refused, at once if it states its size."""
 
 import gzip
 import zlib
@@ -36,7 +36,7 @@ def test_a_packed_text_is_read_to_the_limit(most, tmp_path):
 
 
 def test_a_length_that_is_not_true_is_found_out(tmp_path):
-    """The length at the end is that of another text."""
+    """The length at the end of the file belongs to another text."""
     text = rows(10_000)
     packed = zlib.compressobj(9, zlib.DEFLATED, 31)
     data = packed.compress(text) + packed.flush()
@@ -51,7 +51,7 @@ def test_what_says_that_it_is_too_long_is_refused_before_it_is_read(tmp_path):
     block = rows(1000) * 20
     data = b"".join(packed.compress(block) for _ in range(20)) + packed.flush()
     path = tmp_path / "r.gz"
-    # Whoever unpacks it meets what is damaged.
+    # Unpacking the file would show that it is damaged.
     half = len(data) // 2
     path.write_bytes(data[:half] + b"\xff" * half + (6 * 10**8).to_bytes(4, "little"))
     with pytest.raises(InputError, match="found 600000000 bytes after unpacking") as caught:
@@ -95,7 +95,7 @@ def test_so_many_columns_are_refused_before_they_are_looked_at(count, tmp_path):
 
 
 def hdf5(path, dtype="f8", **how):
-    """Write a file of nine columns, with these options for the dataset of the roll angle."""
+    """Write a file of nine columns, with the options `how` for the dataset of the roll angle."""
     with h5py.File(path, "w") as f:
         for i, name in enumerate(("time", *BENCHMARK_COLUMNS)):
             if name != "roll_angle":
@@ -104,7 +104,7 @@ def hdf5(path, dtype="f8", **how):
 
 
 def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused(tmp_path):
-    """HDF5 itself follows the stream to its end, whatever the size of the chunk."""
+    """HDF5 itself unpacks a stream to its end, whatever the size of the chunk."""
     path = tmp_path / "r.h5"
     hdf5(path, chunks=(101,), compression="gzip")
     with h5py.File(path, "r+") as f:
@@ -153,7 +153,7 @@ def test_a_text_that_many_references_lead_to_is_counted_each_time(tmp_path):
 
 
 def test_one_long_text_in_many_rows_is_counted_each_time(tmp_path):
-    """All rows of an array, or of an attribute, may lead to the same bytes of the file."""
+    """All rows of an array or of an attribute may refer to the same bytes of the file."""
     path = tmp_path / "r.h5"
     hdf5(path, h5py.string_dtype())
     with h5py.File(path, "r+") as f:

@@ -1,7 +1,7 @@
-"""What was done to columns or rows of a motion is seen on the numbers, and named with its size.
+"""Faults in writing columns or rows are detected in the numbers and named with their size.
 
-The files are the published rows with one thing done to them; what remains once that is taken back
-is diagnosed as of any file. Nothing is said of files whose columns are only a little off.
+The files are the published rows with one fault. What remains after it is undone is diagnosed like
+any file. Files whose columns have only small errors get no such finding.
 """
 
 import numpy as np
@@ -12,6 +12,7 @@ pytest.importorskip("heyoka")
 from scipy.interpolate import CubicSpline
 
 from generators.mistaken_programs import columns_of, correct, motion
+from generators.published_columns import side_by_side
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -30,15 +31,12 @@ ROWS = slice(0, 1001, 2)
 
 
 def columns(reference):
-    """By maneuver and key, at the published rows."""
+    """Columns by maneuver and key, at the published rows."""
     return {n: {k: reference[n].rows[k][ROWS].copy() for k in KEYS} for n in reference}
 
 
 def table(reference, by_maneuver):
-    """Columns of one maneuver each, which share their times."""
-    return {"time": reference[1].time[ROWS]} | {
-        f"m{n}_{key}": x for n, held in by_maneuver.items() for key, x in held.items()
-    }
+    return side_by_side(by_maneuver, reference[1].time[ROWS])
 
 
 def said(reference, by_maneuver):
@@ -46,7 +44,7 @@ def said(reference, by_maneuver):
 
 
 def said_of_text(reference, by_maneuver, folder):
-    """As text multiples of a step are not exact."""
+    """Findings on the file as text, where multiples of a step are rounded."""
     path, made = folder / "r.csv", table(reference, by_maneuver)
     lines = zip(*([f"{x:.12g}" for x in v] for v in made.values()), strict=True)
     path.write_text("\n".join([",".join(made), *map(",".join, lines)]) + "\n")
@@ -65,7 +63,8 @@ def test_a_coarse_grid(step, reference, tmp_path):
 
 
 def test_a_grid_begins_with_a_given_row_and_tells_nothing_beside_right_columns(reference, tmp_path):
-    """Counts of an encoder, too many by half a step: no rounding of the right speed."""
+    """Counts of an encoder, offset by half a step, which cannot be the rounding of the correct
+    speed."""
     held, step = columns(reference), 2 * np.pi * 0.3 / 4096 / 0.01
     for n in held:
         speed = held[n]["forward_speed"]
@@ -87,12 +86,12 @@ def test_the_clock_of_one_maneuver(scale, shift, reference):
     assert first.evidence["maneuver"] == 3
     assert first.evidence["scale"] == pytest.approx(scale, abs=1e-7)
     assert first.evidence["shift"] == pytest.approx(shift, abs=1e-7)
-    # The first row of one shifted back is that of the start.
+    # The first row of the shifted clock is at 0 s, like the start.
     assert {f.code for f in rest} <= {"remainder"}
 
 
 def few(reference, keys, times):
-    """Some columns of all maneuvers, at other times than are written."""
+    """Some columns of all maneuvers, evaluated at times other than the written ones."""
     return {
         f"m{n}_{key}": reference[n].approximate(times, [key])[key]
         for n in reference
@@ -101,7 +100,7 @@ def few(reference, keys, times):
 
 
 def test_columns_of_another_row_beside_right_ones_are_named(reference):
-    """Velocities of the row before, beside places of their own."""
+    """Velocities are those of the row before, but the positions are those of the row."""
     held, late = columns(reference), ("roll_rate", "forward_speed", "steer_rate")
     for key in late:
         held[2][key] = np.r_[held[2][key][:1], held[2][key][:-1]]
@@ -114,7 +113,7 @@ def test_columns_of_another_row_beside_right_ones_are_named(reference):
 @pytest.mark.parametrize("keys", [("roll_angle",), KEYS])
 @pytest.mark.parametrize("is_single", [True, False])
 def test_times_that_are_added_up(keys, is_single, reference):
-    """The label of each row creeps away; the motion is that of the multiples."""
+    """The times add up an inexact step; the motion is that of the exact multiples."""
     step = np.float32(0.01) if is_single else 0.01 + 3e-8
     written = np.add.accumulate(np.full(1000, step)).astype(np.float64)
     meant = 0.01 * np.arange(1, 1001)
@@ -187,7 +186,8 @@ def test_a_ratio_of_two_columns_alone(reference):
     ((1,), ("roll_rate", "steer_rate")),
 ])  # fmt: skip
 def test_columns_exchanged_in_some_maneuvers(numbers, pair, reference):
-    """The parts of a constant sum are functions of each other, and yet are the other one."""
+    """The parts of a constant sum are functions of each other, but each is also the other
+    column."""
     held = columns(reference)
     for n in numbers:
         held[n] |= {key: held[n][other] for key, other in (pair, pair[::-1])}
@@ -214,7 +214,7 @@ def test_a_column_without_its_signs(reference):
     for n in held:
         held[n]["roll_angle"] = np.abs(held[n]["roll_angle"])
     found = next(f for f in said(reference, held) if f.code == "unsigned_column")
-    # In maneuver 3 the bicycle leans to the right only.
+    # In maneuver 3 the bicycle leans only to the right.
     assert (found.evidence["column"], found.evidence["maneuvers"]) == ("roll_angle", [1, 2])
 
 
@@ -225,7 +225,7 @@ def test_a_maneuver_to_the_other_side_is_a_start(reference, keys):
         held[2][key] *= -1
     (found,) = said(reference, held)
     assert (found.code, found.evidence["maneuvers"]) == ("mirrored", [2])
-    # In all maneuvers it is a convention.
+    # If all maneuvers are mirrored, it is a convention.
     for n in (1, 3):
         for key in {*keys} & {*LATERAL}:
             held[n][key] *= -1
@@ -253,7 +253,8 @@ def test_rates_that_are_set_to_zero_are_not_held(reference):
 
 @pytest.mark.parametrize("numbers", [(1, 2, 3), (2,)])
 def test_an_energy_without_the_rotation_of_the_wheels_is_no_ratio(reference, numbers):
-    """In each maneuver a ratio, in that of one maneuver alone with a zero, explains it nearly."""
+    """A ratio explains nearly all of each maneuver; in one maneuver alone, a ratio and an offset
+    do."""
     mistake = next(m for m in MISTAKES if m.code == "energy_without_rotation_of_wheels")
     made = columns_of(reference, (mistake,))
     held = {n: {"kinetic_energy": made[n]["kinetic_energy"][ROWS]} for n in numbers}
@@ -262,7 +263,8 @@ def test_an_energy_without_the_rotation_of_the_wheels_is_no_ratio(reference, num
 
 
 def test_values_without_their_exponents_are_no_average(reference):
-    """9.3e-05 was written as 9.3: an average of most rows is as good, as nothing is wrong there."""
+    """9.3e-05 was written as 9.3. Smoothing would explain most rows equally well, as these are
+    right."""
     held = columns(reference)
     for n in held:
         x = held[n]["steer_angle"]
@@ -271,7 +273,8 @@ def test_values_without_their_exponents_are_no_average(reference):
 
 
 def test_a_ratio_in_one_maneuver_is_none_where_the_column_is_wrong_in_others(reference):
-    """In maneuver 3 the potential energy hardly varies, so the difference of both is a ratio."""
+    """In maneuver 3 the potential energy hardly varies, so the difference of the energies resembles
+    a ratio."""
     energies = {
         n: held["kinetic_energy"] - held["potential_energy"]
         for n, held in columns(reference).items()
@@ -291,7 +294,7 @@ def test_a_ratio_in_one_maneuver_is_none_where_the_column_is_wrong_in_others(ref
     ],
 )
 def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
-    """Where a maneuver hardly varies, a factor and an offset explain nearly all of it."""
+    """If a maneuver hardly varies, a factor and an offset explain nearly all of it."""
     (mistake,) = (m for m in MISTAKES if m.code == code)
     program, time = apply(correct(reference), (mistake,)), reference[1].time[ROWS]
     simulator, held = Simulator(), {}
@@ -307,7 +310,8 @@ def test_a_known_mistake_takes_the_place_of_a_ratio(code, reference):
 
 
 def test_the_energies_of_the_bodies_are_those_of_their_masses(reference):
-    """At the start, upright: weights times heights, and the masses' own motion [J]."""
+    """Energies [J] at the upright start: weight times height, and each mass's own kinetic
+    energy."""
     program = correct(reference)
     start = initial_state(program.motion.bicycle, program.motion.starts[2])
     made = {k: x[0] for k, x in Simulator().run(program.motion.bicycle, start, np.zeros(1)).items()}
@@ -372,7 +376,8 @@ def test_a_wrong_motion_beside_a_clipped_column(reference):
 
 
 def test_a_mistake_in_one_maneuver_alone_is_found_there(reference):
-    """As of another input: no program with it makes the others."""
+    """The parameter differs in the input of one maneuver only; no single program makes all
+    maneuvers."""
     held = columns(reference)
     held[2] = of_another_bicycle(reference, IFyy="0.275")[2]
     cause, where = said(reference, held)
@@ -383,7 +388,7 @@ def test_a_mistake_in_one_maneuver_alone_is_found_there(reference):
 
 
 def test_a_grid_is_not_all_where_a_column_is_off_by_more(reference, tmp_path):
-    """Values that wrap around beyond the range of 16 bits."""
+    """Values wrap around beyond the range of 16 bits."""
     held, step = columns(reference), 0.2 / 2**15
     for n in held:
         counts = np.rint(held[n]["steer_angle"] / step) + 2**15
@@ -432,7 +437,7 @@ def test_columns_that_are_all_clipped_in_their_first_and_last_rows(reference):
 
 
 def test_each_maneuver_has_a_grid_of_its_own_digits(reference):
-    """Ten digits of an energy are more places in one maneuver than in another."""
+    """Ten digits of an energy are more decimal places in one maneuver than in another."""
     held = columns(reference)
     steps = {1: 1e-6, 2: 1e-6, 3: 1e-5}
     for n, step in steps.items():
@@ -445,7 +450,7 @@ def test_each_maneuver_has_a_grid_of_its_own_digits(reference):
 
 @pytest.mark.parametrize("how", ["backward", "forward", "central"])
 def test_a_rate_of_differences_beside_another_mistake(how, reference):
-    """The column is put aside, and the mistake of the model is found without it."""
+    """The column is excluded, and the mistake of the model is found without it."""
     program = apply(correct(reference), [m for m in MISTAKES if m.code == "inertia_2_decimals"])
     time = reference[1].time[ROWS]
     held = {}
@@ -464,7 +469,7 @@ def test_a_rate_of_differences_beside_another_mistake(how, reference):
         }
         held[n]["steer_rate"] = rates[how]
     first, second, *_ = said(reference, held)
-    # Backward differences are nearly rates half a row before, and seen as what they are.
+    # Backward differences are nearly rates half a row earlier, but are recognised as differences.
     assert (first.code, first.evidence["how"]) == ("rate_of_differences", how)
     assert (second.code, second.evidence["mistakes"]) == ("mistake", ["inertia_2_decimals"])
 
@@ -493,7 +498,7 @@ def test_beside_a_right_rate_the_angle_is_that_of_another_row(reference):
 
 @pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-4])
 def test_nothing_is_seen_in_files_of_integrators(size, reference):
-    """Errors that grow as those of integrators do, in every column."""
+    """All columns have errors that grow like an integrator's."""
     held = columns(reference)
     time = reference[1].time[ROWS]
     for n in held:
@@ -505,7 +510,7 @@ def test_nothing_is_seen_in_files_of_integrators(size, reference):
 
 
 def test_rows_that_are_spread_are_those_of_the_file():
-    """Other times refute the stories of rows that are one too many or too few."""
+    """Stretched times contradict the findings that a row is missing or too many."""
     even = 0.01 * np.arange(1001)
     assert [m.code for m in misspaced(even, 10.0)] == ["end_left_out"]
     assert [m.code for m in misspaced(even[:-1], 10.0)] == ["one_row_less"]

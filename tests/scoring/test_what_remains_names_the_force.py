@@ -1,4 +1,4 @@
-"""In the exact equations a right motion leaves nothing, and a wrong one what it lacks."""
+"""A correct motion has no residual in the exact equations; a wrong one has what it lacks."""
 
 from dataclasses import replace
 from math import inf
@@ -42,7 +42,7 @@ def equations(reference):
 
 
 def likely(found):
-    """Causes of the library that the equations speak for."""
+    """Causes of the library that are likely according to the equations."""
     return [h for h in found.known if h.log_odds > THRESHOLDS.report_log_odds]
 
 
@@ -56,7 +56,7 @@ def causes_of(results, reference, equations, *, understood=None):
 
 def test_the_reference_leaves_nothing(reference, equations):
     found = causes_of(made(reference), reference, equations)
-    # The derivative of binary64 rows 0.01 s apart, averaged over 0.3 s.
+    # The accuracy of derivatives from binary64 rows 0.01 s apart, averaged over 0.3 s.
     assert max(found.shares["roll"], found.shares["steer"]) < 1e-9
     assert found.visibility is Visibility.EQUATIONS
     assert not found.is_open
@@ -74,7 +74,7 @@ def test_the_reference_leaves_nothing(reference, equations):
 def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
     found = causes_of(results_of(reference, [BY_CODE[code]]), reference, equations)
     assert [m.code for m in found.known[0].mistakes] == [code]
-    # Nothing is left but what needs no cause, 1e-8, of what is seen in four digits or more.
+    # The remaining residual, 1e-8, needs no cause. The mistake was visible in four digits or more.
     assert found.known[0].relief > 1e4
     assert all(c.relief < 1e-2 * found.known[0].relief for c in found.known[1:])
     assert found.fitted == ()
@@ -82,7 +82,8 @@ def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
 
 @pytest.mark.parametrize("symbol", ["IFxx", pytest.param("IRxx", marks=pytest.mark.proof)])
 def test_a_parameter_is_found_where_nothing_of_it_is_left(reference, equations, symbol):
-    """An inertia of zero: to first order, accelerations are three times as far away."""
+    """An inertia of zero changes the accelerations three times as much as the first order
+    predicts."""
     right = float(correct(reference).motion.bicycle[symbol])
     zero = other_values({symbol: -right}, {symbol: 0.0}, correct(reference))
     found = causes_of(results_of(reference, [zero]), reference, equations)
@@ -101,7 +102,7 @@ def test_another_start_leaves_nothing(reference, equations, code):
 
 
 def without_speed(results, numbers=(1, 2, 3)):
-    """Without the speed and the energies in some maneuvers."""
+    """Results without the speed and the energies in some maneuvers."""
     lateral = {"roll_angle", "roll_rate", "steer_angle", "steer_rate"}
     return replace(
         results,
@@ -117,9 +118,9 @@ def without_speed(results, numbers=(1, 2, 3)):
 @pytest.mark.proof
 @pytest.mark.parametrize("code", ["speed_by_front_radius", "sign_IHxz"])
 def test_a_file_without_a_speed_is_explained_by_no_force(reference, code):
-    """The speed follows from the others; its start may be another one."""
+    """The speed follows from the other columns, but its initial value is free."""
     results = without_speed(results_of(reference, [BY_CODE[code]]))
-    # On a busy machine the usual budget ends the search before all is tried.
+    # On a busy machine, the default budget would stop the search too early.
     said = diagnose(results, reference, budget=inf).diagnosis
     assert said[0].evidence["mistakes"] == [code]
     assert not {"direction", "term_unexplained"} & {f.code for f in said}
@@ -156,7 +157,7 @@ def test_errors_of_integrators_are_explained_by_nothing(reference, equations, me
     found = causes_of(run, reference, equations)
     assert found.fitted == ()
     assert not likely(found)
-    # They are in the rates as they are in their derivatives.
+    # The errors of the rates are as large as those of their derivatives.
     assert found.above < 10
 
 
@@ -170,7 +171,8 @@ def test_digits_that_were_not_written_are_no_force(reference, equations):
 
 
 def test_other_definitions_of_the_columns_are_other_motions_no_forces(reference, equations):
-    """Speed of the contact point along x, roll rate along the tilted axis: the yaw is needed."""
+    """With the contact point's speed along x and the roll rate about the tilted axis, the yaw is
+    needed."""
     names = {
         "forward_speed": "forward_speed_contact_global_x",
         "roll_rate": "roll_rate_steer_axes_x",
@@ -191,7 +193,7 @@ def test_other_definitions_of_the_columns_are_other_motions_no_forces(reference,
 def test_definitions_that_an_error_of_the_motion_hides_are_found(
     bicycle, reference, simulator, changes, speed
 ):
-    """By the definitions that fit the right motion best no cause explains what is left."""
+    """With the definitions that fit the correct motion best, no cause explains the residual."""
     program = right_program(bicycle, reference)
     program = apply(program, (other_values(changes, dict.fromkeys(changes, 0.0), program),))
     names = {"roll_angle": "tait_bryan_xyz", "roll_rate": "tait_bryan_xyz_rate",
@@ -210,19 +212,20 @@ def test_definitions_that_an_error_of_the_motion_hides_are_found(
 
 
 def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
-    """Newton's and Euler's equations of four bodies give the rates of the reduced ones."""
+    """The Newton-Euler equations of four bodies give the same rates as the reduced equations."""
     random = np.random.default_rng(7)
     roll, steer = random.uniform(-0.3, 0.3, (2, 50))
     rates, spin = random.uniform(-1.0, 1.0, (2, 50)), random.uniform(5.0, 20.0, 50)
     pitch = pitch_on_the_floor(equations.k, roll, 0 * roll, steer)
     m = Moving(equations, [roll, pitch, steer, *rates, spin, 0 * roll])
     for found, right in zip(m.added(m.free()), m.rates[3:6], strict=True):
-        # Accelerations of up to 40 1/s^2.
+        # Accelerations are up to 40 1/s^2.
         assert np.max(np.abs(found - right)) < 1e-12
 
 
 def pushed(reference, equations, force):
-    """Maneuver 2 with a torque in the equation of roll, and one on the steer axis, by SciPy."""
+    """Maneuver 2 with a torque in the roll equation and one on the steer axis, integrated by
+    SciPy."""
     program = correct(reference)
     start = np.array(initial_state(program.motion.bicycle, program.motion.starts[2]))
     start[5] /= equations.k.length
@@ -257,7 +260,7 @@ LAWS = {
     ],
 )
 def test_a_force_of_the_state_is_named_with_its_law(reference, equations, name, value):
-    """A spring that stiffens, a controller, a damping that grows with the speed."""
+    """The laws: a stiffening spring, a controller, and a damping that grows with the speed."""
     said = pushed(reference, equations, LAWS[name])
     assert said[0].code == "parameters"
     every = [c for changes in said[0].evidence["changes"] for c in changes]
@@ -269,7 +272,7 @@ def test_a_force_of_the_state_is_named_with_its_law(reference, equations, name, 
 @pytest.mark.proof
 @pytest.mark.parametrize("place", ["roll", "steer"])
 def test_a_term_that_nobody_knows_is_told_as_such(reference, equations, place):
-    """A torque that follows the time; one in the equation of roll moves the light fork most."""
+    """A torque depends on the time. In the roll equation it mostly moves the light fork."""
 
     def force(t, *_):
         size = np.sin(7.0 * t)

@@ -1,11 +1,10 @@
-"""What was not compared keeps a result from being right, whatever its name is.
+"""A column that was not compared keeps a result from being correct, whatever its name is.
 
-All eight columns are required, so no name, place, number, unit or neighbour of a wrong column can
-hide it. A second column of a compared quantity, with other values, is not passed over either.
-Columns with a meaning of their own, in addition to all eight, hide nothing.
+All eight columns are required, so no name, position, number, unit or neighbour of a wrong column
+can hide it. A second column of a compared quantity with other values is not ignored either. Columns
+with a meaning of their own, in addition to all eight, do not matter.
 """
 
-import csv
 import json
 from functools import cache
 from itertools import product
@@ -16,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from generators.published_columns import published_columns, write_csv
 from heyoka_bike import load_reference, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS as KEYS
 from heyoka_bike.cli import main
@@ -24,25 +24,15 @@ from heyoka_bike.scoring.evidence.as_read import NotCompared
 from heyoka_bike.scoring.reading.names.heading import parse_heading
 
 LONG = "(rear frame, measured about its x axis)"
-EVERY = slice(None, None, 10)
 
 
 @cache
 def right(number=2):
-    m = load_reference()[number]
-    return {"time": m.time[EVERY], **{key: m[key][EVERY] for key in KEYS}}
+    return published_columns(load_reference(), number, every=10)
 
 
 def wrong(key, number=2):
     return 1.3 * right(number)[key] + 0.01
-
-
-def written(path, columns):
-    with path.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC)
-        out.writerow(columns)
-        out.writerows(zip(*(map(float, x) for x in columns.values()), strict=True))
-    return path
 
 
 def renamed(names, columns):
@@ -50,7 +40,7 @@ def renamed(names, columns):
 
 
 def few(number=2):
-    """So many columns that their places alone mean nothing."""
+    """Too few columns to be recognised by their order alone."""
     return {key: x for key, x in right(number).items() if key != "mechanical_energy"}
 
 
@@ -74,7 +64,7 @@ def assert_not_whole(report, name):
 ])  # fmt: skip
 def test_a_second_column_of_a_quantity(name, tmp_path):
     columns = {**right(), name: wrong("roll_angle")}
-    report = judged(written(tmp_path / "a.csv", columns), "roll_angle.scd >= 6")
+    report = judged(write_csv(tmp_path / "a.csv", columns), "roll_angle.scd >= 6")
     assert_not_whole(report, name)
 
 
@@ -83,10 +73,10 @@ def test_a_second_column_of_a_quantity(name, tmp_path):
     f" [rad] {LONG} 2", f" [rad] ({'very ' * 200}long) 2",
 ])  # fmt: skip
 def test_a_second_column_of_a_maneuver(behind, tmp_path):
-    """pandas writes the second column of a name with `.1`."""
+    """pandas writes a second column of the same name with `.1`."""
     columns = {f"m2_{key}" if key != "time" else key: x for key, x in right().items()}
     name = f"m2_roll_angle{behind}"
-    report = judged(written(tmp_path / "a.csv", {**columns, name: wrong("roll_angle")}))
+    report = judged(write_csv(tmp_path / "a.csv", {**columns, name: wrong("roll_angle")}))
     assert_not_whole(report, name)
 
 
@@ -101,9 +91,9 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
     columns = {heading.format(key) if key != "time" else key: x for key, x in right().items()}
     second = heading.format(second)
     twice = factor * right()["roll_angle"]
-    same = written(tmp_path / "same.csv", {**columns, second: twice})
+    same = write_csv(tmp_path / "same.csv", {**columns, second: twice})
     assert judged(same).is_right
-    # Rounded as a program writes it, and with one value that is another one.
+    # The same values, rounded like a program's output; and then the same values except one.
     rounded = {**columns, second: np.round(twice, 4)}
     np.savetxt(
         tmp_path / "rounded.csv", np.column_stack(list(rounded.values())), delimiter=",",
@@ -111,7 +101,7 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
     )  # fmt: skip
     assert judged(tmp_path / "rounded.csv").is_right
     twice[40] *= 1.001
-    report = judged(written(tmp_path / "other.csv", {**columns, second: twice}))
+    report = judged(write_csv(tmp_path / "other.csv", {**columns, second: twice}))
     assert_not_whole(report, second)
     assert "other values than those" in next(
         f.message for f in report.findings if f.code == "known_columns_left_out"
@@ -120,14 +110,14 @@ def test_a_second_column_in_another_unit_is_held_against_the_first(
 
 @pytest.mark.filterwarnings("error")
 def test_infinite_values_hide_no_other_value(tmp_path):
-    """One made every difference small enough, and NumPy warned of it."""
+    """An infinite value once made every difference look small, and NumPy warned of it."""
     roll = right()["roll_angle"].copy()
     roll[70] = np.inf
     columns = {**right(), "roll_angle": roll, "roll_angle [deg]": np.rad2deg(roll)}
-    same = judged(written(tmp_path / "same.csv", columns))
+    same = judged(write_csv(tmp_path / "same.csv", columns))
     assert "roll_angle [deg]" not in {x.name for x in same.not_compared}
     columns["roll_angle [deg]"][40] *= 1.001
-    other = judged(written(tmp_path / "other.csv", columns))
+    other = judged(write_csv(tmp_path / "other.csv", columns))
     assert "roll_angle [deg]" in {x.name for x in other.not_compared}
 
 
@@ -136,7 +126,9 @@ def test_among_any_number_of_others(count, tmp_path):
     others = {f"sensor {i} of the frame": np.zeros(3) for i in range(count)}
     first = {key: x[:3] for key, x in right().items()}
     name = f"roll_angle {LONG} 2"
-    report = judged(written(tmp_path / "a.csv", {**first, **others, name: first["roll_angle"] + 1}))
+    report = judged(
+        write_csv(tmp_path / "a.csv", {**first, **others, name: first["roll_angle"] + 1})
+    )
     assert_not_whole(report, name)
 
 
@@ -144,7 +136,7 @@ def test_among_any_number_of_others(count, tmp_path):
 def test_a_quantity_that_is_numbered_for_no_maneuver(name, tmp_path, capsys):
     columns = {"time": right(1)["time"]}
     columns |= {f"m1_{key}": x for key, x in few(1).items() if key not in ("time", "steer_angle")}
-    path = written(tmp_path / "a.csv", {**columns, name: wrong("steer_angle", 1)})
+    path = write_csv(tmp_path / "a.csv", {**columns, name: wrong("steer_angle", 1)})
     assert_not_whole(judged(path), name)
     assert main(["score", str(path), "--require", "scd >= 6"]) == 3
     said = " ".join(capsys.readouterr().out.split())
@@ -158,7 +150,7 @@ def test_a_quantity_that_is_numbered_for_no_maneuver(name, tmp_path, capsys):
 def test_a_known_name_that_is_not_understood(name, tmp_path):
     assert parse_heading(name).meaning is None
     columns = renamed({"forward_speed": name}, {**few(), "forward_speed": wrong("forward_speed")})
-    report = judged(written(tmp_path / "a.csv", columns))
+    report = judged(write_csv(tmp_path / "a.csv", columns))
     assert_not_whole(report, name)
     (finding,) = (f for f in report.findings if f.code == "columns_not_understood")
     assert finding.evidence["columns"] == ["forward_speed"]
@@ -169,7 +161,7 @@ def test_a_unit_that_is_none_leaves_the_name_as_it_is(tmp_path):
         {"forward_speed": "forward_speed [\u2603/s]"},
         {**few(), "forward_speed": wrong("forward_speed")},
     )
-    report = judged(written(tmp_path / "a.csv", columns))
+    report = judged(write_csv(tmp_path / "a.csv", columns))
     assert not report.is_right
     assert "unit_unknown" in [f.code for f in report.findings]
 
@@ -180,9 +172,9 @@ def test_one_maneuver_of_several(tmp_path):
         is_odd = (n, key) == (2, "roll_rate")
         name = "m2_x_roll_rate_raw" if is_odd else f"m{n}_{key}"
         columns[name] = wrong(key, n) if is_odd else right(n)[key]
-    path = written(tmp_path / "a.csv", columns)
+    path = write_csv(tmp_path / "a.csv", columns)
     assert_not_whole(judged(path), "m2_x_roll_rate_raw")
-    # Another maneuver is not concerned.
+    # The other maneuver is not affected.
     enough = ["1.columns >= 7", "2.columns >= 7"]
     met = {n: score(path, require=[f"{n}.scd >= 6", *enough]).requirements for n in (1, 2)}
     assert [[r.met for r in met[n]] for n in (1, 2)] == [[True, True, False], [True, True, False]]
@@ -208,7 +200,7 @@ def test_columns_beside_groups_of_maneuvers(tmp_path):
 @pytest.mark.parametrize("name", ["maneuver_2_old", "copy/maneuver_2", "debug/state", "tried"])
 @pytest.mark.parametrize("is_table", [False, True])
 def test_tables_beside_groups_of_maneuvers(name, is_table, tmp_path):
-    """They were not even named."""
+    """These tables once were not even named."""
     with h5py.File(tmp_path / "a.h5", "w") as f:
         for key, x in right().items():
             f[f"maneuver_2/{key}"] = x
@@ -258,16 +250,16 @@ def test_a_maneuver_that_the_reference_does_not_have(tmp_path):
 )
 def test_an_angle_of_a_joint_whose_index_means_nothing(name, tmp_path):
     columns = renamed({"steer_angle": name}, {**few(), "steer_angle": wrong("steer_angle")})
-    assert_not_whole(judged(written(tmp_path / "a.csv", columns)), name)
-    # Beside the angle it may be anything.
+    assert_not_whole(judged(write_csv(tmp_path / "a.csv", columns)), name)
+    # In addition to the steer angle, the column may be anything.
     columns = {**right(), name: wrong("steer_angle")}
-    assert judged(written(tmp_path / "b.csv", columns)).is_right
+    assert judged(write_csv(tmp_path / "b.csv", columns)).is_right
 
 
 def test_a_torque_of_a_joint_is_no_column_of_the_result(tmp_path):
     others = {name: wrong("steer_angle") for name in ("bike.Steer_Joint.Rz.t#1", "rider_lean")}
     columns = {key: x for key, x in {**few(), **others}.items() if key != "roll_angle"}
-    assert judged(written(tmp_path / "a.csv", columns), "columns >= 6").passed
+    assert judged(write_csv(tmp_path / "a.csv", columns), "columns >= 6").passed
 
 
 @pytest.mark.parametrize("style", ["field.{}_m2", "maneuver_2.{}", "m2_{}", "bike.{}_m2"])
@@ -275,7 +267,7 @@ def test_short_names_with_a_maneuver_and_a_path(style, tmp_path):
     short = {"potential_energy": "V", "kinetic_energy": "T", "forward_speed": "velocity"}
     columns = renamed({key: style.format(x) for key, x in short.items()}, few())
     columns = {**columns, style.format("T"): wrong("kinetic_energy")}
-    report = judged(written(tmp_path / "a.csv", columns))
+    report = judged(write_csv(tmp_path / "a.csv", columns))
     assert not report.is_right
     assert not report.passed
 
@@ -284,10 +276,10 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
     keys = ["time", *reversed(KEYS)]
     columns = {f"my_{key}_value": right()[key] for key in keys}
     with pytest.raises(BicycleError, match=r"column names 'my_time_value', .* not understood"):
-        score(written(tmp_path / "a.csv", columns))
-    # In the places that they have anyway the names are no matter.
+        score(write_csv(tmp_path / "a.csv", columns))
+    # If the columns are in the standard order, their names do not matter.
     columns = {f"my_{key}_value": right()[key] for key in ("time", *KEYS)}
-    assert score(written(tmp_path / "b.csv", columns), maneuver=2).is_right
+    assert score(write_csv(tmp_path / "b.csv", columns), maneuver=2).is_right
 
 
 @pytest.mark.parametrize("name", [
@@ -296,9 +288,9 @@ def test_columns_are_not_taken_by_place_against_what_their_names_hold(tmp_path):
     "roll_angle_of_the_rider",
 ])  # fmt: skip
 def test_a_column_with_a_meaning_of_its_own(name, tmp_path):
-    report = judged(written(tmp_path / "a.csv", {**right(), name: wrong("roll_angle")}))
+    report = judged(write_csv(tmp_path / "a.csv", {**right(), name: wrong("roll_angle")}))
     if name == "u1":
-        # Beside a potential energy it is another one.
+        # With a potential energy in the file, u1 may be another potential energy.
         assert not report.is_right
         return
     assert report.is_right
@@ -319,7 +311,7 @@ around = st.one_of(
 def test_names_drawn_at_random(tmp_path_factory, key, around, others):
     columns = renamed({key: around.format(key)}, {**right(), key: wrong(key)})
     columns |= {f"sensor {i}": np.zeros(101) for i in range(others)}
-    path = written(tmp_path_factory.mktemp("drawn") / "a.csv", columns)
+    path = write_csv(tmp_path_factory.mktemp("drawn") / "a.csv", columns)
     try:
         report = judged(path)
     except BicycleError:
@@ -331,7 +323,7 @@ def test_names_drawn_at_random(tmp_path_factory, key, around, others):
 @pytest.mark.parametrize("suffix", [".h5", ".npz", ".json"])
 @pytest.mark.parametrize("shape", [(-1, 2), (2, -1, 1), (1, -1, 3)])
 def test_a_known_name_of_what_is_no_column(suffix, shape, tmp_path):
-    """An array of more than one axis, beside columns that are right."""
+    """The name belongs to an array of more than one axis; all other columns are correct."""
     columns = {key: x for key, x in right().items() if key != "roll_angle"}
     path = tmp_path / f"a{suffix}"
     no_column = np.arange(len(columns["time"]) // 6 * 6.0).reshape(shape)
@@ -360,7 +352,7 @@ def test_a_list_of_json_that_is_no_column_is_refused(found, tmp_path):
 
 @pytest.mark.parametrize("said", [None, [], 0.05, "see above", {}, True])
 def test_what_json_says_once_of_a_quantity_is_no_column(said, tmp_path):
-    """A start, a word, or nothing."""
+    """The single value is a number, a word, or nothing."""
     every = {key: x.tolist() for key, x in right().items()}
     path = tmp_path / "a.json"
     path.write_text(json.dumps(every | {"roll_rate": said}))

@@ -1,4 +1,4 @@
-"""A path, an array, columns by name, a frame, a dataset: all give the score of the same numbers."""
+"""A path, an array, columns by name, a data frame and a dataset give the same score."""
 
 import io
 from contextlib import suppress
@@ -64,7 +64,7 @@ def test_a_file_by_its_name_or_path(expected):
     for path in (str(FILE), FILE, [FILE]):
         found = digits(hb.score(path))
         assert found.keys() == expected.keys()
-        # Its times are the decimals that are written, here and in an array of even steps.
+        # The times are the written decimals, in the file and in the evenly spaced array.
         assert found == pytest.approx(expected, abs=1e-6)
 
 
@@ -80,7 +80,7 @@ def test_columns_of_any_kind_of_array(expected):
 
 
 class Simulated:
-    """What `simulate` returns has a table."""
+    """Like the result of `simulate`, this object has a method `table`."""
 
     def __init__(self, rows=None):
         self.rows = np.transpose([*MANEUVERS[2].values()]) if rows is None else rows
@@ -288,7 +288,7 @@ def test_runs_may_be_arrays():
 
 
 def test_the_diagnosis_takes_the_same(monkeypatch):
-    """What is diagnosed is what is scored; the search itself is tested elsewhere."""
+    """`diagnose` accepts the same inputs as `score`; the search is tested elsewhere."""
     from heyoka_bike.scoring.diagnosis import diagnose as module
 
     monkeypatch.setattr(module, "diagnosed", lambda report, *_: report)

@@ -1,6 +1,6 @@
-"""Any constant of the energies is a zero, and a column may be of a definition that is not known.
+"""An energy may have any zero, and a column may follow an unknown definition.
 
-Neither is an error, and neither buys a word: such files are right only as far as it is shown.
+Neither is an error, and neither excuses one: such files are correct only as far as they show it.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def test_any_constant_is_a_zero(reference, zero):
 
 
 def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
-    """A constant column shows one rounding error in each, and none is nearer to the zero."""
+    """A constant column has one rounding error per maneuver; the zero is in the middle of them."""
     zero = -1504.361215153502
     key = "mechanical_energy"
     lateral = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", key)
@@ -42,7 +42,7 @@ def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
     report = score(written, reference)
     last = {n: np.spacing(reference[n].scale(key)) / 2 for n in reference}
     left = {n: report[n][key].trace.error for n in reference}
-    # As far from the limit above as from that below.
+    # The zero is as far from the upper limit as from the lower one.
     above = min(last[n] - np.max(left[n]) for n in reference)
     below = min(last[n] + np.min(left[n]) for n in reference)
     assert above == pytest.approx(below, abs=1e-16)
@@ -51,14 +51,14 @@ def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
 
 
 @pytest.mark.parametrize("key", ZEROED)
-def test_of_one_energy_alone_it_is_an_error(reference, key):
+def test_a_zero_of_only_one_energy_is_an_error(reference, key):
     report = score(made(reference, lambda k, v, n: v + 20.0 * (k == key)), reference)
     assert not report.is_right
     assert report[1][key].as_understood.offset == 0.0
 
 
 def test_a_constant_that_the_motion_explains_is_no_zero(reference):
-    """A mass that is wrong by a fiftieth moves the kinetic energy as far."""
+    """A mass that is wrong by 2 % changes the kinetic energy by as much."""
     energies = (*ZEROED, "kinetic_energy")
     report = score(made(reference, lambda k, v, n: 1.02 * v if k in energies else v), reference)
     assert report[1]["potential_energy"].as_understood.offset == 0.0
@@ -72,7 +72,7 @@ def test_without_its_parts_an_energy_of_another_zero_does_not_meet_eq_1(referenc
     assert is_right_in_part(report)
     assert report[2].meets_limit is False
     assert not report.passed
-    # That of a wrong motion may be a wrong start.
+    # The constant of a wrong motion may come from wrong initial conditions.
     wrong = {k: x * 1.01 if k != "time" else x for k, x in moved.items()}
     wrong["mechanical_energy"] = energy + zero
     taken = score(wrong, reference, maneuver=2)[2]["mechanical_energy"]
@@ -81,12 +81,12 @@ def test_without_its_parts_an_energy_of_another_zero_does_not_meet_eq_1(referenc
 
 @pytest.mark.parametrize("off", [0.0, 1e-5])
 def test_a_right_speed_shows_the_motion_of_an_energy_of_another_zero(reference, off):
-    """The speed follows the squares of roll and steer, so what it does shows how they move."""
+    """The speed depends on the squares of roll and steer, so it shows the motion."""
     speed, energy = (reference[2][k] for k in ("forward_speed", "mechanical_energy"))
     speed = speed + off * np.sin(reference[2].time) * np.ptp(speed)
     given = {"time": reference[2].time, "forward_speed": speed, "mechanical_energy": energy + 922.1}
     assert is_right_in_part(score(given, reference, maneuver=2))
-    # A speed that moves otherwise shows another motion.
+    # A speed that varies differently shows that the motion is wrong.
     given["forward_speed"] = speed[0] + 1.02 * (speed - speed[0])
     taken = score(given, reference, maneuver=2)[2]["mechanical_energy"]
     assert taken.as_understood.offset == 0.0
@@ -100,7 +100,7 @@ def test_right_roll_or_steer_shows_the_motion_of_an_energy_of_another_zero(refer
         "mechanical_energy": reference[2]["mechanical_energy"] - 1e3,
     }
     assert is_right_in_part(score({**energy, **right}, reference, maneuver=2))
-    # A wrong motion shows nothing.
+    # A wrong motion gives no evidence for the zero.
     wrong = {k: 1.1 * x for k, x in right.items()}
     taken = score({**energy, **wrong}, reference, maneuver=2)[2]["mechanical_energy"]
     assert taken.as_understood.offset == 0.0
@@ -148,7 +148,7 @@ def test_a_definition_of_its_own_is_asked_for_before_it_is_called_wrong(referenc
     assert said.startswith("forward_speed: a definition of its own? If not, wrong, ")
     assert "definition_unknown" in codes(report)
     assert not report.is_right
-    # Beside another column that is wrong there is nothing to ask.
+    # If another column is wrong, too, the definition is not asked about.
     wrong = columns(reference, forward_speed=mean, steer_rate=1.3 * m["steer_rate"])
     assert score(wrong, reference, maneuver=2).verdict.partition(": ")[2].startswith("wrong")
 
@@ -182,8 +182,8 @@ def test_a_mistake_is_found_beside_a_definition_that_no_set_stores(reference):
 
 @pytest.mark.parametrize("more", [(), ("forward_speed",), ("roll_angle", "roll_rate")])
 @pytest.mark.parametrize("zero", [-794.1195, 500.0])
-def test_what_the_energy_is_more_than_the_kinetic_one_shows_its_zero(reference, zero, more):
-    """Without a potential energy; nothing else tells that the motion is right."""
+def test_the_total_minus_the_kinetic_energy_shows_the_zero(reference, zero, more):
+    """Without a potential energy, no other column shows that the motion is right."""
     keys = ("kinetic_energy", "mechanical_energy", *more)
     report = score(columns_of(reference, keys, zero), reference, maneuver=2)
     assert is_right_in_part(report)
@@ -204,7 +204,8 @@ def columns_of(reference, keys, zero):
 
 
 def test_the_question_of_the_definition_comes_first(reference):
-    """The speed of the hub along the ground is known by no name here, and is right to 5 digits."""
+    """The speed of the hub along the ground has no name in the program, and is right to 5
+    digits."""
     found = {}
     for n in reference:
         m = reference[n]

@@ -1,4 +1,4 @@
-"""A document is declared once, and text, pages and notebooks all show it."""
+"""A document is defined once; text, pages and notebooks all show it."""
 
 import pytest
 
@@ -41,7 +41,7 @@ def page(blocks):
 
 
 def rendered(blocks):
-    """The words of each medium."""
+    """The words of the document in each medium."""
     parsed = (Page(made).text for made in (page(blocks), html.piece(blocks)))
     return [" ".join(text.render(blocks, 100).split()), *parsed]
 

@@ -1,4 +1,5 @@
-"""Charts of a report: the worst column first, the others folded; the contents stay in sight."""
+"""The report opens the chart of the worst column and folds the others; the contents
+remain visible."""
 
 import re
 from itertools import chain
@@ -21,7 +22,7 @@ def report(request):
 
 
 def chapters(report):
-    """Charts of each maneuver, column by column: those that are open, those that are folded."""
+    """Charts of each maneuver by column: the open ones, and the folded ones."""
     page = render(report, "html", [])
     for m in report.maneuvers:
         section = page.partition(f'<section id="maneuver-{m.maneuver}">')[2]

@@ -1,4 +1,4 @@
-"""A limit of eq. (1) is said as it was given: a rounded one would contradict its own verdict."""
+"""A limit of eq. (1) is printed as it was given: a rounded limit could contradict the verdict."""
 
 import pytest
 

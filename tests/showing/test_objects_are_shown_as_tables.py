@@ -1,4 +1,4 @@
-"""A reference, its values and a computed motion are short to look at, and tables in a notebook."""
+"""A reference, its values and a computed motion have a short text, and a table in a notebook."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ COLUMNS = ["roll_angle", "steer_angle"]
 
 
 def shown(thing):
-    """The HTML of an object, which is sound and has no script."""
+    """The HTML of an object, checked to be valid and without scripts."""
     page = Page(thing._repr_html_())
     assert {tag for tag, _ in page.tags}.isdisjoint({"script", "iframe", "link"})
     return page

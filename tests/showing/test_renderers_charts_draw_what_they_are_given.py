@@ -13,7 +13,7 @@ from heyoka_bike.system.resources import data_folder
 
 
 def uneven(n):
-    """Times of steps of many sizes, with some repeated."""
+    """Increasing times with very different steps, some of which are zero."""
     steps = np.random.default_rng(1).exponential(size=n) ** 3
     steps[::7] = 0.0
     return np.cumsum(steps)

@@ -1,4 +1,4 @@
-"""The CSV and the JUnit XML of a score say the same as the report, to ordinary readers."""
+"""Ordinary readers of CSV and JUnit XML find the values of the report in these formats."""
 
 import csv
 import io
@@ -96,7 +96,7 @@ def test_junit_has_a_case_for_each_column_that_a_requirement_speaks_of():
             is_met = value is not None and value >= 6
             assert (found[f"{m.maneuver}.{c.key}.scd >= 6"] is None) == is_met
     assert found["2.roll_angle.mescd >= 100"] is not None
-    # A column that the file lacks has only the requirement.
+    # If the file lacks a column, the case has only the requirement.
     assert "not in the file" in found["3.yaw.scd > 1"].get("message")
 
 

@@ -150,7 +150,7 @@ def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name
             assert '<span class="spoken"> ' in cell
     for mark, meaning in (("*", "* is not the default"), ("~", "~ others fit as well")):
         for scores in re.findall(r'<table class="scores">.*?</p>', pages[name], flags=re.S):
-            # Of the definitions, whose cells come first.
+            # The cells of the definitions come first.
             cells = re.findall(r"</th><td>([^<]*)", scores)
             assert (meaning in scores) == any(mark in cell for cell in cells)
 
@@ -221,7 +221,7 @@ def test_each_column_is_drawn_with_its_reference_and_error(pages):
     drawn = [f for f in figures(pages["sample"]) if 'data-name="reference"' in f]
     assert len(drawn) == 24
     for i, figure in enumerate(drawn):
-        # The worst column of a maneuver stands first.
+        # The chart of a maneuver's worst column is the first.
         m = report.maneuvers[i // 8]
         called = re.search("<figcaption><b>(.*?)</b>", figure)[1]
         (c,) = (c for c in m.columns if label(c.key) == called)
@@ -235,7 +235,7 @@ def test_each_column_is_drawn_with_its_reference_and_error(pages):
         largest = c.as_understood.measures
         assert error.max() == pytest.approx(largest.max_abs_error, rel=0.02)
         exact = np.interp(t, c.trace.time, np.abs(c.trace.error))
-        far = exact > 0.05 * exact.max()  # from where it crosses zero
+        far = exact > 0.05 * exact.max()  # rows away from the zero crossing
         np.testing.assert_allclose(error[far], exact[far], rtol=0.05)
         assert f'<path class="floor" d="M0 {floor_place(figure, c.floor)}h4000"/>' in figure
 
@@ -330,7 +330,7 @@ def slope(path, figure):
 
 
 def test_files_stay_small(pages):
-    # The benchmark's 1001 rows of 24 columns, and far more than anyone's.
+    # First with the benchmark's 1001 rows of 24 columns, then with far more than any user's file.
     assert len(pages["sample"].encode()) < 700_000
     many = render(sample_reports.many_rows(200_000))
     assert len(many.encode()) < 700_000

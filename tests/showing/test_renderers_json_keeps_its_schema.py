@@ -89,7 +89,7 @@ def test_scores_of_shipped_results_follow_the_schema():
 @pytest.mark.parametrize(("name", "definition"), [("sample", "report"), ("series", "series")])
 def test_a_dropped_key_or_a_wrong_type_is_refused(name, definition):
     document = read(getattr(sample_reports, name)())
-    # A part of the report is enough, and much faster.
+    # A shortened report is enough, and much faster.
     report = document if definition == "report" else document["runs"][0]["report"]
     report["maneuvers"] = report["maneuvers"][:1]
     report["maneuvers"][0]["columns"] = report["maneuvers"][0]["columns"][:1]
@@ -98,7 +98,7 @@ def test_a_dropped_key_or_a_wrong_type_is_refused(name, definition):
         document["convergence"] = document["convergence"][:1]
     assert problems(document) == []
     places = sorted(set(required_places(SCHEMA["$defs"][definition], document)), key=str)
-    # All that docs/measures.md names, in each of the two readings, and what surrounds it.
+    # The places include all measures of docs/measures.md, in both interpretations.
     assert len(places) > 75
     for path in places:
         assert problems(changed(document, path, lambda x, key: x.pop(key))), path

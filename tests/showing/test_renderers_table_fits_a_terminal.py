@@ -25,7 +25,8 @@ def text_of(name, width=100, color=False):
 
 
 def with_long_definitions(report):
-    """Every column with the longest name of a definition, marked, and all notes."""
+    """The report with the longest name of a definition in every column, with marks
+    and all notes."""
     maneuvers = []
     for m in report.maneuvers:
         columns = []
@@ -111,7 +112,7 @@ def test_correct_digits_of_all_columns_and_maneuvers_follow_the_verdict():
             assert sign == ("+" if scd >= 6 else "o" if scd >= 3 else "x")
     assert "+ right: 6 correct digits or more" in text
     assert "o close: 3 to 6 digits" in text
-    assert "x wrong" not in text  # no cell has that sign
+    assert "x wrong" not in text  # no cell has this sign
     assert "x wrong: fewer than 3 digits" in text_of("rough")
 
 

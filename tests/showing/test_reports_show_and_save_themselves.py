@@ -1,4 +1,4 @@
-"""A report, a maneuver or a series is short where it is looked at, and whole where it is saved."""
+"""A report, a maneuver or a series has a short text, and is saved completely."""
 
 import json
 import re
@@ -59,7 +59,7 @@ def test_a_notebook_gets_sound_html_without_a_script(scored):
     assert {tag for tag, _ in page.tags}.isdisjoint({"script", "html", "body", "iframe", "link"})
     assert not any(name.startswith("on") for _, attrs in page.tags for name in attrs)
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
-    assert ids == [], "two of them in a notebook would have the same"
+    assert ids == [], "two reports in a notebook would have the same ids"
     assert "alert(1)>" not in text
     assert page.tags[0] == ("div", {"class": "heyoka-bike"})
 
@@ -72,7 +72,7 @@ def test_the_style_touches_nothing_around_it(report):
     for ch in style.strip()[:-1]:
         depth += (ch == "{") - (ch == "}")
         least.append(depth)
-    assert min(least[style.index("{") :]) >= 1, "a rule stands outside of the card"
+    assert min(least[style.index("{") :]) >= 1, "a style rule applies outside the card"
     assert ":root" not in style
 
 
@@ -136,7 +136,7 @@ def test_the_suffix_tells_the_format(name, kind, report, tmp_path, monkeypatch):
     assert path.read_bytes() == output.render(report, kind).encode()
     other = report.save(tmp_path / "other", kind)
     assert other.read_bytes() == path.read_bytes()
-    assert [p.name for p in path.parent.iterdir()] == [name], "nothing is left beside it"
+    assert [p.name for p in path.parent.iterdir()] == [name], "a temporary file remains"
 
 
 def test_what_cannot_be_saved_is_refused(report, tmp_path):

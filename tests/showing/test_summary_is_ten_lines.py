@@ -1,4 +1,4 @@
-"""The summary of a score: ten lines at most, whatever the report holds, with the verdict first."""
+"""The summary of a score has at most ten lines for any report; the verdict is the first."""
 
 import re
 from dataclasses import replace
@@ -69,7 +69,7 @@ def _part(report):
 
 
 def _rounded(report):
-    """All that is left is the rounding of the digits written."""
+    """The report with no other error than the rounding of the digits written."""
     maneuvers = tuple(
         replace(m, columns=tuple(replace(c, unexplained=0.0, resolution=1e9) for c in m.columns))
         for m in report.maneuvers

@@ -72,5 +72,5 @@ def wait_for(condition, seconds=120, every=0.05):
     """Wait until a condition is true."""
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, "it does not come"
+        assert time.monotonic() < end, f"the condition is not true after {seconds} s"
         time.sleep(every)

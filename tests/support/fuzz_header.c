@@ -1,6 +1,6 @@
-/* What libFuzzer gives to the header of export --checker: columns of right motions that it bends,
-   with any number anywhere. Sanitizers watch the memory and the arithmetic; what has to hold for
-   every input is asked for here.
+/* The input that libFuzzer passes to the header of export --checker: columns of correct motions with
+   any change, and any number anywhere. Sanitizers check the memory and the arithmetic. This file
+   checks the conditions that must be true for every input.
 
    clang -g -O1 -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all */
 
@@ -35,7 +35,7 @@ static void hold(int is_so, const char *what)
     }
 }
 
-/* One of the ways in which numbers are wrong. */
+/* Make some numbers wrong in one of several ways. */
 static void bend(double *x, size_t n)
 {
     size_t i, from = n ? byte() * n / 256 : 0;
@@ -113,7 +113,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     int first, maneuvers, is_down;
     given = data;
     left = size;
-    /* Few rows mostly: more of them take longer, and find little more. */
+    /* Mostly few rows: more rows take longer, and find little more. */
     rows = 1 + byte() % 40;
     rows *= byte() % 16 ? 1 : 10;
     room = byte() % LONGEST;

@@ -104,7 +104,7 @@ def test_without_a_home_nothing_is_kept(tmp_path):
 
 
 def test_a_diagnosis_takes_one_thread_of_the_linear_algebra(tmp_path):
-    """Afterwards the number of threads is the previous one, even after two parallel diagnoses."""
+    """Even after two parallel diagnoses the number of threads is restored."""
     code = f"""
 from concurrent.futures import ThreadPoolExecutor
 import sys

@@ -91,7 +91,7 @@ def test_a_scheduler_that_ends_is_said(tmp_path):
 
         with pytest.raises(WorkerLostError, match=r"the scheduler at .* ended") as caught:
             side_by_side(jobs.begin, [(str(tmp_path), 600.0)], [("a", 1.0)], end)
-    # This is not a fault of the program, and the line says what to do.
+    # The exit code is that of bad input, and the line says what to do.
     assert caught.value.exit_code == Exit.INPUT
     assert "start it and its workers again, then repeat the command" in str(caught.value)
 
@@ -124,7 +124,7 @@ def test_who_asked_ends_what_runs_on_workers(cluster, tmp_path, how):
 
 
 def test_other_versions_are_refused_by_name(tmp_path):
-    """One worker is there at the start, and one joins later."""
+    """One worker is connected at the start, and one joins later."""
     other = tmp_path / "other"
     package = other / "heyoka_bike"
     package.parent.mkdir()

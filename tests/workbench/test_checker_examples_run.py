@@ -5,7 +5,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from generators.published_columns import published_table
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
 from support.export_programs import need
@@ -80,8 +80,7 @@ def test_octave_passes_and_fails_as_it_should(folder, reference):
     for tool in ("octave-cli", "mkoctfile"):
         need(tool)
     line = "mkoctfile --mex check_bicycle.c && octave-cli --norc my_bicycle.m"
-    rows = [reference[n][name] for n in reference for name in BENCHMARK_COLUMNS]
-    table = np.column_stack([reference[1].time, *rows])
+    table = published_table(reference)
     np.savetxt(folder / "my-results.txt", table)
     done = shell(line, folder)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from generators.published_columns import published_table
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.reference.load import load_reference
@@ -129,8 +130,7 @@ def check_table(library, table, first=1, size=100):
 
 
 def published(reference, every=10):
-    rows = [reference[n][name] for n in reference for name in BENCHMARK_COLUMNS]
-    return np.column_stack([reference[1].time, *rows])[::every].copy()
+    return published_table(reference, reference, every)
 
 
 def test_arrays_lie_as_they_like(library, reference):

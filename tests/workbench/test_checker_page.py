@@ -12,6 +12,7 @@ import pytest
 
 from checker_wasm import build, source_hash
 from generators.bad_links import CELL
+from generators.published_columns import published_table
 from heyoka_bike import read_results, score
 from heyoka_bike.cli import main
 from heyoka_bike.errors import BicycleError
@@ -150,10 +151,7 @@ def test_it_says_what_score_says(judged, name):
 
 
 def table(reference, numbers=(1, 2, 3), every=10):
-    columns = ("roll_angle", "roll_rate", "forward_speed", "potential_energy", "kinetic_energy",
-               "mechanical_energy", "steer_angle", "steer_rate")  # fmt: skip
-    rows = [reference[n][c] for n in numbers for c in columns]
-    return np.column_stack([reference[1].time, *rows])[::every]
+    return published_table(reference, numbers, every)
 
 
 def as_text(rows, separator=" ", heading=""):
@@ -320,7 +318,7 @@ def test_the_verdict_of_a_link_follows_from_its_cells(judged):
 @pytest.mark.proof
 @browser
 def test_rows_outside_the_run_are_no_verdict(judged, reference):
-    """With negative times one row remained, and was right."""
+    """With negative times only one row remained, and the page once called the file correct."""
     rows = table(reference, (2,))
     rows[:, 0] *= -1
     shown = judged(of_text("x", as_text(rows[::-1])))

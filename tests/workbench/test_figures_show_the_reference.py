@@ -33,7 +33,8 @@ def _no_heyoka(monkeypatch):
 
 @pytest.fixture(scope="module")
 def stability(reference):
-    """The axes of the figure, which takes a second to draw; tests must not change them."""
+    """The axes of the figure. Drawing takes a second, so the tests share it and must
+    not change it."""
     return eigenvalues.stability(reference).axes
 
 

@@ -86,7 +86,7 @@ def test_every_motion_of_the_box_stays_within_the_bounds(run, wide, other):
             for x, y, bound in zip(other.state(TIME), run.state(TIME), bounds, strict=True)
         ]
     assert max(moved) < 1
-    # Fraction of a bound over a whole piece for the worst corner.
+    # Fraction of a bound over a whole segment for the worst corner.
     assert max(moved) > 0.1
 
 

@@ -7,11 +7,10 @@ import base64
 import json
 import re
 
-import numpy as np
 import pytest
 
 from generators.bad_links import CELL, bad_files, bad_links, packed
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from generators.published_columns import published_table
 from heyoka_bike.cli import main
 from support.browser import browser
 
@@ -68,8 +67,7 @@ def page(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def rows(reference):
-    columns = [reference[2][key] for key in BENCHMARK_COLUMNS]
-    return np.column_stack([reference[2].time, *columns])[::50].tolist()
+    return published_table(reference, (2,), every=50).tolist()
 
 
 def outcomes(opened, page, steps):

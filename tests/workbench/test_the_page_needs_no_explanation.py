@@ -6,8 +6,8 @@ Its charts and its replay show one time, and it calls a maneuver a guess where `
 import numpy as np
 import pytest
 
+from generators.published_columns import published_table
 from heyoka_bike import score
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.checker.page import checker_page
 from support.browser import DROP, browser, wait_until
@@ -82,7 +82,7 @@ def test_only_what_is_not_the_default_is_said_of_a_column(judged, reference):
     taken = shown.locator("#matrix td.taken").all_inner_texts()
     assert taken[0] == "tait_bryan_xyz, not the default lean"
     assert taken[3:] == [""] * 5
-    rows = np.column_stack([reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)])
+    rows = published_table(reference, (2,))
     text = "\n".join(" ".join(map(repr, map(float, row))) for row in rows[::10])
     assert judged("right.txt", text).locator("#matrix .taken").count() == 0
 
@@ -133,7 +133,7 @@ def test_the_charts_and_the_replay_show_one_time(judged):
 @browser
 def test_what_the_digits_of_a_file_cannot_show_is_no_difference(judged, reference):
     """The file has six decimals; formerly the page showed a difference of 1.6e-39."""
-    rows = np.column_stack([reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)])
+    rows = published_table(reference, (2,))
     text = "\n".join(" ".join(f"{x:.6f}" for x in row) for row in rows)
     shown = judged("six.txt", text)
     shown.evaluate("() => showMotions.goTo(2, 3.21)")
@@ -146,7 +146,7 @@ def test_what_the_digits_of_a_file_cannot_show_is_no_difference(judged, referenc
 
 def of_another_speed(reference):
     """Return maneuver 1 without roll and steer, its speed wrong by the ratio of the wheel radii."""
-    rows = np.column_stack([reference[1].time, *(reference[1][k] for k in BENCHMARK_COLUMNS)])
+    rows = published_table(reference, (1,))
     rows[:, 3] *= 0.35 / 0.3
     rows[:, 1:3] = 0.0
     rows[:, 7:] = 0.0

@@ -17,7 +17,8 @@ from heyoka_bike.workbench.after_ten_seconds.making import COLUMNS, MIRRORED, Se
 
 @pytest.fixture(scope="module")
 def said():
-    """Numbers of the page by table and quantity, as text; the last one of equal names."""
+    """Numbers of the page by table and quantity, as text. If a name occurs twice, the last one
+    counts."""
     return {name: {row[0]: number(row[1]) for row in rows} for name, rows in committed().items()}
 
 

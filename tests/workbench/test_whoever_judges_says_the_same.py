@@ -1,4 +1,4 @@
-"""Page, leaderboard and plugin give the verdict of `score`, or report an unreadable file.
+"""Page, leaderboard and plugin give the verdict of `score`, or report that the file cannot be read.
 
 `test_checker_agrees_with_score.py` compares the header with `score`.
 """
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from games.voices import NODE, PageJudge, by_score, compare, disagreements, texts
+from generators.published_columns import published_table
 from heyoka_bike import score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.grades import Grade
@@ -106,8 +107,7 @@ def test_units_quotes_and_separators(judge, heading, factor, quote, separator, t
 )
 def test_what_is_not_understood_is_refused(judge, changed, refused, tmp_path, reference):
     names = changed(["time", *BENCHMARK_COLUMNS])
-    rows = np.column_stack([reference[2].time, *(reference[2][k] for k in BENCHMARK_COLUMNS)])
-    path = write(tmp_path / "r.csv", names, rows[::10])
+    path = write(tmp_path / "r.csv", names, published_table(reference, (2,), every=10))
     (said,) = judge.judge([path])
     assert refused in said["refused"]
 

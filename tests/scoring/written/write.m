@@ -1,4 +1,4 @@
-% The same rows as those of write.py, by GNU Octave.
+% Write the same rows as write.py, with GNU Octave.
 x = load('rows.txt'); t = x(:, 1); y = x(:, 2:end); tout = t; yout = y;
 keys = {'roll_angle', 'roll_rate', 'forward_speed', 'potential_energy', 'kinetic_energy', ...
         'mechanical_energy', 'steer_angle', 'steer_rate'};
@@ -26,13 +26,13 @@ end
 put('octave-rows.json', x);
 put('octave-structures.json', s);
 put('octave-solution.json', struct('t', t, 'y', y));
-% A cell for each maneuver, of tables and of columns beside the cells of their times.
+% Cell arrays with one cell per maneuver: of tables, and of columns next to their times.
 for m = 1:3
   tables{m} = [t, y(:, 8 * m - 7:8 * m)]; times{m} = t; states{m} = tables{m}(:, 2:9);
 end
 save -v7 octave-cells.mat tables
 save -v6 octave-cells-apart.mat times states
-% As MATLAB's writetimetable writes durations, and as its stack makes tables long.
+% Durations as MATLAB's writetimetable writes them, and a long table as its stack makes it.
 f = fopen('timetable.csv', 'w'); fprintf(f, 'Time');
 for m = 1:3, fprintf(f, ',m%d_%s', [repmat({m}, 1, 8); keys]{:}); end
 fprintf(f, '\n');

@@ -1,10 +1,10 @@
-"""Writes the files beside it, with programs that the tests do not need.
+"""Write the files of this folder, with programs that the tests do not need.
 
     python -m venv v && v/bin/pip install pandas pyarrow polars xlsxwriter openpyxl xarray \\
         netCDF4 h5netcdf hdf5storage tables
     v/bin/python write.py ../../../reference/uncontrolled-bicycle.txt && octave-cli write.m
 
-Each holds the same rows: every 91st of the reference's text (all 25 columns, 17 digits).
+Each contains the same rows: every 91st row of the published text (all 25 columns, 17 digits).
 """
 
 import json

@@ -340,7 +340,7 @@ def test_nothing_is_kept_on_the_way_and_nobody_is_led_elsewhere(serving):
         ("a\0b\n<script>.txt", "a_b__script_.txt"),
         ("Ergebnis für Fahrrad.csv", "Ergebnis für Fahrrad.csv"),
         ("x" * 300 + ".npy", "x" * 76 + ".npy"),
-        # Characters of four bytes each.
+        # Each character has four bytes.
         ("\U00020000" * 90 + ".npy", "\U00020000" * 59 + ".npy"),
     ],
 )
@@ -456,7 +456,7 @@ def test_a_report_without_room_is_no_fault_of_its_file(tmp_path, monkeypatch, ex
 @pytest.mark.parametrize(
     ("field", "text", "said"),
     [
-        # A million steps, columns and digits, none of which is parsed.
+        # None of the million steps, columns or digits is parsed.
         ("step", "0.1," * 1_000_000, "step: found 4000000 characters, expected at most 10000"),
         ("columns", "," * 1_000_000, "columns: found 1000000 characters"),
         ("require", "scd>=" + "1" * 100_000 + "x", "require: found 100006 characters"),

@@ -1,4 +1,5 @@
-"""Connections that send no whole head or read nothing are closed, and their number is limited."""
+"""Connections that send no complete head, or read no answer, are closed; their
+number is limited."""
 
 import socket
 import threading
@@ -78,13 +79,13 @@ def answer_of(client):
 
 
 @pytest.mark.parametrize("sent", [b"", HEAD, HEAD + b"X: "])
-def test_who_asks_nothing(port, sent):
+def test_clients_that_send_no_request_are_closed(port, sent):
     with connected(port) as client:
         client.sendall(sent)
         assert received(client) == 0
 
 
-def test_who_reads_nothing(port):
+def test_clients_that_read_no_answer_are_closed(port):
     with connected(port) as client:
         client.sendall(HEAD + b"\r\n")
         # Data that is already on the way still arrives.
@@ -93,7 +94,7 @@ def test_who_reads_nothing(port):
 
 
 class Client:
-    """A transport with these amounts of unread data, check by check."""
+    """A transport whose amount of unread data is the next of these numbers at each check."""
 
     def __init__(self, *unread):
         self.unread = iter(unread)
@@ -111,14 +112,14 @@ class Client:
     [
         ((300, 200, 100, 1), True, False),
         ((300, 200, 200), True, True),
-        # A file that is sent in pieces.
+        # A file that is sent in several parts
         ((300, 200, 200), False, True),
-        # A task for which the client waits.
+        # A task for which the client waits
         ((0, 0, 0), False, False),
         ((0, 0), True, True),
     ],
 )
-def test_who_reads_slowly_is_waited_for(unread, is_complete, is_ended):
+def test_clients_that_read_slowly_are_served(unread, is_complete, is_ended):
     found = Connection.__new__(Connection)
     found.transport = Client(*unread)
     found.cycle = SimpleNamespace(response_complete=is_complete)
@@ -132,7 +133,7 @@ def test_who_reads_slowly_is_waited_for(unread, is_complete, is_ended):
     assert found.transport.is_ended == is_ended
 
 
-def test_those_beyond_what_there_is_room_for(port):
+def test_clients_beyond_the_limit_are_refused(port):
     held = [connected(port) for _ in range(4)]
     with connected(port) as fifth:
         assert received(fifth) == 0
