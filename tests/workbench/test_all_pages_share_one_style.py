@@ -161,6 +161,16 @@ def test_charts_are_next_to_the_digits_where_there_is_room(shown, name):
 
 
 @browser
+def test_names_in_a_legend_stay_next_to_their_lines(shown):
+    page = shown("report", width=SCREEN)
+    heights = """() => [...document.querySelectorAll(".legend li[data-name]")].filter(
+      (x) => x.checkVisibility()).map((x) => x.getBoundingClientRect().height)"""
+    found = page.evaluate(heights)
+    assert len(found) >= 3
+    assert max(found) < 30
+
+
+@browser
 @pytest.mark.parametrize("name", NAMES)
 def test_the_focus_of_the_keyboard_is_visible(shown, name):
     page = shown(name, width=SCREEN)
