@@ -218,8 +218,11 @@ def line(figure, name):
 
 def test_each_column_is_drawn_with_its_reference_and_error(pages):
     report = sample_reports.sample()
-    drawn = [f for f in figures(pages["sample"]) if 'data-name="reference"' in f]
+    top, *drawn = [f for f in figures(pages["sample"]) if 'data-name="reference"' in f]
     assert len(drawn) == 24
+    # The worst column of all is also drawn next to the digits at the top of the page.
+    assert top == drawn[[m.maneuver for m in report.maneuvers].index(report.worst.maneuver) * 8]
+    assert pages["sample"].index(top) < pages["sample"].index("</header>")
     for i, figure in enumerate(drawn):
         # The chart of a maneuver's worst column is the first.
         m = report.maneuvers[i // 8]

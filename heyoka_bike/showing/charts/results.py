@@ -202,6 +202,12 @@ def _range(t: Array, error: Array) -> tuple[float, float]:
     return max(float(np.quantile(positive, 0.05)), _LOWEST_ERROR), float(positive.max())
 
 
+def gains_and_costs(series: Series, maneuver: int) -> str:
+    """Error against step size, and against processor time; empty if neither is known."""
+    drawn = [f(series, maneuver) for f in (convergence, work_precision)]
+    return f'<div class="columns">{"".join(drawn)}</div>' if all(drawn) else "".join(drawn)
+
+
 def convergence(series: Series, maneuver: int) -> str:
     """Error against step size for a maneuver; empty if no step size is known."""
     return wide(

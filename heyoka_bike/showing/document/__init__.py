@@ -182,6 +182,8 @@ class TableBlock:
         flush left stand in each part.
     is_explained
         True if a page says what the columns mean.
+    beside : Chapter, optional
+        Shown next to the table on a page with enough room, and below it elsewhere.
     note
         Said below.
     only
@@ -196,6 +198,7 @@ class TableBlock:
     group: int = 0
     in_parts: bool = False
     is_explained: bool = False
+    beside: Chapter | None = None
     note: str = ""
     only: str = ""
 

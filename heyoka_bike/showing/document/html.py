@@ -75,7 +75,7 @@ def _block(block: doc.Block, level: int, medium: str) -> str:
         case doc.Facts():
             return _facts(block)
         case doc.TableBlock():
-            return _table(block, medium)
+            return _beside(block, level, medium)
         case doc.Chart():
             return block.markup
         case doc.Chapter():
@@ -126,6 +126,19 @@ def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
     # Two reports in a notebook would have the same places.
     is_place = block.anchor and medium == doc.PAGE
     return f'<section id="{block.anchor}">{content}</section>' if is_place else content
+
+
+def _beside(table: doc.TableBlock, level: int, medium: str) -> str:
+    """A table with the chapter next to it, if it has one for this medium."""
+    found = _table(table, medium)
+    chapters = doc.of_medium([table.beside] if table.beside else [], medium)
+    if not chapters:
+        return found
+    detail = markup(chapters, level, medium)
+    return (
+        f'<div class="found"><div class="digits">{found}</div>'
+        f'<div class="detail">{detail}</div></div>'
+    )
 
 
 def _table(table: doc.TableBlock, medium: str) -> str:

@@ -309,6 +309,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     Of a file with very many columns those with the fewest digits.
     """
     columns = _by_key(report)
+    has_taken = any(map(_taken, columns.values()))
     fewest = {
         key: min((c.scd for c in found if c.scd is not None), default=0.0)
         for key, found in columns.items()
@@ -318,7 +319,7 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
         [
             doc.Words(column_text.label(key), printable(key)),
             *(_digits(m.columns, key) for m in report.maneuvers),
-            _taken(found),
+            *([_taken(found)] if has_taken else []),
         ]
         for key, found in columns.items()
         if key in worst
@@ -328,22 +329,41 @@ def _digits_of_file(report: Report) -> doc.TableBlock:
     odd = [key for key, found in columns.items() if any(c.is_contradicted for c in found)]
     signs = f"{named(odd)}: wrong for their signs, whatever their digits" if odd else ""
     said = [f"and {left_out} more columns, none with fewer digits" if left_out else "", signs]
+    taken = doc.TableColumn("taken as", is_prose=True, leave_out=1, style="taken")
+    about_taken = (
+        " Taken as: the definition, sign, unit and zero that the values follow, where these differ "
+        "from the default or are ambiguous; none of it is an error."
+    )
     return doc.TableBlock(
         [
             doc.Words("Correct digits", "correct digits"),
             *_maneuvers(report),
-            doc.TableColumn("taken as", is_prose=True, leave_out=1, style="taken"),
+            *([taken] if has_taken else []),
         ],
         rows,
         about="Correct digits",
         style="matrix",
+        beside=_worst_column(report),
         note=doc.Words(
             "Correct digits of the worst value of a column, -log10 of its error relative to the "
-            f"column's largest value.{more} Taken as: the definition, sign, unit and zero that the "
-            f"values follow; none of it is an error.{f' {signs}.' if signs else ''}",
+            f"column's largest value.{more}{about_taken if has_taken else ''}"
+            f"{f' {signs}.' if signs else ''}",
             "; ".join(filter(None, said)),
         ),
     )
+
+
+def _worst_column(report: Report) -> doc.Chapter | None:
+    """Return the chart of the worst column, for a page; None if it has no error or one row."""
+    if report.worst is None:
+        return None
+    m = report[report.worst.maneuver]
+    c = m[report.worst.column]
+    if not c.max_abs_error or len(c.trace.time) < 2:
+        return None
+    drawn = doc.Chart(partial(charts.every_column, m, [c]))
+    heading = f"Maneuver {m.maneuver}, {words.label(c.key)}"
+    return doc.Chapter(heading, (drawn,), "worst", only=doc.PAGE)
 
 
 def _digits_of_runs(series: Series) -> doc.TableBlock:
@@ -379,7 +399,7 @@ def _digits_of_runs(series: Series) -> doc.TableBlock:
 
 
 def _digits_side_by_side(series: Series, maneuver: int) -> doc.TableBlock:
-    """Columns by programs in one maneuver."""
+    """Columns by programs in one maneuver, with their errors over time."""
     keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
     held = [[m for m in run.report.maneuvers if m.maneuver == maneuver] for run in series.runs]
     names = (run_text.run_name(series, run) for run in series.runs)
@@ -397,6 +417,9 @@ def _digits_side_by_side(series: Series, maneuver: int) -> doc.TableBlock:
         ],
         about="Correct digits",
         style="matrix",
+        beside=doc.Chapter(
+            "Error over time", (doc.Chart(partial(charts.side_by_side, series, maneuver)),)
+        ),
         in_parts=True,
     )
 
@@ -415,10 +438,10 @@ def _digits(columns: Sequence[ColumnScore], key: str = "") -> doc.Cell:
 
 
 def _taken(columns: Sequence[ColumnScore]) -> str:
-    """Return the definition of a column where there is a choice, and `_unusual`."""
-    c = _compared(columns)[0]
-    said = [printable(c.definition)] if c.alternatives else []
-    return ", ".join([*said, *_unusual(columns)])
+    """Return the definition of a column and what is `_unusual` about it; empty if nothing is."""
+    unusual, c = _unusual(columns), _compared(columns)[0]
+    definition = [printable(c.definition)] if c.alternatives and unusual else []
+    return ", ".join([*definition, *unusual])
 
 
 def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
@@ -448,11 +471,8 @@ def _unusual(columns: Sequence[ColumnScore]) -> list[str]:
 
 def conventions(report: Report) -> str:
     """Return the conventions of a file that are not the default, in one line; none is an error."""
-    said = [
-        f"{printable(key)} {_taken(columns)}"
-        for key, columns in _by_key(report).items()
-        if _unusual(columns)
-    ]
+    taken = {key: _taken(columns) for key, columns in _by_key(report).items()}
+    said = [f"{printable(key)} {how}" for key, how in taken.items() if how]
     return "; ".join(said) or "all columns as by default"
 
 
@@ -478,14 +498,11 @@ def _all_runs(series: Series, n: int) -> doc.Chapter:
         between = ", and observed orders between them" if _has_orders(series, n) else ""
         brief = f"maneuver {n}: largest errors{between}"
         title = f"{'Convergence' if has_steps else 'Errors of the runs'}, maneuver {n}"
-        drawn = (charts.convergence, charts.work_precision)
-        content = (*(doc.Chart(partial(f, series, n)) for f in drawn), errors)
+        content = (doc.Chart(partial(charts.gains_and_costs, series, n)), errors)
     else:
         brief = f"maneuver {n}: correct digits"
-        over_time = doc.Chart(partial(charts.side_by_side, series, n))
         content = (
             _digits_side_by_side(series, n),
-            doc.Chapter("Error over time", (over_time,)),
             doc.Chapter("Largest errors", (errors,), only=doc.HTML),
         )
     return doc.Chapter(doc.Words(title, brief), content, f"all-{n}", title, True, is_open=True)

@@ -57,7 +57,7 @@ function offerManeuvers(text, name, maneuver, guess) {
   offered = { text, name };
   at("guess").textContent = guess;
   at("which").hidden = false;
-  at("which").classList.toggle("guessed", Boolean(guess));
+  at("which").classList.toggle("warned", Boolean(guess));
   at("maneuver").value = maneuver ? String(maneuver) : "";
 }
 
@@ -182,21 +182,21 @@ function detail(c, button) {
   at("what").textContent = capital(title(c));
   at("taken").textContent = [`Off by ${c.max_error.toPrecision(2)} ${unit} at ${seconds(c.time_of_max)} s`, takenAs(c)].filter(Boolean).join("; taken as ");
   const exact = Array.from({ length: POINTS + 1 }, (_, i) => (end * i) / POINTS);
-  const lines = [{ style: "exact", t: exact, y: exact.map((t) => judge.exact(c.maneuver, c.column, t)) }];
+  const lines = [{ style: "reference", t: exact, y: exact.map((t) => judge.exact(c.maneuver, c.column, t)) }];
   const mine = series(c);
   const least = scale * 1e-15;
   let errors = { t: [], y: [] };
   if (mine) {
     const every = Math.max(1, Math.floor(mine.t.length / POINTS));
     const pick = (x) => x.filter((_, i) => i % every === 0);
-    lines.push({ style: "yours", t: pick(mine.t), y: pick(mine.value) });
+    lines.push({ style: "result", t: pick(mine.t), y: pick(mine.value) });
     errors = largest(mine, POINTS);
   } else if (c.errors) errors = { t: c.errors.map((_, i) => (end * (i + 0.5)) / c.errors.length), y: c.errors.map((x) => (x === null ? NaN : 10 ** (x / 10))) };
-  at("values").textContent = `[${unit}] over time [s]${mine ? "; exact grey, yours blue" : ""}`;
+  at("values").textContent = `[${unit}] over time [s]${mine ? "; reference grey, result blue" : ""}`;
   at("errors").textContent = `[${unit}] over time [s], by powers of ten`;
-  const texts = [`Exact curve${mine ? " and yours" : ""} of ${title(c)}`, `Error of ${title(c)}`];
+  const texts = [`${mine ? "Result and reference" : "Reference"}, ${title(c)}`, `Error of ${title(c)}`];
   at("curve").replaceChildren(chart(at("curve"), lines, c.maneuver, texts[0]));
-  at("error").replaceChildren(chart(at("error"), [{ style: "off", t: errors.t, y: errors.y.map((x) => Math.log10(Math.max(x, least))) }], c.maneuver, texts[1], true));
+  at("error").replaceChildren(chart(at("error"), [{ style: "error", t: errors.t, y: errors.y.map((x) => Math.log10(Math.max(x, least))) }], c.maneuver, texts[1], true));
   at("rows").hidden = !mine;
   if (mine) worstRows(c, mine);
   showMotions.goTo(c.maneuver);
@@ -250,7 +250,7 @@ function chart(place, lines, maneuver, title, isPower = false) {
   return found;
 }
 
-// A number as a text of yours is written.
+// A number written like a text of the file.
 function alike(x, text) {
   const [mantissa, exponent] = text.toLowerCase().split(/[ed]/);
   const digits = mantissa.replace(/^[-+0.]+/, "").replace(".", "").length;
@@ -270,7 +270,7 @@ function compared(text, exact) {
 
 function worstRows(c, mine) {
   const order = mine.error.map((_, i) => i).sort((a, b) => mine.error[b] - mine.error[a]).slice(0, 10);
-  const head = make("tr", {}, ...["time [s]", `yours [${unitText(c.unit)}]`, "exact", `error [${unitText(units[c.key])}]`].map((x) => make("th", { scope: "col" }, x)));
+  const head = make("tr", {}, ...["time [s]", `result [${unitText(c.unit)}]`, "reference", `error [${unitText(units[c.key])}]`].map((x) => make("th", { scope: "col" }, x)));
   const body = order.map((i) => {
     const row = shown.file.rows[mine.row[i]], text = row[c.at].replace(/^\+/, "");
     const exact = ((mine.exact[i] + c.offset) * c.sign) / c.factor;
@@ -321,7 +321,7 @@ function showAsked() {
   at("motions").append(...MANEUVERS.map((n, i) => make("figure", {}, make("figcaption", {}, make("b", {}, `${phrases.maneuver} ${n}`), ` ${inWords(keys[k])} [${unitText(units[k])}] over time [s]`), places[i])));
   for (const [i, n] of MANEUVERS.entries()) {
     const end = judge.end(n), t = Array.from({ length: POINTS + 1 }, (_, j) => (end * j) / POINTS);
-    places[i].append(chart(places[i], [{ style: "yours", t, y: t.map((x) => judge.exact(n, k, x)) }], n, `Exact ${inWords(keys[k])} of ${phrases.maneuver} ${n}`));
+    places[i].append(chart(places[i], [{ style: "s0", t, y: t.map((x) => judge.exact(n, k, x)) }], n, `Exact ${inWords(keys[k])} of ${phrases.maneuver} ${n}`));
   }
 }
 

@@ -165,7 +165,7 @@ def check_suffix(path: Path, option: str = "path") -> None:
 
 def render(replay: Replay, name: str = "") -> str:
     """Return the replay as an HTML page; `name` is that of the result file, if there is one."""
-    title = printable(Path(name).name or name) if name else "Uncontrolled bicycle"
+    title = printable(Path(name).name or name) if name else "The reference"
     body = f"""{_header(replay, title, bool(name))}
 <div class="replay{" compared" if name else ""}">
 {stage([(str(s.number), _name(s)) for s in replay.scenes], bool(name))}
@@ -183,13 +183,13 @@ def render(replay: Replay, name: str = "") -> str:
 
 
 def _header(replay: Replay, title: str, has_result: bool) -> str:
-    kicker = "Uncontrolled bicycle: replay of" if has_result else "Replay of the reference"
+    kicker = f"Uncontrolled bicycle: replay{' of' * has_result}"
     said = ""
     if replay.report is not None:
         report = replay.report
         sign, words = SIGNS.get(file_grade(report), ""), capital(sentence(graded(report)))
         shown = f'<span aria-hidden="true">{sign}</span> {prose(words)}' if sign else prose(words)
-        said = f'<p class="head {style_of(report)}">{shown}.</p>'
+        said = f'<p class="verdict {style_of(report)}">{shown}.</p>'
     return f'<header><p class="kicker">{kicker}</p><h1>{escape(title)}</h1>{said}</header>'
 
 

@@ -115,7 +115,7 @@ def test_choose_two_files_and_compare(page, example):
 
 
 def test_paste_by_keyboard_alone(page, example):
-    summary = page.get_by_text("or paste rows")
+    summary = page.get_by_text("or paste text")
     summary.focus()
     page.keyboard.press("Enter")
     page.get_by_label("Rows of numbers").fill(example.read_text())
@@ -127,7 +127,7 @@ def test_paste_by_keyboard_alone(page, example):
 
 def test_what_is_refused_is_said_in_place(page, example):
     page.get_by_role("button", name="Score", exact=True).click()
-    assert "Choose a file" in page.inner_text(".error")
+    assert "Choose a file" in page.inner_text(".problem")
     sent = []
     page.on("request", lambda r: sent.append(r.url))
     page.set_input_files(
@@ -135,7 +135,7 @@ def test_what_is_refused_is_said_in_place(page, example):
         {"name": "large.txt", "mimeType": "text/plain", "buffer": b"1 " * 2_000_000},
     )
     page.get_by_role("button", name="Score", exact=True).click()
-    assert "Nothing was sent" in page.inner_text(".error")
+    assert "Nothing was sent" in page.inner_text(".problem")
     assert not sent
     page.set_input_files("input[type=file]", [])
     page.evaluate(DROP, ["<b>notes.txt", "all is well"])

@@ -4,6 +4,7 @@
   const one = (selector) => document.querySelector(selector);
   const canvas = one(".map canvas"), choose = one("form.choose"), start = one("form.start");
   const context = canvas.getContext("2d"), key = one(".colours"), under = one(".under"), said = one(".said");
+  const HINT = "Point at the map to read the result there. Click to replay the motion from there.";
   const [across, along] = data.axes, columns = across.values.length, rows = along.values.length;
 
   // ---- what the page holds
@@ -434,7 +435,7 @@
   const isOnMap = ([px, py]) => { const [w, h] = size(); return px >= ROOM.left && px <= ROOM.left + w && py >= ROOM.top && py <= ROOM.top + h; };
   const hover = (event) => {
     const at = place(event);
-    if (!isOnMap(at)) { under.textContent = ""; return; }
+    if (!isOnMap(at)) { under.textContent = HINT; return; }
     const [x, y] = fromScreen(...at), i = point(x, y), [a, b] = nearest(x, y);
     under.textContent = `${placeWords(a, b)}: ${headWords(i)}; ${fateWords(i)}`;
   };
@@ -482,7 +483,8 @@
     grip = null;
   });
   canvas.addEventListener("pointercancel", () => { grip = null; });
-  canvas.addEventListener("pointerleave", () => { under.textContent = ""; });
+  under.textContent = HINT;
+  canvas.addEventListener("pointerleave", () => { under.textContent = HINT; });
   canvas.addEventListener("wheel", (event) => {
     if (!event.ctrlKey) return;  // else the page is scrolled
     event.preventDefault();

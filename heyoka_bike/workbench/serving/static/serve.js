@@ -7,8 +7,8 @@ const progress = document.querySelector("[data-state]");
 if (progress) follow(progress);
 
 function upload(form) {
-  const area = form.querySelector(".drop"), input = form.querySelector("input[type=file]");
-  const list = area.querySelector(".chosen"), error = form.querySelector(".error"), busy = form.querySelector(".busy");
+  const area = form.querySelector(".target"), input = form.querySelector("input[type=file]");
+  const list = area.querySelector(".chosen"), error = form.querySelector(".problem"), busy = form.querySelector(".busy");
   const most = Number(form.dataset.most), count = Number(form.dataset.files);
 
   const size = (bytes) => bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
