@@ -134,8 +134,8 @@ def test_maneuvers_in_each_others_place_are_named(four, tmp_path):
     order = {3: 4, 4: 3}
     mixed = table(four, lambda n, key, x: four[order.get(n, n)][key])
     said = " ".join(found.message for found in diagnose(mixed, four).diagnosis)
-    assert "roll_angle of maneuver 3 has the values of roll_angle of maneuver 4" in said
-    assert "roll_angle of maneuver 4 has the values of roll_angle of maneuver 3" in said
+    assert "roll_angle of maneuver 3 contains the values of roll_angle of maneuver 4" in said
+    assert "roll_angle of maneuver 4 contains the values of roll_angle of maneuver 3" in said
 
 
 @pytest.mark.parametrize("format_", ["c", "fortran", "matlab", "json", "csv", "netcdf"])
