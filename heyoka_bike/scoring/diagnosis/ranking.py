@@ -1,4 +1,4 @@
-"""The causes that were judged, ranked: those that cannot be told apart are of one class."""
+"""Ranking of causes: causes that the file cannot distinguish are in one class."""
 
 from collections.abc import Sequence
 from math import log
@@ -13,7 +13,10 @@ from heyoka_bike.scoring.ratios import CLEARLY
 def ranked(
     file: SeenFile, found: Sequence[Hypothesis], starts: Sequence[Hypothesis] = ()
 ) -> tuple[tuple[Hypothesis, ...], ...]:
-    """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
+    """Rank likely hypotheses in classes that the file cannot distinguish.
+
+    The result is empty if the best hypothesis does not explain the file.
+    """
     all_of_them = (*_likelier(file, found), *starts)
     worth = [h for h in all_of_them if h.is_possible and h.log_odds > WEIGHTS.said]
     count = len({n for h in worth for n, _ in h.after})
@@ -25,7 +28,7 @@ def ranked(
     for h in worth:
         if classes and (
             file.log_odds(classes[0][0], h) > WEIGHTS.refuted
-            # The best with something more says nothing more.
+            # The best hypothesis with a further cause added is not another answer.
             or classes[0][0].parts < h.parts
         ):
             continue
@@ -38,17 +41,18 @@ def ranked(
 
 
 def singles_by_code(found: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
-    """Single mistakes, by their codes."""
+    """Return the hypotheses of a single mistake, by its code."""
     return {h.codes[0]: h for h in found if len(h.mistakes) == 1}
 
 
 def _likelier(file: SeenFile, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Single mistakes, and pairs that are likelier than each of their mistakes alone."""
+    """Single mistakes, and the pairs that are likelier than each of their mistakes alone."""
     alone = singles_by_code(found)
 
     def is_likelier(h: Hypothesis) -> bool:
         each = [alone[code] for code in h.codes if code in alone]
-        # If the pair leaves an error, there is a further cause: each of the two must explain much.
+        # If the pair leaves an error, there is a further cause. Then each of the two must explain
+        # clearly more than nothing.
         least = 1.0 if h.leaves_nothing or left_over(h, file.residual) is None else CLEARLY
         return all(
             file.log_odds(h, one) > WEIGHTS.said and h.gain > least * one.gain for one in each
