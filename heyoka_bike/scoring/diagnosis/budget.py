@@ -156,7 +156,7 @@ class Budget:
         given: object = self.seconds
         if not (isinstance(given, Real) and float(given) > 0):
             found = printable(repr(given))[:60]
-            raise InputError(f"budget: found {found}, expected a number of seconds above zero")
+            raise InputError(f"budget: found {found}, expected seconds above zero")
 
     def begun(self) -> Deadline:
         """Return the deadline of a diagnosis that begins now."""
