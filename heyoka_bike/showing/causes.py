@@ -15,7 +15,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.structure import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import found as seen
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Found
 from heyoka_bike.scoring.evidence.base import Evidence
@@ -78,7 +78,7 @@ def _(e: seen.Explained) -> Finding:
         text += f". Nearly as much is explained by: {near}"
     text = f"{text}. {_advice(e)}"
     if others:
-        same = "; or ".join(_said(h.mistakes) for h in others[: WEIGHTS.few])
+        same = "; or ".join(_said(h.mistakes) for h in others[: THRESHOLDS.max_answers])
         text += f". The file cannot tell this from {same}"
     if first.found:
         changes = [[_as_evidence(x) for x in h.found] for h in e.hypotheses if h.found]

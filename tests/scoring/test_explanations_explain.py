@@ -8,7 +8,7 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.claims import left_over
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis, log_odds_before
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, log_ratio
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.program import FittedValues, Found
 
 BY_CODE = {m.code: m for m in MISTAKES}
@@ -31,8 +31,8 @@ def test_three_maneuvers_tell_as_much_as_one_that_falls_by_the_cube():
 def test_what_resembles_an_error_by_chance_is_not_said():
     """Errors of correct programs fall by up to 7 in one maneuver, with the best of 300 mistakes."""
     one = {k: x for k, x in hypothesis(1e-2 / 7).after.items() if k[0] == 1}
-    assert hypothesis(one).log_odds < WEIGHTS.said
-    assert hypothesis(1e-2 / 7).log_odds > WEIGHTS.said
+    assert hypothesis(one).log_odds < THRESHOLDS.report_log_odds
+    assert hypothesis(1e-2 / 7).log_odds > THRESHOLDS.report_log_odds
 
 
 def test_values_that_are_fitted_and_second_mistakes_cost_more():

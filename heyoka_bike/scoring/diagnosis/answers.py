@@ -24,7 +24,7 @@ from heyoka_bike.scoring.diagnosis.found import (
 )
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.program import Found, NumericalMethod
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
@@ -73,7 +73,7 @@ def answers(
         others = (x for x in first if not isinstance(x, FallsOver | AnotherStart))
         causes = (
             _integrated(hypotheses) or _explained(rank, hypotheses, report, diagnosis.causes)
-            for rank, hypotheses in enumerate(diagnosis.classes[: WEIGHTS.few], 1)
+            for rank, hypotheses in enumerate(diagnosis.classes[: THRESHOLDS.max_answers], 1)
         )
         return (*others, *causes, *units, *falls)
     if any(is_whole_cause(x) for x in first):
@@ -209,13 +209,15 @@ def _rivals(h: Hypothesis, causes: Residual) -> tuple[Hypothesis, ...]:
         return ()
     relief = causes.relief(h.mistakes)
     near = (x for x in _by_relief(causes) if x.relief * CLEARLY > relief and x.count <= h.count)
-    return tuple(x for x in near if not x.parts & h.parts)[: WEIGHTS.refined]
+    return tuple(x for x in near if not x.parts & h.parts)[: THRESHOLDS.max_refined]
 
 
 def _by_relief(causes: Residual) -> list[Hypothesis]:
     """Plausible causes that explain a part of the residual of the equations, the best first."""
     every = (x for x in (*causes.fitted, *causes.known) if x.log_odds > 0.0)
-    return sorted((x for x in every if x.relief > WEIGHTS.explains), key=lambda x: -x.relief)
+    return sorted(
+        (x for x in every if x.relief > THRESHOLDS.explained_factor), key=lambda x: -x.relief
+    )
 
 
 def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, float] | None:
@@ -227,7 +229,7 @@ def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, f
         return None
     relief = causes.relief(h.mistakes)
     where = max(causes.shares, key=causes.shares.__getitem__)
-    return (where, causes.shares[where], relief) if relief > WEIGHTS.explains else None
+    return (where, causes.shares[where], relief) if relief > THRESHOLDS.explained_factor else None
 
 
 def _written_as_given(x: Found, report: Report) -> str:
@@ -245,5 +247,7 @@ def _no_cause(diagnosis: Diagnosis, report: Report) -> NoCauseFound:
     m, c = max(report.places, key=lambda x: (x[1].error, f"{x[1].key} of maneuver {x[0].maneuver}"))
     seen = diagnosis.causes
     is_met = seen is not None and shows_equations(seen) and seen.is_met
-    closest = _by_relief(seen)[: WEIGHTS.refined] if seen is not None and seen.visibility else ()
+    closest = (
+        _by_relief(seen)[: THRESHOLDS.max_refined] if seen is not None and seen.visibility else ()
+    )
     return NoCauseFound(diagnosis.tried, m.maneuver, c.key, c.error, is_met, tuple(closest))

@@ -5,7 +5,7 @@ from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import OF_TENSORS
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.residual.residual import Residual, Visibility, shows_equations
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
@@ -24,7 +24,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     )
     is_hidden = is_mistake and not shows_equations(residual)
     # If the equations do not show the causes, each of them must explain much.
-    least = BY_FAR**h.count if is_hidden else WEIGHTS.explains
+    least = BY_FAR**h.count if is_hidden else THRESHOLDS.explained_factor
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
@@ -64,7 +64,7 @@ def above_digits(h: Hypothesis) -> dict[Place, float]:
     return {
         k: x
         for k, x in h.after.items()
-        if x > max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * h.floors.get(k, 0.0))
+        if x > max(THRESHOLDS.negligible_error, FLOORS_OF_ROUNDING * h.floors.get(k, 0.0))
         and (has_energy or not k[1].endswith("_energy"))
     }
 
@@ -98,5 +98,5 @@ def left_over(h: Hypothesis, residual: Residual | None) -> Place | None:
     others = [x for (_, key), x in h.after.items() if key in LATERAL and key != worst[1]]
     # The relative errors of roll and steer columns of one motion may differ greatly.
     times = FAR_WORSE if worst[1] in LATERAL else CLEARLY
-    is_alone = bool(others) and above[worst] > times * max(*others, WEIGHTS.nothing)
+    is_alone = bool(others) and above[worst] > times * max(*others, THRESHOLDS.negligible_error)
     return worst if is_alone else None

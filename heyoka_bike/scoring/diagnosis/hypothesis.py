@@ -13,7 +13,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MANEUVERS, MISTAKES
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, fall, log_ratio
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, fall, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES, OF_THE_STATE, is_plausible
 from heyoka_bike.scoring.grades import FLOORS_OF_ROUNDING, TOLERANCE
 from heyoka_bike.scoring.measures import ROUNDING
@@ -34,11 +34,11 @@ initial value. Each is the logarithm of their number: of mistakes, unknowns, or 
 
 def log_odds_before(mistakes: Collection[Cause]) -> float:
     """Return the logarithm of the prior odds for some mistakes against none."""
-    w, cost = WEIGHTS, 0.0
+    limits, cost = THRESHOLDS, 0.0
     for m in mistakes:
         one = OF_START if m.kind == "start" else UNKNOWN
-        cost += (w.fitted + one) * m.fitted if m.fitted else KNOWN
-    return -cost - w.further * max(len(mistakes) - 1, 0)
+        cost += (limits.value_cost + one) * m.fitted if m.fitted else KNOWN
+    return -cost - limits.further_cause_cost * max(len(mistakes) - 1, 0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,7 +115,7 @@ class Hypothesis:
             return float("-inf")
         # Few rows have fewer independent values: the first is given, and one sets the error's size.
         rows = [len(next(iter(columns.values()))) - 2 for columns in self.expected]
-        share = min(1.0, max(rows, default=1000) / WEIGHTS.values)
+        share = min(1.0, max(rows, default=1000) / THRESHOLDS.independent_values)
         seen = share * log_ratio(self.before, self.after, self.changed)
         return seen + log_odds_before(self.mistakes)
 
@@ -133,7 +133,8 @@ class Hypothesis:
                 self.after[k] < AS_GOOD * max(self.before[k], floor, self.floors.get(k, 0.0))
                 for k in self.before
             )
-            and sum(x > HALF for x in self.after.values()) <= WEIGHTS.strange * len(self.after)
+            and sum(x > HALF for x in self.after.values())
+            <= THRESHOLDS.max_far_off * len(self.after)
         )
 
     @property
@@ -150,7 +151,7 @@ class Hypothesis:
         if worst is not None and others[worst] > TOLERANCE and self.relief < BY_FAR:
             return worst
         lateral = max([x for (_, key), x in self.after.items() if key in LATERAL], default=0.0)
-        limit = CLEARLY * max(lateral, WEIGHTS.nothing)
+        limit = CLEARLY * max(lateral, THRESHOLDS.negligible_error)
         # Changed columns that were much less wrong than the motion need no mistake of the output.
         if self.changed and CLEARLY * max(self.before[k] for k in self.changed) < lateral:
             return self.changed[0]
@@ -164,6 +165,6 @@ class Hypothesis:
     def leaves_nothing(self) -> bool:
         """True if the remaining errors are negligible, so no further cause could explain more."""
         return bool(self.after) and all(
-            x <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
+            x <= max(THRESHOLDS.negligible_error, FLOORS_OF_ROUNDING * self.floors.get(k, 0.0))
             for k, x in self.after.items()
         )

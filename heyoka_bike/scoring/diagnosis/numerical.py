@@ -8,7 +8,7 @@ import numpy as np
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis.beginnings import beginnings
 from heyoka_bike.scoring.diagnosis.energies import of_energy
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.evidence.base import Evidence
 from heyoka_bike.scoring.evidence.error_shape import (
@@ -76,7 +76,7 @@ def causes(report: Report) -> tuple[Evidence, ...]:
     there = report.by_column()
     missing = tuple(key for key in STATE if key not in there)
     # A negligible error needs no explanation.
-    rough = tuple(_rough(report)) if worst > WEIGHTS.nothing else ()
+    rough = tuple(_rough(report)) if worst > THRESHOLDS.negligible_error else ()
     if has_right_digits(worst):
         # The error of a multistep method that changes its order also jumps, without iterations.
         rough = tuple(x for x in rough if not isinstance(x, IterationNoise))

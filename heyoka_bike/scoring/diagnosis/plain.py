@@ -14,7 +14,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.evidence.error_shape import FallsOver, NotDiagnosed
 from heyoka_bike.scoring.evidence.output_faults import (
     AnotherStart,
@@ -211,7 +211,7 @@ def _departs(
         return None
     last, row = rows
     # With a variable step the error may differ as much from one step to the next.
-    is_right = off[last] <= max(WEIGHTS.nothing, FLOORS_OF_ROUNDING * floor)
+    is_right = off[last] <= max(THRESHOLDS.negligible_error, FLOORS_OF_ROUNDING * floor)
     if row > last + 1 and not (is_right and np.max(off) > TOLERANCE / CLEARLY):
         return None
     right = float(np.max(off[: last + 1]))
@@ -225,7 +225,7 @@ def _departs(
         right,
         float(off[row]),
         float(time[end - 1]) if is_back else None,
-        ahead if relief > WEIGHTS.nearly and not is_back else None,
+        ahead if relief > THRESHOLDS.direction_factor and not is_back else None,
         keys,
     )
 
@@ -280,7 +280,7 @@ def other_times(report: Report) -> OtherTimes | None:
         relief.append(left)
         low, high = np.quantile(ahead, ((1 - MOST_ROWS) / 2, (1 + MOST_ROWS) / 2)).tolist()
         found[m.maneuver] = low, high
-    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > WEIGHTS.nearly):
+    if not (max(relief) > BY_FAR and np.exp(np.mean(np.log(relief))) > THRESHOLDS.direction_factor):
         return None
     least, most = min(x for x, _ in found.values()), max(x for _, x in found.values())
     is_one = CLEARLY * (most - least) < abs(most + least)

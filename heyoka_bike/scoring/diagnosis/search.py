@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import KINDS, MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORWARD
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Cause,
@@ -270,29 +270,33 @@ def _of_equations(residual: Residual) -> tuple[list[Causes], list[Causes]]:
 
     The second list is for whole runs, which show more than noisy or few rows do.
     """
-    w, likeliest = WEIGHTS, sorted(residual.known, key=lambda h: -h.log_odds)
-    least = residual.log_odds - w.refuted
+    limits, likeliest = THRESHOLDS, sorted(residual.known, key=lambda h: -h.log_odds)
+    least = residual.log_odds - limits.drop_log_odds
     singles = [h for h in likeliest if len(h.mistakes) == 1]
     pairs = [h for h in likeliest if len(h.mistakes) > 1 and h.log_odds > max(least, 0.0)]
     # A mistake that hardly changes the equations is neither shown nor excluded by them.
-    relief = 1.0 / w.also if residual.is_resolved else 0.0
-    most = w.some if residual.visibility is Visibility.NOTHING else w.many
+    relief = 1.0 / limits.min_pair_gain if residual.is_resolved else 0.0
+    most = limits.max_unseen if residual.visibility is Visibility.NOTHING else limits.max_simulated
     likely = [h for h in singles if h.log_odds > least and h.relief > relief][:most]
-    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: w.many]
+    others = [h for h in singles[len(likely) :] if h.relief > 1.0 / CLEARLY][: limits.max_simulated]
     is_partly = residual.visibility in (Visibility.STARTS, Visibility.EQUATIONS_PARTLY)
     others = others if is_partly else []
-    return [h.mistakes for h in (*likely, *pairs[: w.some])], [h.mistakes for h in others]
+    return [h.mistakes for h in (*likely, *pairs[: limits.max_pairs])], [h.mistakes for h in others]
 
 
 def _values(file: SeenFile, residual: Residual) -> Iterator[Hypothesis]:
     """Judge likely values of parameters and forces, fitted to the equations and to whole runs."""
-    least = max(residual.log_odds - WEIGHTS.refuted, 0.0)
-    likely = [h for h in residual.fitted if h.log_odds > least][: WEIGHTS.refined]
+    least = max(residual.log_odds - THRESHOLDS.drop_log_odds, 0.0)
+    likely = [h for h in residual.fitted if h.log_odds > least][: THRESHOLDS.max_refined]
     if all(len(h.parts) > 1 for h in likely):
         likely += [h for h in residual.fitted if len(h.parts) == 1][:1]
     if residual.visibility >= Visibility.EQUATIONS_PARTLY:
         # Keep likely values with a small relief: whole runs show more than rows far apart.
-        likely = [h for h in likely if h.relief > WEIGHTS.explains or h.log_odds > WEIGHTS.said]
+        likely = [
+            h
+            for h in likely
+            if h.relief > THRESHOLDS.explained_factor or h.log_odds > THRESHOLDS.report_log_odds
+        ]
     if residual.is_open or residual.visibility is Visibility.NOTHING:
         # A force remains, or no motion is visible, so refining the values would be useless.
         yield from file.judged(h.mistakes for h in likely)
@@ -370,8 +374,10 @@ def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
         (h for h in alone.values() if h.gain > 1.0 and h.mistakes[0].kind in KINDS),
         key=lambda h: -h.log_odds,
     )
-    leaders = [h for h in likeliest if h.log_odds > likeliest[0].log_odds - WEIGHTS.refuted]
-    leaders = leaders[: WEIGHTS.few]
+    leaders = [
+        h for h in likeliest if h.log_odds > likeliest[0].log_odds - THRESHOLDS.drop_log_odds
+    ]
+    leaders = leaders[: THRESHOLDS.max_leaders]
     if file.has_one_speed:
         # A linear program may contain another mistake.
         leaders += [h for h in likeliest if h.codes == (LINEARISED,) and h not in leaders]
@@ -384,7 +390,7 @@ def _pairs(file: SeenFile, found: Sequence[Hypothesis]) -> list[Causes]:
         if leader is likeliest[0] and first.kind == "output":
             others += [h.mistakes[0] for h in alone.values() if h.mistakes[0].kind == "model"]
         elif not shows_equations(file.residual):
-            others += [h.mistakes[0] for h in likeliest[: WEIGHTS.rivals]]
+            others += [h.mistakes[0] for h in likeliest[: THRESHOLDS.max_partners]]
         asked += _with_others(first, others)
     return asked
 
@@ -410,7 +416,7 @@ def _of_start(file: SeenFile) -> Sequence[Hypothesis]:
         found += [
             h
             for h in values
-            if h.log_odds > WEIGHTS.said and max(h.after[k] for k in h.changed) < HALF
+            if h.log_odds > THRESHOLDS.report_log_odds and max(h.after[k] for k in h.changed) < HALF
         ][:1]
     return [*file.judged([tuple(m for h in found for m in h.mistakes)])] or found
 

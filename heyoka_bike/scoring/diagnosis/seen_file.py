@@ -21,7 +21,7 @@ from heyoka_bike.scoring.diagnosis.integrated import CARRIED, ROWS_FOLLOWED, Run
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply, mistakes_of
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS, Place, log_ratio
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS, Place, log_ratio
 from heyoka_bike.scoring.diagnosis.programs.forces import WITHOUT_POTENTIAL
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.program import Cause, Motion, Start, beginning
@@ -202,7 +202,7 @@ class SeenFile:
             parts = [p.part for p in self._parts]
         begun = SeenFile(parts, self._reference, self.simulator, (), self._deadline)
         known = [h for h in begun.judged(hypotheses) if h.gain > 1.0 / AS_GOOD]
-        kept = sorted(known, key=lambda h: -h.gain)[: WEIGHTS.many]
+        kept = sorted(known, key=lambda h: -h.gain)[: THRESHOLDS.max_simulated]
         self.tried += begun.tried - len(kept)
         return [h.mistakes for h in kept]
 
@@ -258,8 +258,10 @@ class SeenFile:
         split = min(SPLIT, *(len(p.compared) for p in parts))
         floors = np.full(split * sum(len(rows) for rows in written), ROUNDING)
         # The same factors as in `claims.explains`.
-        needed = WEIGHTS.explains if shows_equations(self.residual) else BY_FAR
-        return Fits(self.program, leaves, floors, len(parts), WEIGHTS.promise[1], split, needed)
+        needed = THRESHOLDS.explained_factor if shows_equations(self.residual) else BY_FAR
+        return Fits(
+            self.program, leaves, floors, len(parts), THRESHOLDS.run_exponent, split, needed
+        )
 
     def _leaves_much(self, residual: Residual) -> bool:
         """True if a wrong file shows the equations, and nothing explains their residual."""

@@ -18,7 +18,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understandings
 from heyoka_bike.scoring.diagnosis.budget import Deadline
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
 from heyoka_bike.scoring.diagnosis.residual.fits import size_of
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
@@ -178,7 +178,7 @@ def edit_beside_a_value(
     # integrators it is up to 2.5 times better, and reduces the residual by a factor of 7.
     is_both = CLEARLY * left < best_alone
     gain = start.left / left
-    if not (is_both and gain > max(BY_FAR, right.limit / WEIGHTS.nearly)):
+    if not (is_both and gain > max(BY_FAR, right.limit / THRESHOLDS.direction_factor)):
         return None
     kind, key = name.split(" ")
     by, more = (1.0, size) if f"{kind} " == _ZERO else (1.0 + size, 0.0)

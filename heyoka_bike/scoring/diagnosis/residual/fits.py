@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.hypothesis import UNKNOWN, Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import (
     FittedValues,
@@ -33,7 +33,7 @@ from heyoka_bike.scoring.ratios import AS_GOOD, BY_FAR, CLEARLY
 SPLIT = 4
 """Number of parts of a run whose errors have different sizes: the error of a wrong value grows."""
 
-COUNTS = tuple(range(1, WEIGHTS.few + 1))
+COUNTS = tuple(range(1, THRESHOLDS.max_values + 1))
 """Numbers of values that are fitted together."""
 
 Leaves = Callable[[Sequence[Program]], Sequence[Sequence[Array]]]
@@ -156,16 +156,17 @@ class Fits:
         views = [whole] if self.split == 1 else [whole, whole.every(self.split)]
         members: list[NDArray[np.intp] | None] = [None] * len(views)
         cost = max(
-            (WEIGHTS.fitted + UNKNOWN) / (WEIGHTS.values * self.maneuvers * self.promise),
-            float(np.log(self.needed)) / max(WEIGHTS.promise),
+            (THRESHOLDS.value_cost + UNKNOWN)
+            / (THRESHOLDS.independent_values * self.maneuvers * self.promise),
+            float(np.log(self.needed)) / max(THRESHOLDS.residual_exponent, THRESHOLDS.run_exponent),
         )
         for size in COUNTS[: len(names)]:
             found: dict[tuple[int, ...], None] = {}
             for i, view in enumerate(views):
-                subsets = best_subsets(view, size, WEIGHTS.rivals, members[i])
+                subsets = best_subsets(view, size, THRESHOLDS.max_partners, members[i])
                 members[i] = subsets.members
                 if np.log(np.max(subsets.gains, initial=1.0)) > cost * size:
-                    most = max(1, WEIGHTS.some // size // len(views))
+                    most = max(1, THRESHOLDS.max_subsets // size // len(views))
                     # Single values that explain nearly as much are all refined: their whole runs
                     # differ more than their first orders do.
                     alike = subsets.gains > max(subsets.gains[0] / AS_GOOD, BY_FAR)
@@ -185,7 +186,7 @@ class Fits:
             for group in groups
             if place.keys() >= {*group}
         ]
-        likely = sorted(gains, key=lambda x: -x[0])[: WEIGHTS.refined]
+        likely = sorted(gains, key=lambda x: -x[0])[: THRESHOLDS.max_refined]
         return [dict.fromkeys(group, 0.0) for gain, group in likely if gain > self.needed]
 
     def _further(self, changes: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:

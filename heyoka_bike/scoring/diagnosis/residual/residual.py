@@ -23,7 +23,7 @@ from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.diagnosis import followed
 from heyoka_bike.scoring.diagnosis.budget import NEVER, Deadline
 from heyoka_bike.scoring.diagnosis.hypothesis import Hypothesis
-from heyoka_bike.scoring.diagnosis.odds import WEIGHTS
+from heyoka_bike.scoring.diagnosis.odds import THRESHOLDS
 from heyoka_bike.scoring.diagnosis.programs.forces import (
     FORCES,
     OF_THE_STATE,
@@ -150,16 +150,17 @@ class Residual:
         self.floors = digits
         rest = self._left(self._right)
         # A negligible residual needs no further cause.
-        self.floors = np.hypot(digits, WEIGHTS.nothing * self._sizes)
+        self.floors = np.hypot(digits, THRESHOLDS.negligible_error * self._sizes)
         self._before = self._left(self._right)
         self.shares = {name: float(np.max(rest[k::count])) for k, name in enumerate(self.equations)}
         # Use only roll and steer: if the speed hardly changes, its equation shows little.
-        slopes = [max(m.inconsistency(), WEIGHTS.nothing) for m in motions]
+        slopes = [max(m.inconsistency(), THRESHOLDS.negligible_error) for m in motions]
         self.above = float(np.max(np.sqrt(rest[0::count] * rest[1::count]) / slopes))
         is_blown_up = max(slopes) > HALF or bool(np.max(rest) == _NO_LIMIT)
-        resolved, (enough, share) = self._before * self._sizes / digits, WEIGHTS.shows
-        is_resolved = bool(np.exp(np.mean(np.log(resolved))) > enough) and not is_blown_up
-        is_judged = is_resolved or bool(np.median(rest / resolved) < share)
+        resolved = self._before * self._sizes / digits
+        is_above = np.exp(np.mean(np.log(resolved))) > THRESHOLDS.visible_ratio
+        is_resolved = bool(is_above) and not is_blown_up
+        is_judged = is_resolved or bool(np.median(rest / resolved) < THRESHOLDS.visible_fraction)
         self._has_state = all(m.has_state for m in motions)
         self.is_resolved = is_resolved and self._has_state
         if is_blown_up:
@@ -188,7 +189,7 @@ class Residual:
             # more. Whole runs decide.
             is_partly = self.visibility is Visibility.EQUATIONS_PARTLY
             is_force = any(x.name in FORCES for h in found[:1] for x in h.found)
-            is_more = is_force or WEIGHTS.nearly * largest < self.limit
+            is_more = is_force or THRESHOLDS.direction_factor * largest < self.limit
             is_open = is_partly and self.is_large and is_more
         return self._fitted([*UNKNOWNS, *OF_THE_STATE]) if is_open else found
 
@@ -209,7 +210,7 @@ class Residual:
         found = self._fits().fewest(
             [*PARAMETERS], lambda m: [self._judged(m)], lambda _: False, counts=(1,)
         )
-        return tuple(h for h in found if h.relief > max(least, WEIGHTS.nearly))
+        return tuple(h for h in found if h.relief > max(least, THRESHOLDS.direction_factor))
 
     @cached_property
     def methods(self) -> tuple[Method, ...]:
@@ -257,7 +258,7 @@ class Residual:
         if not self.is_resolved or not self.is_large:
             return True
         largest = _largest_relief(*self.known, *self._of_unknowns)
-        return largest > min(WEIGHTS.nearly, self.limit / CLEARLY)
+        return largest > min(THRESHOLDS.direction_factor, self.limit / CLEARLY)
 
     @property
     def is_large(self) -> bool:
@@ -270,7 +271,7 @@ class Residual:
     @property
     def promising(self) -> tuple[str, ...]:
         """The unknowns that, each alone and to first order, explain most of the residual."""
-        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, WEIGHTS.few)
+        found = best_subsets(self._fits().first_order(UNKNOWNS), 1, THRESHOLDS.max_values)
         return tuple(UNKNOWNS[i] for (i,) in found.members.tolist())
 
     @property
@@ -298,7 +299,7 @@ class Residual:
 
         False if the speed or a rate is not in the file: the computed one may be wrong.
         """
-        return self._has_state and self.above > WEIGHTS.above * relief
+        return self._has_state and self.above > THRESHOLDS.force_ratio * relief
 
     @property
     def is_described(self) -> bool:
@@ -344,7 +345,7 @@ class Residual:
         sure = [
             h
             for h in (*self.known, *self.fitted)
-            if h.relief > WEIGHTS.nearly and h.log_odds > WEIGHTS.said
+            if h.relief > THRESHOLDS.direction_factor and h.log_odds > THRESHOLDS.report_log_odds
             if len(h.parts) == 1 or not self.leaves_force(h.relief)
         ]
         if not shows_equations(self):
@@ -416,7 +417,8 @@ class Residual:
         """
         if self.visibility is not Visibility.EQUATIONS:
             return False
-        accelerations, (enough, _) = self.of(apply(self.program, mistakes)), WEIGHTS.shows
+        accelerations = self.of(apply(self.program, mistakes))
+        enough = THRESHOLDS.visible_ratio
         left = self._left(accelerations) * self._sizes / self.floors
         return bool(np.max(left) > enough and self.above > enough * self._relief(accelerations))
 
@@ -437,18 +439,18 @@ class Residual:
         relief = {h.codes[0]: h.relief for h in found}
         ranked = sorted(library, key=lambda m: -relief[m.code])
         pairs = []
-        for i, first in enumerate(ranked[: WEIGHTS.some]):
+        for i, first in enumerate(ranked[: THRESHOLDS.max_pairs]):
             for second in ranked[i + 1 :]:
                 # The effect of two mistakes is nearly the sum of their effects. A small mistake may
                 # increase the residual alone, but reduce it together with a large one.
                 both = alone[first.code] + alone[second.code] - self._right
                 about = self._relief(both)
-                if about > WEIGHTS.also * max(relief[first.code], 1.0):
+                if about > THRESHOLDS.min_pair_gain * max(relief[first.code], 1.0):
                     pairs.append((about, first, second))
         pairs.sort(key=lambda x: -x[0])
-        for _, *pair in pairs[: WEIGHTS.some]:
+        for _, *pair in pairs[: THRESHOLDS.max_pairs]:
             both_made = self._judged(*(m for m in library if m in pair))
-            if both_made.relief > WEIGHTS.also * max(relief[m.code] for m in pair):
+            if both_made.relief > THRESHOLDS.min_pair_gain * max(relief[m.code] for m in pair):
                 found.append(both_made)
         return tuple(sorted(found, key=lambda h: -h.relief))
 
@@ -456,7 +458,11 @@ class Residual:
         """Fit as few unknowns as explain the residual, if they are likelier than the library."""
         enough = self.limit / CLEARLY
         known = self.known[0]
-        if len(known.mistakes) == 1 and known.relief > enough and known.log_odds > WEIGHTS.said:
+        if (
+            len(known.mistakes) == 1
+            and known.relief > enough
+            and known.log_odds > THRESHOLDS.report_log_odds
+        ):
             return ()
         least = max(0.0, known.log_odds)
         return self._fits().fewest(
@@ -473,8 +479,8 @@ class Residual:
             self._leaves,
             self.floors,
             len(self.motions),
-            WEIGHTS.promise[0],
-            needed=WEIGHTS.explains,
+            THRESHOLDS.residual_exponent,
+            needed=THRESHOLDS.explained_factor,
         )
 
     def _leaves(self, programs: Sequence[Program]) -> list[list[Array]]:
@@ -507,7 +513,7 @@ class Residual:
 
         right = distance(self.program)
         near = [(distance(apply(self.program, (m,))), i) for i, m in enumerate(library)]
-        return [library[i] for x, i in sorted(near)[: WEIGHTS.some] if x < right]
+        return [library[i] for x, i in sorted(near)[: THRESHOLDS.max_starts] if x < right]
 
     def other_starts(self) -> list[FittedValues]:
         """Return the initial values, for each maneuver, that differ from the given ones.
@@ -523,7 +529,10 @@ class Residual:
             size = np.std([m.state[key] for key in STATE], axis=1) + _TINY
             # A value differs if its change exceeds the scatter of the rows, and is not negligible
             # relative to the largest change.
-            least = WEIGHTS.sure * scatter + TOLERANCE * np.max(np.abs(off) / size) * size
+            least = (
+                THRESHOLDS.start_scatter_factor * scatter
+                + TOLERANCE * np.max(np.abs(off) / size) * size
+            )
             names = [f"initial_{name}_{m.number}" for name in START]
             is_other = np.abs(off) > least
             changes = {n: float(x) for n, x, y in zip(names, off, is_other, strict=True) if y}
