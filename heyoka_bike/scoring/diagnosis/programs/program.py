@@ -56,10 +56,9 @@ class Terms:
 
     Attributes
     ----------
-    c1, k2
-        Powers of the speed.
-    k0
-        Power of gravity.
+    c1, k0, k2
+        Power of the speed that multiplies C1, of gravity that multiplies K0, and of the speed that
+        multiplies K2.
     """
 
     c1: int | None = 1
