@@ -58,7 +58,7 @@ def mostly_zeros(report: Report) -> tuple[MostlyZeros, ...]:
 
 
 def answers(
-    diagnosis: Diagnosis, report: Report, first: Sequence[plain.AtOnce]
+    diagnosis: Diagnosis, report: Report, first: Sequence[plain.VisibleFault]
 ) -> tuple[Evidence, ...]:
     """List the causes that explain the file, or describe its error if none does.
 
@@ -171,7 +171,7 @@ def _unexplained(diagnosis: Diagnosis) -> Iterator[TorqueLaw | ForceUnexplained]
     if causes.best is None and causes.law is not None:
         yield TorqueLaw(causes.law)
         return
-    is_beside, is_end = causes.best is not None, diagnosis.ends_at_a_force
+    is_beside, is_end = causes.best is not None, diagnosis.stops_at_unknown_force
     yield ForceUnexplained(_left(causes), is_beside, is_end)
 
 

@@ -35,7 +35,7 @@ _HIGHEST_POWER = 8
 # 1/2, until this mode has decayed. This is added before the power is rounded down.
 _LESS = 0.75
 # Higher powers are reported as this one.
-_HIGHEST_TOLD = 3
+_HIGHEST_REPORTED = 3
 
 
 def beginnings(report: Report) -> Iterator[Evidence]:
@@ -168,4 +168,4 @@ def _power(c: ColumnScore) -> int | None:
     if later >= len(time) or later == first or not error[later] > error[first]:
         return None
     power = np.log(error[later] / error[first]) / np.log(time[later] / time[first])
-    return min(int(np.ceil(power - 1.0 + _LESS)), _HIGHEST_TOLD) or None
+    return min(int(np.ceil(power - 1.0 + _LESS)), _HIGHEST_REPORTED) or None

@@ -64,7 +64,7 @@ class Diagnosis:
         False if the time limit was reached before all causes were tried.
     likeliest : Hypothesis or None
         The best hypothesis so far, if `classes` is empty only because the search was stopped.
-    ends_at_a_force
+    stops_at_unknown_force
         True if pairs of mistakes and other initial conditions were not tried, because the file
         shows a force that no single cause explains.
     edit : ColumnRatio or None
@@ -79,7 +79,7 @@ class Diagnosis:
     units: Mapping[str, str] = field(default_factory=dict)
     is_whole: bool = True
     likeliest: Hypothesis | None = None
-    ends_at_a_force: bool = False
+    stops_at_unknown_force: bool = False
     edit: ColumnRatio | None = None
 
 
@@ -100,11 +100,11 @@ def explain(
         return Diagnosis((), 0)
     library = () if only_output else OF_MODEL
     try:
-        with followed.taken(_MOTION) as told:
+        with followed.logged(_MOTION) as log:
             file = SeenFile(
                 parts, reference, simulator or Simulator(), library, deadline, asks_for_edit
             )
-            told.found = partial(_left_of_equations, file.residual)
+            log.found = partial(_left_of_equations, file.residual)
     except BudgetSpentError:
         return Diagnosis((), 0, is_whole=False)
     progress(_SHARE_OF_EQUATIONS)
@@ -123,8 +123,8 @@ def explain(
     classes = ranked(file, search.found, search.starts)
     tried = file.tried + (len(OF_MODEL) if residual else 0)
     if not classes:
-        ended = is_whole and not only_output and search.ends_at_a_force
-        return Diagnosis((), tried, residual, is_whole=is_whole, ends_at_a_force=ended)
+        ended = is_whole and not only_output and search.stops_at_unknown_force
+        return Diagnosis((), tried, residual, is_whole=is_whole, stops_at_unknown_force=ended)
     best, usual = classes[0][0], file.right.understood
     if not (is_whole or ends_search(best, residual)):
         return Diagnosis((), tried, residual, is_whole=False, likeliest=best)

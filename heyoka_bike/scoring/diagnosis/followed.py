@@ -30,7 +30,7 @@ class Step:
 
 
 @dataclass(slots=True)
-class Told:
+class StepLog:
     """The log entry of a step in progress.
 
     Attributes
@@ -43,15 +43,15 @@ class Told:
 
 
 @contextmanager
-def taken(step: Step) -> Iterator[Told]:
+def logged(step: Step) -> Iterator[StepLog]:
     """Log the question, the result and the duration of a step, even if it ends early."""
-    begun, told = time.process_time(), Told()
+    begun, entry = time.process_time(), StepLog()
     try:
-        yield told
+        yield entry
     finally:
         if _log.isEnabledFor(logging.INFO):
             seconds = time.process_time() - begun
-            _log.info("%s: %s %s (%.2f s)", step.name, step.question, told.found(), seconds)
+            _log.info("%s: %s %s (%.2f s)", step.name, step.question, entry.found(), seconds)
 
 
 def in_words(h: Hypothesis | None) -> str:

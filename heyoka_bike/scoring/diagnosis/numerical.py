@@ -36,8 +36,8 @@ from heyoka_bike.scoring.scores import ColumnScore
 # Smallest fraction of noise in an error that counts at all, and that counts as noise of iterations.
 # With Exudyn the fraction is below 2e-4 if the tolerance of iterations is tight, and above 5e-3 if
 # it is loose.
-_SMALLEST_TOLD = 1e-4
-_NOISE = 2e-3
+_LEAST_NOISE = 1e-4
+_ITERATION_NOISE = 2e-3
 # Minimum correlation of the fourth differences of an alternating error: negative one row apart,
 # positive two rows apart.
 _ALTERNATING_PART = 0.95
@@ -107,7 +107,7 @@ def _rough(report: Report) -> Iterator[RoughError | StepRinging | IterationNoise
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.shape.at_one < HALF and r.part > _SMALLEST_TOLD
+        if r is not None and r.shape.at_one < HALF and r.part > _LEAST_NOISE
     }
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = {place: r for place, r in jumping.items() if r.shape.is_white}
@@ -129,7 +129,7 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Rough]) -> bool:
     """True if both rates of a maneuver jump, much more than their angles."""
     for kind in ("roll", "steer"):
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
-        if rate is None or rate.shape.at_one >= 0 or rate.part < _NOISE:
+        if rate is None or rate.shape.at_one >= 0 or rate.part < _ITERATION_NOISE:
             return False
         # Noise of velocities hardly shows in the angles, which are their integrals. Noise of the
         # output does.

@@ -56,14 +56,16 @@ _GIVEN = ("roll_rate", "forward_speed")
 _ENERGY_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
 
 
-AtOnce = FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+VisibleFault = (
+    FallsOver | RowsRepeated | RowsBetween | ColumnOfAnotherManeuver | AnotherStart | Departs
+)
 """Faults of the benchmark's columns that are visible without simulation."""
 
 
-def shown(report: Report) -> tuple[AtOnce, ...]:
+def shown(report: Report) -> tuple[VisibleFault, ...]:
     """Return the faults of the benchmark's columns that are visible without simulation."""
     maneuvers = report.maneuvers
-    found: list[AtOnce] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
+    found: list[VisibleFault] = [*_falls_over(maneuvers), *standing_still(maneuvers)]
     found += _between(maneuvers)
     found += of_other_maneuvers(maneuvers)
     found += _other_starts(maneuvers)
@@ -176,7 +178,7 @@ def _flat(c: ColumnScore, order: int) -> float:
     return sorted(float(np.mean(x)) for x in parts)[1]
 
 
-def are_departures(seen: Sequence[AtOnce], report: Report) -> bool:
+def are_departures(seen: Sequence[VisibleFault], report: Report) -> bool:
     """True if every wrong maneuver is right at its start, or in every nth row."""
     departs = {x.maneuver for x in seen if isinstance(x, Departs)}
     departs |= {n for x in seen if isinstance(x, RowsBetween) and x.every for n in x.maneuvers}
@@ -383,7 +385,7 @@ def beside(
             continue
         if all(_is_alone(m, c, left_out) for m, c in wrong):
             columns = {m.maneuver: c for m, c in wrong}
-            found += _wrong_alone(key, columns, is_unknown=key in left_out)
+            found += _isolated_wrong_column(key, columns, is_unknown=key in left_out)
         elif key not in left_out:
             others.append(key)
     if others:
@@ -398,7 +400,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
     return limit < TOLERANCE and is_far(c, limit, CLEARLY)
 
 
-def _wrong_alone(
+def _isolated_wrong_column(
     key: str, columns: Mapping[int, ColumnScore], *, is_unknown: bool
 ) -> Iterator[ColumnBeside]:
     """Yield the evidence of a column that is wrong while the benchmark's columns are right.

@@ -186,11 +186,11 @@ class Pursuit:
         asked = replace(report, maneuvers=maneuvers)
         if is_right(asked):
             return Answer(report, (NothingWrong(),))
-        at_once = plain.shown(asked)
-        if plain.are_departures(at_once, asked):
+        visible = plain.shown(asked)
+        if plain.are_departures(visible, asked):
             # Mistakes of the model or of the initial conditions would show from the start.
-            return Answer(report, at_once)
-        asked, elsewhere = _wrong_alone(asked)
+            return Answer(report, visible)
+        asked, elsewhere = _without_right_maneuvers(asked)
         parts = [m.part for m in asked.maneuvers]
         # If some columns show that the motion is right, the others are written wrongly.
         only_output = only_output or plain.columns_apart(asked) is not None
@@ -200,7 +200,7 @@ class Pursuit:
         )  # fmt: skip
         if found.edit is not None:
             return Answer(report, (), edit=found.edit)
-        seen = answers(found, asked, at_once)
+        seen = answers(found, asked, visible)
         # A search that was stopped may have found nothing.
         first = next(iter(seen), None)
         cause = first if found.curves and isinstance(first, _SHOWN) else None
@@ -244,10 +244,10 @@ def pursue(
 def _end_of(pursuit: Pursuit) -> Answer:
     """Let all sources look, and at last search among the motions of programs."""
     for source in SOURCES:
-        with followed.taken(source) as told:
+        with followed.logged(source) as log:
             undone = source.look(pursuit.view)
             if undone is not None:
-                told.found = partial("; ".join, map(str, undone.seen))
+                log.found = partial("; ".join, map(str, undone.seen))
         if undone is not None:
             pursuit.undo(undone)
         if pursuit.answer is not None:
@@ -277,7 +277,7 @@ def _right(report: Report, keys: Sequence[str]) -> NothingWrong:
     return NothingWrong(() if len(told) == len(every) else told, signs)
 
 
-def _wrong_alone(report: Report) -> tuple[Report, RightElsewhere | None]:
+def _without_right_maneuvers(report: Report) -> tuple[Report, RightElsewhere | None]:
     """Return the report without its right maneuvers if others are far worse, and the evidence.
 
     A wrong model would be wrong in all maneuvers.

@@ -114,7 +114,7 @@ class Search:
         return max(likely, key=lambda h: h.log_odds, default=None)
 
     @property
-    def ends_at_a_force(self) -> bool:
+    def stops_at_unknown_force(self) -> bool:
         """True if the file shows a force that no cause explains, and the search is not thorough."""
         seen = self.residual
         is_left = seen is not None and shows_equations(seen) and seen.is_open
@@ -130,7 +130,7 @@ class Search:
         """
         error = max(self.file.right.after.values(), default=1.0)
         is_near = has_right_digits(error) and not self.is_thorough
-        return is_near or self.ends_at_a_force
+        return is_near or self.stops_at_unknown_force
 
     def carry_out(self, steps: Sequence[Trial], progress: Callable[[float], None]) -> None:
         """Carry out the steps that are worth their time.
@@ -143,8 +143,8 @@ class Search:
         for i, step in enumerate(steps):
             if step.is_asked(self):
                 kept = self.starts if step.is_of_start else self.found
-                with followed.taken(step) as told:
-                    told.found = partial(self._in_words, self.file.tried)
+                with followed.logged(step) as log:
+                    log.found = partial(self._in_words, self.file.tried)
                     kept.extend(step.tried(self))
             progress((i + 1) / len(steps))
 

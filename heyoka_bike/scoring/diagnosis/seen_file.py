@@ -415,9 +415,9 @@ class SeenFile:
                 if best.visibility and not best.is_open and is_enough:
                     break
         if best is not None and self._asks_for_edit and self._leaves_much(best):
-            with followed.taken(_EDITED) as told:
+            with followed.logged(_EDITED) as log:
                 self.edit = self.edited()
-                told.found = partial(str, self.edit)
+                log.found = partial(str, self.edit)
             if self.edit is not None:
                 return best
         if best is not None and best.is_open:

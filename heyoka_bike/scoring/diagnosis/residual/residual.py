@@ -216,11 +216,11 @@ class Residual:
     def methods(self) -> tuple[Method, ...]:
         """Methods of integration that explain the residual equally well."""
         equations = equations_of(tuple(self.program.motion.bicycle.values.items()))
-        with followed.taken(_METHOD) as told:
+        with followed.logged(_METHOD) as log:
             found = find_methods(equations, self.motions)
             if found:
                 each = (f"{m.says} (step {m.step:.3g} s)" for m in found)
-                told.found = partial(", ".join, each)
+                log.found = partial(", ".join, each)
         return found
 
     @cached_property
