@@ -42,7 +42,7 @@ CARRIED = 1e-12
 """Accuracy of a thousand propagated errors, relative to the size of the column; each adds 1e-13."""
 
 # Longest time over which an error is propagated by one step of RK4 [s]. The fastest mode of the
-# benchmark falls by e^-0.5 in this time, which one step gives to 3e-4.
+# benchmark falls by e^-0.5 in this time, which one step computes to 3e-4.
 _LONGEST = FASTEST_MODE / 2
 # Maximum number of rows of a maneuver at which errors are propagated; they are interpolated
 # linearly between these.

@@ -304,8 +304,8 @@ class SensesOpposed(Evidence):
     def message(self) -> str:
         return (
             "Roll is positive to the left, but steer to the right. Right-handed axes give this "
-            "only if one points backward and another down. If your axes are different, roll or "
-            "steer has a sign error (with x forward and z up: steer)"
+            "only if one points backward and another down. Otherwise roll or steer has a sign "
+            "error (with x forward and z up: steer)"
         )
 
     def numbers(self) -> Mapping[str, Any]:

@@ -142,9 +142,9 @@ class WorkFromStart(Evidence):
         each = ", ".join(f"{x:.3g} W in maneuver {n}" for n, x in self.powers.items())
         forces = ", ".join(f"{x:.3g} N" for x in self.forces.values())
         return (
-            f"From the first row on the kinetic energy changes by {each}, although gravity does no "
-            f"work there. A force of {forces} along the motion does this: drag, wind, a slope or a "
-            "drive. If it falls with the step, it is the integrator"
+            f"From the first row on the kinetic energy changes by {each}, but gravity does no work "
+            f"there. A force of {forces} along the motion does: drag, wind, a slope or a drive. If "
+            "it falls with the step, it is the integrator"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -324,9 +324,9 @@ class ContactYields(Evidence):
     def message(self) -> str:
         return (
             f"In every maneuver the potential energy falls by {self.energy:.2g} J within "
-            f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. The "
-            "contact yields, and the wheels slip. Make contact and friction stiffer "
-            "(docs/how-to/engines.md); a smaller step alone does not help"
+            f"{self.time:g} s, whatever the roll angle: the bicycle sinks into the floor. Make "
+            "contact and friction stiffer (docs/how-to/engines.md); a smaller step alone does not "
+            "help"
         )
 
     def numbers(self) -> Mapping[str, Any]:
@@ -421,9 +421,9 @@ class IterationNoise(Evidence):
 
     def message(self) -> str:
         return (
-            "The velocities jump from row to row, much more than the angles. Tighten the tolerance "
-            "of the Newton iterations; a smaller step does not help. If the jumps stay, look at "
-            "contact and friction, or, below 1e-8 of the scale, at rounding"
+            "The velocities jump from row to row, much more than the angles. Tighten the Newton "
+            "tolerance; a smaller step does not help. If the jumps remain, check contact and "
+            "friction, or rounding if they are below 1e-8 of the scale"
         )
 
     def numbers(self) -> Mapping[str, Any]:
