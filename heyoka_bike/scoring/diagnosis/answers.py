@@ -43,7 +43,7 @@ from heyoka_bike.scoring.grades import has_right_digits
 from heyoka_bike.scoring.ratios import CLEARLY
 from heyoka_bike.scoring.report import Report
 
-# The column that contains each initial value.
+# Key of the column that contains each initial value, by the name of the value.
 _COLUMN_OF_START = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 
 
@@ -233,7 +233,10 @@ def _acceleration(h: Hypothesis, causes: Residual | None) -> tuple[str, float, f
 
 
 def _written_as_given(x: Found, report: Report) -> str:
-    """Name the column whose first row has the given initial value, not the fitted one; or ""."""
+    """Name the column whose first row contains the given initial value, not the fitted value x.
+
+    Empty if there is no such column.
+    """
     key = _COLUMN_OF_START.get(x.name, "")
     for m, c in report.by_column().get(key, ()):
         is_small = CLEARLY * abs(float(c.trace.error[0])) < abs(x.value - x.right)

@@ -32,7 +32,8 @@ _LEAST_POWER = 1.5
 # equations have the square, and errors of integrators a few times this power.
 _HIGHEST_POWER = 8
 # The fastest mode makes the power of the time in the error of an angle appear smaller, by up to
-# 1/2, until this mode has decayed. This is added before the power is rounded down.
+# 1/2, until this mode has decayed. So a power is rounded up if it exceeds an integer by more than 1
+# minus this value.
 _LESS = 0.75
 # Higher powers are reported as this one.
 _HIGHEST_REPORTED = 3

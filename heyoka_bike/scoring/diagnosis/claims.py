@@ -28,7 +28,7 @@ def explains(h: Hypothesis, residual: Residual | None) -> bool:
     if h.unexplained is not None or h.relief < least:
         return False
     if h.count > 1 and any(x.name in FORCES for x in h.found) and left_over(h, residual):
-        # Several values with a force among them can share an error that none of them causes.
+        # Several fitted values that include a force may fit an error that none of them causes.
         return False
     is_of_motion = all(m.kind != "output" and m.code not in LINEAR for m in h.mistakes)
     if residual is None or residual.visibility is Visibility.NOTHING or not is_of_motion:

@@ -213,9 +213,9 @@ def _likeliest(fits: Iterable[_Fit]) -> list[_Fit]:
 
 
 def _steps_over_rows(run: Run, step: float) -> tuple[int, int]:
-    """Numbers of steps and of propagation rows whose ratio is nearest to that of a step.
+    """Numbers of steps and of propagation rows that take about the same time.
 
-    One of both numbers is 1.
+    One of both numbers is 1; `step` is the length of a step [s].
     """
     apart = run.carried.spacing / step
     steps, rows = (min(max(round(x), 1), _MOST_STEPS) for x in (apart, 1.0 / apart))

@@ -322,7 +322,7 @@ def _of_whole_runs(file: SeenFile, counts: Collection[int]) -> Iterator[Hypothes
     seen = file.residual
     names = [*UNKNOWNS, *starts]
     if seen is not None and seen.visibility >= Visibility.EQUATIONS_PARTLY and not seen.is_open:
-        # Values that change the speed, and those that these equations favour without proving them.
+        # Try values that mainly change the speed, and values that these equations only suggest.
         names = [*FORWARD, *(n for n in seen.promising if n not in FORWARD), *starts]
     found = [h for h in _fitted(file, names, counts=counts) if h.relief > BY_FAR]
     yield from found

@@ -449,7 +449,7 @@ def _crown(frames: str) -> Law:
 
 
 def _slope_of_ground(along: Vector) -> Law:
-    """Make the force of gravity along an axis of the ground, for a vertical axis."""
+    """Make the force of gravity as it would be if an axis of the ground were vertical."""
 
     def law(m: Moving) -> Linear:
         pull = scaled(-m.b.g, m.ground(along))

@@ -239,7 +239,7 @@ class OtherScale(Cause):
 
     @property
     def fitted(self) -> int:
-        """One: the scale."""
+        """Return 1, because one value was fitted: the scale."""
         return 1
 
 
@@ -277,7 +277,7 @@ class NumericalMethod(Cause):
 
     @property
     def fitted(self) -> int:
-        """One: the step."""
+        """Return 1, because one value was fitted: the step."""
         return 1
 
 
