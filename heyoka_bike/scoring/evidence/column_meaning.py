@@ -138,7 +138,7 @@ class Conventions(Evidence):
         others = ", except the signs in the warning," if self.are_signs_contradicted else ""
         return (
             f"The file uses its own conventions, which are not errors: {'; '.join(said)}. "
-            f"Everything else{others} is the default. The errors below allow for these conventions"
+            f"Everything else{others} is the default. All errors allow for these conventions"
         )
 
     def numbers(self) -> Mapping[str, Any]:
