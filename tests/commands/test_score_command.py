@@ -102,7 +102,7 @@ def test_requirements_set_the_exit_code(capsys):
 def test_a_series_shows_the_order_of_convergence(capsys):
     code, out, _ = run(COARSE, FINE, "--step", "0.01,0.001", "--cpu", "0.5,2", capsys=capsys)
     assert code == 0
-    assert "order of convergence 2.0" in out
+    assert "order of convergence: 2.0" in out
     code, text, _ = run(str(PEERS / "exudyn.toml"), "--format", "json", capsys=capsys)
     document = json.loads(text)
     assert [r["step"] for r in document["runs"]] == [0.01, 0.001]
